@@ -1,0 +1,93 @@
+"""Compiled kernels: one set of compiler flags, a cache that is never stale, one announcement.
+
+Numba's disk cache notices a change in a kernel's own file but not in a file whose function the kernel calls (numba issue 1833).
+Therefore each group of kernels that call each other keeps its cache in a directory named by the content of *all* files of the
+group: an edited kernel lands in a new directory and is compiled again, an unedited one is loaded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import config, event
+
+_announced = False
+
+
+def cache_root() -> Path:
+    """Directory under which the compiled kernels are kept.
+
+    ``$CPRM_GYM_CACHE`` if set, else ``$XDG_CACHE_HOME/cprm_gym`` or ``~/.cache/cprm_gym``; the temporary directory if that
+    cannot be written.
+    """
+    given = os.environ.get("CPRM_GYM_CACHE")
+    root = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "cprm_gym"
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        if os.access(root, os.W_OK):
+            return root
+    except OSError:
+        pass
+    return Path(tempfile.gettempdir()) / "cprm_gym_cache"
+
+
+def content_key(files: Iterable[Path]) -> str:
+    """Hex digest of the contents of `files`, the numba version and the Python version."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]}".encode())
+    for file in sorted(files):
+        digest.update(file.name.encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator like ``numba.njit(cache=True)`` whose cache depends on the contents of every file in `paths`.
+
+    Parameters
+    ----------
+    *paths : path
+        The files, or directories of ``*.py`` files, whose functions call each other.
+    **flags
+        Passed on to ``numba.njit`` (``parallel=True`` for example). ``fastmath`` is refused: results must be reproducible.
+    """
+    if flags.get("fastmath"):
+        raise ValueError("fastmath would make results depend on the machine; kernels are compiled without it")
+    files: list[Path] = []
+    for path in map(Path, paths):
+        files += path.glob("*.py") if path.is_dir() else [path]
+    directory = cache_root() / "kernels" / content_key(files)
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        previous = config.CACHE_DIR
+        config.CACHE_DIR = str(directory)
+        try:
+            return numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function)
+        finally:
+            config.CACHE_DIR = previous
+
+    return decorate
+
+
+class _Announcement(event.Listener):  # type: ignore[misc]
+    """Says once per process, on the error stream, that one of our kernels is being compiled."""
+
+    def on_start(self, data: event.Event) -> None:
+        global _announced
+        module = getattr(data.data["dispatcher"].py_func, "__module__", "")
+        if not _announced and module.startswith("cprm_gym"):
+            _announced = True
+            if os.environ.get("CPRM_GYM_QUIET") != "1":
+                print("cprm_gym: compiling kernels, once; later runs load them from the cache ...", file=sys.stderr, flush=True)
+
+    def on_end(self, data: event.Event) -> None:
+        """Nothing to say when a kernel is done."""
+
+
+event.register("numba:compile", _Announcement())

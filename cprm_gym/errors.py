@@ -1,0 +1,88 @@
+"""The errors of cprm_gym. Every message says where, what is wrong, what was given and what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class CprmError(Exception):
+    """Base of every error that cprm_gym raises on purpose."""
+
+
+class NetError(CprmError, ValueError):
+    """A Petri net, module or transition is not well defined."""
+
+
+class NotEnabled(CprmError, RuntimeError):
+    """A transition was asked to fire in a marking that does not enable it."""
+
+
+class LivelockError(CprmError, RuntimeError):
+    """Immediate transitions of a net went on firing without end within one cycle."""
+
+
+class ExpressionError(CprmError, ValueError):
+    """An expression is not in the language, or has no finite value."""
+
+
+class ModelError(CprmError, ValueError):
+    """A probabilistic relational model is not well defined."""
+
+
+class EvidenceError(CprmError, ValueError):
+    """An observation is not a value of its variable."""
+
+
+class ImpossibleEvidence(CprmError, RuntimeError):
+    """The evidence has probability zero under the model."""
+
+
+class CommandError(CprmError, ValueError):
+    """A player, trainer or coach command is malformed."""
+
+
+class ParameterError(CprmError, ValueError):
+    """A parameter is unknown, of the wrong type or out of range."""
+
+
+class LogError(CprmError, ValueError):
+    """A log, PNML or other file cannot be read; the message names the file and the place."""
+
+
+class UnknownName(CprmError, ValueError):
+    """A name was given that does not exist; the message lists those that do."""
+
+
+class ControllerError(CprmError, RuntimeError):
+    """A controller broke its interface."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`` Did you mean 'idle'?``, or ```` when nothing known is close.
+
+    Parameters
+    ----------
+    name : str
+        What was given.
+    known : iterable of str
+        What is allowed.
+    """
+    near = difflib.get_close_matches(str(name), [str(k) for k in known], n=1, cutoff=0.6)
+    return f" Did you mean {near[0]!r}?" if near else ""
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownName:
+    """An `UnknownName` that lists what is allowed and suggests the nearest.
+
+    Parameters
+    ----------
+    kind : str
+        What is being named ("task", "controller", ...).
+    name : str
+        What was given.
+    known : iterable of str
+        What is allowed.
+    """
+    options = sorted(known)
+    return UnknownName(f"unknown {kind} {name!r}.{did_you_mean(name, options)} Known: {', '.join(options) or 'none'}.")
