@@ -18,6 +18,8 @@ PLAYERS = 22
 OBJECTS = 23
 BALL = 0
 LEFT, NEUTRAL, RIGHT = 1, 0, -1
+ANNOUNCEMENTS = 32
+"""Announcements kept of one step; 22 automatic player types and a mode are the most that happens at once."""
 SAY_SIZE = 32
 """Bytes kept of one say message; ``say_msg_size`` (10 by default) limits what is accepted."""
 
@@ -161,6 +163,38 @@ class Stream(IntEnum):
     RESETS = 3
 
 
+class Announcement(IntEnum):
+    """What the referee says; arguments in the columns ``a, b, c`` of ``WORLD["announcement"]`` after the kind.
+
+    ``officials.announcement_text`` gives the server's string. Sides are +1 and -1.
+    """
+
+    NONE = 0
+    MODE = 1
+    """``a`` the `PlayMode`; the string is its name."""
+    GOAL = 2
+    """``a`` side, ``b`` its new score: ``goal_l_1``."""
+    HALF_TIME = 3
+    TIME_EXTENDED = 4
+    TIME_UP = 5
+    TIME_UP_WITHOUT_A_TEAM = 6
+    GOALIE_CATCH_BALL = 7
+    """``a`` side."""
+    YELLOW_CARD = 8
+    """``a`` side, ``b`` uniform number."""
+    RED_CARD = 9
+    PENALTY_ONFIELD = 10
+    """``a`` side of the goal the shoot-out is played on."""
+    PENALTY_FOUL = 11
+    PENALTY_WINNER = 12
+    PENALTY_DRAW = 13
+    TRAINING_KEEPAWAY = 14
+    CHANGE_PLAYER_TYPE = 15
+    """``a`` side, ``b`` uniform number, ``c`` the new type; not a referee string but a broadcast of its own."""
+    PROMOTE_GOALIE = 16
+    """``a`` side, ``b`` uniform number of the new goalie; a broadcast of its own."""
+
+
 COMMAND = np.dtype(
     [
         ("a", "f8"), ("b", "f8"), ("c", "f8"), ("d", "f8"),
@@ -231,13 +265,16 @@ WORLD = np.dtype(
         ("touch_player", "i4"), ("touch_time", "i4"), ("touch_accel", "f8"), ("touch_indirect", "u1"), ("touch_kicker", "i4"),
         ("ball_prev", "f8", (2,)), ("goal_wait", "i4"),
         ("bp_last", "i4"), ("bp_before_last", "i4"), ("bp_time", "i4"), ("bp_touched", "u1", (2,)),
-        ("wait", "i4"),                   # the 30-step waits of SIMULATOR.md 7.12 (only one runs at a time)
+        ("wait", "i4", (6,)),             # the 30-step waits: offside, free kick fault, back pass, catch fault, foul, illegal defence
         ("illegal_side", "i4"), ("illegal_time", "i4"), ("illegal_count", "i4", (2,)),
         ("pen_side", "i4"), ("pen_taker_side", "i4"), ("pen_number", "i4"), ("pen_used", "u1", (PLAYERS,)), ("pen_last_taker", "i4"),
         ("pen_timer", "i4"), ("pen_started", "u1"), ("pen_finished", "u1"), ("pen_random", "i4"),
         ("auto_kick_off_wait", "i4"), ("auto_connect_wait", "i4"),
-        # --- announcements of the current step: kind and arguments, in order (see referee.Announcement)
-        ("announced", "i4"), ("announcement", "i2", (16, 4)),
+        ("keepaway_count", "i4"), ("keepaway_first", "i4"),     # steps the takers had the ball; the keeper of the first corner
+        # what a referee's module decided and the referee has still to carry out: Ruling, side, place
+        ("ruling", "i4"), ("ruling_side", "i4"), ("ruling_pos", "f8", (2,)),
+        # --- announcements of the current step, in order: Announcement and its arguments; the time each was made
+        ("announced", "i4"), ("announcement", "i2", (ANNOUNCEMENTS, 4)), ("announced_at", "i4", (ANNOUNCEMENTS,)),
     ],
     align=True,
 )
