@@ -20,6 +20,8 @@ BALL = 0
 LEFT, NEUTRAL, RIGHT = 1, 0, -1
 ANNOUNCEMENTS = 32
 """Announcements kept of one step; 22 automatic player types and a mode are the most that happens at once."""
+SAY_QUEUE = 44
+"""Say messages kept per world and cycle: two of every player. More are dropped (the server has no such limit)."""
 SAY_SIZE = 32
 """Bytes kept of one say message; ``say_msg_size`` (10 by default) limits what is accepted."""
 
@@ -252,6 +254,11 @@ WORLD = np.dtype(
         ("ear", "u1", (PLAYERS, 2)),      # per side (own, opponent): bit 0 complete, bit 1 partial
         ("hear_capacity", "f8", (PLAYERS, 2)),
         ("said_length", "i1", (PLAYERS,)), ("said", "u1", (PLAYERS, SAY_SIZE)), ("said_from", "f8", (PLAYERS, 2)),
+        ("protocol", "i1", (PLAYERS,)),   # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
+        # audio (SIMULATOR.md 6.3): the messages said since the last step, kept until the first `say` after it (kernels.senses)
+        ("audio_count", "i4"), ("audio_done", "u1"), ("audio_from", "i1", (SAY_QUEUE,)), ("audio_listeners", "u4", (SAY_QUEUE,)),
+        ("audio_length", "i1", (SAY_QUEUE,)), ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
+        ("heard_count", "i1", (PLAYERS,)), ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
         ("collided", "u1", (PLAYERS,)),   # since the last sense_body: 1 ball, 2 player, 4 post
         # scratch of one collision resolution
         ("hit", "u1", (OBJECTS,)), ("push", "f8", (OBJECTS, 2)), ("pushes", "i2", (OBJECTS,)),
