@@ -236,6 +236,7 @@ WORLD = np.dtype(
         ("neck", "f8", (PLAYERS,)), ("neck_staged", "f8", (PLAYERS,)),
         ("stamina", "f8", (PLAYERS,)), ("effort", "f8", (PLAYERS,)), ("recovery", "f8", (PLAYERS,)), ("capacity", "f8", (PLAYERS,)),
         ("bits", "u4", (PLAYERS,)),       # PlayerBit
+        ("bits_shown", "u4", (PLAYERS,)), # PlayerBit as monitors and logs show them of the last step, before its transient bits are cleared
         ("counts", "i4", (PLAYERS, 13)),  # Count
         # command budget (SIMULATOR.md 1.7)
         ("busy", "u1", (PLAYERS,)), ("leg_busy", "u1", (PLAYERS, 2)), ("neck_busy", "u1", (PLAYERS,)),
