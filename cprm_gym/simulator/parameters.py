@@ -303,7 +303,7 @@ class ServerParameters(ParameterSet):
         version : int, optional
             Protocol version (8 or more) of the client it is meant for; all parameters, as in logs, when not given.
         """
-        return self._message("server_param", version, alphabetical=True)
+        return self._message("server_param ", version, alphabetical=True)
 
     @property
     def half_cycles(self) -> int:

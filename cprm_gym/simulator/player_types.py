@@ -74,7 +74,7 @@ class PlayerParameters(ParameterSet):
 
     def to_text(self, version: int | None = None) -> str:
         """The server's message, names in alphabetical order; `version` as in `ServerParameters.to_text`."""
-        return self._message("player_param", version, alphabetical=True)
+        return self._message("player_param ", version, alphabetical=True)
 
 
 @parameter_set("field of a player type")
