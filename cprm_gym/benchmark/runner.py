@@ -1,0 +1,257 @@
+"""Tasks x controllers, the same worlds for all, in batches that can be interrupted and taken up again.
+
+World k of a task depends on (seed, k) alone, so the worlds can be played in blocks of any workers and in any order with the same
+results. A block that is finished is one line of ``episodes.jsonl``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..envs.controller import Controller, check_action
+from ..envs.core import SoccerCore
+from ..envs.tasks import TASKS, make_task
+from ..errors import CprmError, ParameterError, unknown_name
+from .registry import controller_entries, load_controller
+
+BLOCK = 125
+"""Episodes played as one batch; a fixed number, so that results do not depend on the number of workers."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be measured.
+
+    Raises
+    ------
+    UnknownName
+        For a task or controller that does not exist; the message lists those that do.
+    ParameterError
+        For a number that makes no sense; the message names it, what was given and what is allowed.
+    """
+
+    tasks: tuple[str, ...] = ("GoToBall",)
+    controllers: tuple[str, ...] = ("cprm", "fsm", "random")
+    episodes: int = 500
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for kind, names, known in (("task", self.tasks, list(TASKS)), ("controller", self.controllers, list(controller_entries()))):
+            if not names:
+                raise ParameterError(f"{kind}s: none given; known are {', '.join(known)}")
+            for i, name in enumerate(names):
+                if name not in known:
+                    raise unknown_name(kind, name, known)
+                if name in names[:i]:
+                    raise ParameterError(f"{kind} {name!r} is named twice")
+        for number, value, least in (("episodes", self.episodes, 1), ("seed", self.seed, 0)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise ParameterError(f"{number}: {value!r} given, a whole number of at least {least} is needed")
+
+    def blocks(self) -> list[Block]:
+        """All blocks, in the order of the report."""
+        return [
+            Block(task, controller, first, min(BLOCK, self.episodes - first), self.seed)
+            for task in self.tasks
+            for controller in self.controllers
+            for first in range(0, self.episodes, BLOCK)
+        ]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Episodes ``first ... first + count - 1`` of one task and controller."""
+
+    task: str
+    controller: str
+    first: int
+    count: int
+    seed: int
+
+
+@dataclass
+class BlockResult:
+    """What a block gave, or the error that its controller raised."""
+
+    block: Block
+    success: list[bool] = field(default_factory=list)
+    cycles: list[int] = field(default_factory=list)
+    """Cycles of each episode until success, other end or time-out."""
+    reward: list[float] = field(default_factory=list)
+    error: str | None = None
+    wall_seconds: float = 0.0
+    controller_seconds: float = 0.0
+    """CPU seconds inside the controller."""
+    decisions: int = 0
+    played: int = 0
+    """Cycles of worlds simulated."""
+
+    def to_json(self) -> str:
+        """One line of ``episodes.jsonl``."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, line: str) -> BlockResult:
+        """The result written by `to_json`."""
+        data = json.loads(line)
+        return cls(**{**data, "block": Block(**data["block"])})
+
+
+def play_block(block: Block) -> BlockResult:
+    """Play the episodes of one block.
+
+    A controller that raises yields a result with its error; everything else is an error of ours and propagates.
+    """
+    task = make_task(block.task)
+    core = SoccerCore(task, block.count, seed=block.seed, first_world=block.first, view="hybrid")
+    if len(core.agents) != 1:
+        core = SoccerCore(
+            task, block.count, controlled=core.agents[0], seed=block.seed, first_world=block.first, view="hybrid"
+        )
+    result = BlockResult(block)
+    begin = time.perf_counter()
+    try:
+        controller = load_controller(block.controller)(task, core.agents[0])
+        _play(core, controller, block, result)
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        result = BlockResult(block, error=f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno}, in {where.name})")
+    result.wall_seconds = time.perf_counter() - begin
+    return result
+
+
+def _play(core: SoccerCore, controller: Controller, block: Block, result: BlockResult) -> None:
+    """All episodes of the block at once, until the last one is over."""
+    count = block.count
+    observation = _one_agent(core.reset(block.seed))
+    spent = -time.process_time()
+    controller.reset(observation, _controller_seed(block))
+    spent += time.process_time()
+    running = np.ones(count, bool)
+    success, cycles, reward = np.zeros(count, bool), np.zeros(count, np.int64), np.zeros(count)
+    while running.any():
+        spent -= time.process_time()
+        action = controller.act(observation)
+        spent += time.process_time()
+        action = check_action(block.controller, action, count)
+        step = core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+        cycles += running
+        reward += np.where(running, step.reward[:, 0], 0.0)
+        success |= running & step.success
+        running &= ~(step.terminated | step.truncated)
+        result.decisions += count
+        result.played += count
+    result.success, result.cycles, result.reward = success.tolist(), cycles.tolist(), reward.tolist()
+    result.controller_seconds = spent
+
+
+def _controller_seed(block: Block) -> int:
+    """A seed for the controller of a block that depends on the seed and the worlds alone."""
+    return int(np.random.SeedSequence([block.seed, block.first]).generate_state(1)[0])
+
+
+def _one_agent(observation: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Views of the observations without the axis of agents."""
+    return {key: value[:, 0] for key, value in observation.items()}
+
+
+def run(
+    plan: Plan,
+    *,
+    workers: int = 1,
+    journal: Path | None = None,
+    on_result: Callable[[BlockResult, int, int], Any] | None = None,
+) -> Iterator[BlockResult]:
+    """Play all blocks of a plan that the journal does not hold yet.
+
+    Parameters
+    ----------
+    plan : Plan
+    workers : int
+        Processes; 1 plays in this process.
+    journal : Path, optional
+        ``episodes.jsonl``: finished blocks are read from it and appended to it.
+    on_result : callable, optional
+        Called with (result, done, total) after every block.
+
+    Yields
+    ------
+    BlockResult
+        In the order in which they are finished; those of the journal first.
+
+    Raises
+    ------
+    ParameterError
+        For fewer workers than one.
+    """
+    if workers < 1:
+        raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
+    blocks = plan.blocks()
+    finished = {r.block: r for r in read_journal(journal)} if journal is not None else {}
+    done, total = 0, len(blocks)
+    for block in blocks:
+        if block in finished:
+            done += 1
+            if on_result:
+                on_result(finished[block], done, total)
+            yield finished[block]
+    todo = [b for b in blocks if b not in finished]
+    for result in _play_all(todo, workers):
+        if journal is not None and result.error is None:
+            with journal.open("a", encoding="utf-8") as file:
+                file.write(result.to_json() + "\n")
+        done += 1
+        if on_result:
+            on_result(result, done, total)
+        yield result
+
+
+def _play_all(blocks: Sequence[Block], workers: int) -> Iterator[BlockResult]:
+    if workers == 1 or len(blocks) < 2:
+        yield from map(play_block, blocks)
+        return
+    # fresh processes: threads and compiled code of this one are not copied into them
+    with ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn")) as pool:
+        pending: set[Future[BlockResult]] = {pool.submit(play_block, b) for b in blocks}
+        try:
+            while pending:
+                ready, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def read_journal(path: Path) -> list[BlockResult]:
+    """The finished blocks of a journal; a last line cut short by an interruption is left out.
+
+    Raises
+    ------
+    CprmError
+        When another line cannot be read; the message names file and line.
+    """
+    if not path.exists():
+        return []
+    lines = path.read_text(encoding="utf-8").split("\n")
+    results = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            results.append(BlockResult.from_json(line))
+        except (ValueError, TypeError, KeyError) as error:
+            if number == len(lines):
+                break
+            raise CprmError(f"{path}, line {number}: not a result of a block: {error}") from error
+    return results

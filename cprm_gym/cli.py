@@ -1,0 +1,111 @@
+"""The ``cprm-gym`` command."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from . import __version__
+from .errors import CprmError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+                  help="Structured, concurrent, real-time action: 2D soccer environments, Petri nets that act, models that infer.")  # fmt: skip
+console = Console()
+complaints = Console(stderr=True)
+
+
+@contextmanager
+def said_plainly() -> Iterator[None]:
+    """Turns an error of ours into one line on the error stream and exit status 2."""
+    try:
+        yield
+    except CprmError as error:
+        complaints.print(f"[red]error:[/red] {error}", highlight=False, markup=True, soft_wrap=True)
+        raise typer.Exit(2) from None
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        console.print(f"cprm_gym {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False) -> None:
+    """Options of every command."""
+
+
+@app.command()
+def benchmark(
+    tasks: Annotated[str, typer.Option(help="Tasks, separated by commas.")] = "GoToBall",
+    controllers: Annotated[str, typer.Option(help="Controllers, separated by commas.")] = "cprm,fsm,random",
+    episodes: Annotated[int, typer.Option(help="Episodes per task and controller.")] = 500,
+    seed: Annotated[int, typer.Option(help="Decides every random number; all controllers meet the same worlds.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
+    resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder.")] = None,
+) -> None:
+    """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
+    from .benchmark.report import summarise
+    from .benchmark.runner import BlockResult, Plan, run
+
+    with said_plainly():
+        plan = Plan(_names(tasks), _names(controllers), episodes, seed)
+        folder = resume or _new_folder(output)
+        if resume is not None and not (resume / "episodes.jsonl").exists():
+            raise CprmError(f"--resume {resume}: there is no episodes.jsonl; give the folder of an interrupted run")
+        results: list[BlockResult] = []
+        bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+                       console=complaints, transient=True)  # fmt: skip
+        interrupted = False
+        with bar:
+            line = bar.add_task("starting", total=len(plan.blocks()))
+            try:
+                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl"):
+                    results.append(result)
+                    bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
+            except KeyboardInterrupt:
+                interrupted = True
+        report = summarise(plan, results)
+        written = report.write(folder)
+    console.print(report.to_table())
+    for path in written:
+        console.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    if not any(p.suffix == ".png" for p in written):
+        console.print("no plot: matplotlib is not installed (pip install 'cprm-gym\\[render]')")
+    if interrupted:
+        complaints.print(f"interrupted; go on with: cprm-gym benchmark --tasks {tasks} --controllers {controllers} "
+                         f"--episodes {episodes} --seed {seed} --resume {folder}", highlight=False, soft_wrap=True)  # fmt: skip
+        raise typer.Exit(130)
+    if any(row.error for row in report.rows):
+        raise typer.Exit(1)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _new_folder(output: Path) -> Path:
+    """A new folder named by today's date, with a number if there is one already."""
+    today = datetime.date.today().isoformat()
+    number = 1
+    while True:
+        folder = output / (today if number == 1 else f"{today}-{number}")
+        try:
+            folder.mkdir(parents=True)
+            return folder
+        except FileExistsError:
+            number += 1
+        except OSError as error:
+            raise CprmError(f"--output {output}: a folder cannot be made there: {error.strerror}") from None
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,285 @@
+"""Many worlds of one task at once: the engine under every environment face.
+
+`SoccerCore` owns a `Simulator`, turns actions into commands, senses into observation arrays and asks the `Task` what it means.
+The Gymnasium, vector and PettingZoo faces only translate between it and their libraries.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces as gym_spaces
+
+from ..errors import UnknownName, did_you_mean
+from ..simulator.simulator import Simulator
+from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
+from . import kernels
+from .spaces import BALL_FEATURES, MAX_AGE, PLAYER_FEATURES, ActionView, BodyFeature, action_view, observation_space
+from .tasks.base import Task
+
+
+class Step(NamedTuple):
+    """What one cycle gave, for every world and agent."""
+
+    reward: np.ndarray
+    """(W, A) float64."""
+    terminated: np.ndarray
+    """(W,) bool."""
+    truncated: np.ndarray
+    """(W,) bool: out of time and not terminated."""
+    success: np.ndarray
+    """(W,) bool."""
+    status: np.ndarray
+    """(W,) int: index into ``task.statuses``."""
+    terms: Mapping[str, np.ndarray]
+    """Named parts of the reward, each (W, A)."""
+
+
+def agent_names(left: int, right: int) -> tuple[str, ...]:
+    """``left_1 ... left_n, right_1 ... right_m``."""
+    return tuple(f"left_{i}" for i in range(1, left + 1)) + tuple(f"right_{i}" for i in range(1, right + 1))
+
+
+def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tuple[str, ...]:
+    """The agents meant by a selection, in the order left_1 ... right_11.
+
+    Parameters
+    ----------
+    controlled : str or sequence of str
+        ``all``, ``left``, ``right``, agent names, or several of them (a sequence, or one string with commas).
+    left, right : int
+        Players of each side.
+
+    Raises
+    ------
+    UnknownName
+        When a part of the selection names nobody.
+    """
+    names = agent_names(left, right)
+    parts = [p.strip() for p in controlled.split(",")] if isinstance(controlled, str) else list(controlled)
+    chosen: set[str] = set()
+    for part in parts:
+        group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
+        if not group:
+            allowed = ("all", "left", "right", *names)
+            raise UnknownName(f"controlled: {part!r} names no player here.{did_you_mean(str(part), allowed)} Allowed: {', '.join(allowed)}.")
+        chosen.update(group)
+    return tuple(n for n in names if n in chosen)
+
+
+def player_number(agent: str) -> int:
+    """Object number 1..22 of the agent name (``left_3`` is 3, ``right_1`` is 12)."""
+    match = re.fullmatch(r"(left|right)_(\d+)", agent)
+    if match is None or not 1 <= int(match[2]) <= 11:
+        raise UnknownName(f"agent {agent!r}: names are left_1 ... left_11 and right_1 ... right_11")
+    return int(match[2]) + (0 if match[1] == "left" else 11)
+
+
+class SoccerCore:
+    """A batch of worlds that play one task.
+
+    Parameters
+    ----------
+    task : Task
+        What is played.
+    worlds : int
+        How many worlds, W.
+    controlled : str or sequence of str, optional
+        Who acts; the task's default if not given. The players not named do nothing unless they have a partner.
+    view : str
+        Action view: ``hybrid``, ``discrete`` or ``box``.
+    seed : int
+        Seed of all worlds; world k depends on (seed, first_world + k) alone.
+    first_world : int
+        Number of the first world: ``SoccerCore(task, 1, first_world=k)`` is world k of a batch, bit for bit.
+    threads : int
+        Threads that share the worlds; results do not depend on it.
+
+    Attributes
+    ----------
+    agents : tuple of str
+        Controlled agents, A of them.
+    observation : dict of str to array
+        Current observations, each (W, A, ...), float32; overwritten by `reset` and `step`.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        worlds: int = 1,
+        *,
+        controlled: str | Sequence[str] | None = None,
+        view: str = "hybrid",
+        seed: int = 0,
+        first_world: int = 0,
+        threads: int = 1,
+    ) -> None:
+        self.task = task
+        self.worlds = worlds
+        self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
+        self.players = np.array([player_number(a) for a in self.agents])
+        self.view: ActionView = action_view(view)
+        self.sim = Simulator(
+            worlds,
+            parameters=task.parameters,
+            seed=seed,
+            first_world=first_world,
+            rules=task.rules,
+            threads=threads,
+            left=task.left,
+            right=task.right,
+            goalies=(task.left_goalie, task.right_goalie),
+        )
+        self.cycle = np.zeros(worlds, np.int64)
+        self._score = np.zeros((worlds, 2), np.int64)
+        self._gained = np.zeros((worlds, 2), np.int64)
+        agents = len(self.agents)
+        shape = (worlds, agents)
+        self.observation: dict[str, np.ndarray] = {
+            "body": np.zeros((*shape, len(BodyFeature)), np.float32),
+            "ball": np.zeros((*shape, BALL_FEATURES), np.float32),
+            "players": np.zeros((*shape, PLAYERS, PLAYER_FEATURES), np.float32),
+            "level": np.zeros((*shape, PLAYERS + 1), np.float32),
+            "age": np.full((*shape, PLAYERS + 1), MAX_AGE, np.float32),
+        }
+        if task.task_features:
+            self.observation["task"] = np.zeros((*shape, len(task.task_features)), np.float32)
+        self._commands = self.sim.commands
+        self._agent_commands = self._commands[:, self.players - 1].copy()
+
+    # ------------------------------------------------------------------ spaces
+
+    def observation_space(self) -> gym_spaces.Dict:
+        """Space of one agent's observation."""
+        return observation_space(self.task.task_features)
+
+    # ------------------------------------------------------------------ the cycle
+
+    def reset(self, seed: int | None = None, worlds: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """Start new episodes.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Seeds all streams of the worlds anew; without it they go on.
+        worlds : (W,) bool or (n,) int array, optional
+            Which worlds; all if not given.
+
+        Returns
+        -------
+        dict of array
+            The observations of all worlds.
+        """
+        chosen = np.arange(self.worlds) if worlds is None else np.asarray(worlds)
+        if chosen.dtype == bool:
+            chosen = np.flatnonzero(chosen)
+        if len(chosen):
+            self.sim.reset(seed=seed, worlds=chosen)
+            self.task.setup(self, chosen)
+            self.cycle[chosen] = 0
+            self._score[chosen] = self.sim.world["score"][chosen]
+            self.observation["age"][chosen] = MAX_AGE
+        return self.observe(fresh_start=chosen)
+
+    def step(self, action: Any) -> Step:
+        """Play one cycle in every world.
+
+        Parameters
+        ----------
+        action : dict of array or array
+            Actions of the view, leading shape (W, A).
+
+        Raises
+        ------
+        CommandError
+            When the actions do not fit the view.
+        """
+        self.view.commands(action, self._agent_commands)
+        self._commands[:, self.players - 1] = self._agent_commands
+        self.sim.step(self._commands)
+        self.cycle += 1
+        np.subtract(self.sim.world["score"], self._score, out=self._gained)
+        self._score[...] = self.sim.world["score"]
+        outcome = self.task.outcome(self)
+        self.observe()
+        late = (self.cycle >= self.task.max_cycles) & ~outcome.terminated
+        status = np.where(late, len(self.task.statuses) - 1, outcome.status)
+        return Step(outcome.reward, outcome.terminated, late, outcome.success, status, outcome.terms)
+
+    def observe(self, fresh_start: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """Fill `observation` from the senses.
+
+        Parameters
+        ----------
+        fresh_start : (n,) int array, optional
+            Worlds that have just started: their eyes are open now, and nothing ages.
+        """
+        if fresh_start is not None:
+            kernels.open_eyes(self.sim.world, fresh_start)
+        see = self.sim.see()
+        body = self.sim.sense_body()
+        o = self.observation
+        kernels.pack(
+            self.sim.world, self.players, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
+            fresh_start is None, o["body"], o["ball"], o["players"], o["level"], o["age"],
+        )  # fmt: skip
+        if "task" in o:
+            self.task.features(self, o["task"])
+        return o
+
+    # ------------------------------------------------------------------ what tasks use
+
+    def draw(self, worlds: np.ndarray, count: int) -> np.ndarray:
+        """`count` numbers in [0, 1) for each of the given worlds, (n, count), from their stream of resets."""
+        return self.sim.uniforms(worlds, count, Stream.RESETS)
+
+    def place_ball(self, worlds: np.ndarray, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> None:
+        """Put the ball of the given worlds at (n, 2) positions with (n, 2) velocities."""
+        w = self.sim.world
+        w["pos"][worlds, 0] = position
+        w["vel"][worlds, 0] = velocity
+        w["acc"][worlds, 0] = 0.0
+
+    def place_player(self, worlds: np.ndarray, player: int, position: np.ndarray, body_deg: np.ndarray | float) -> None:
+        """Put a player (object number) of the given worlds at rest at (n, 2) positions, looking in body direction (n,) degrees."""
+        w = self.sim.world
+        w["pos"][worlds, player] = position
+        w["vel"][worlds, player] = 0.0
+        w["acc"][worlds, player] = 0.0
+        angle = np.deg2rad((np.asarray(body_deg) + 180.0) % 360.0 - 180.0)
+        w["body"][worlds, player - 1] = angle
+        w["body_staged"][worlds, player - 1] = angle
+        w["neck"][worlds, player - 1] = 0.0
+        w["neck_staged"][worlds, player - 1] = 0.0
+
+    def kickable(self, player: int) -> np.ndarray:
+        """(W,) bool: the ball is within the player's reach (SIMULATOR.md 3.6)."""
+        return self.sim.kickable(player)
+
+    def goals_scored(self) -> np.ndarray:
+        """(W, 2) goals of left and right in the cycle just played."""
+        return self._gained
+
+    def side(self, player: int) -> int:
+        """+1 for left players, -1 for right ones."""
+        return LEFT if player <= 11 else RIGHT
+
+    def distance(self, first: int, second: int) -> np.ndarray:
+        """(W,) distance between two objects, metres."""
+        d = self.sim.world["pos"][:, first] - self.sim.world["pos"][:, second]
+        return np.hypot(d[:, 0], d[:, 1])
+
+    @property
+    def time_left(self) -> np.ndarray:
+        """(W,) cycles until the episode is truncated."""
+        return self.task.max_cycles - self.cycle
+
+    def heading(self, player: int) -> np.ndarray:
+        """(W,) direction of the player's face, radians in [-pi, pi]."""
+        w = self.sim.world
+        face = w["body"][:, player - 1] + w["neck"][:, player - 1]
+        return (face + math.pi) % (2 * math.pi) - math.pi

@@ -1,0 +1,143 @@
+"""One ego agent as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from ..errors import CprmError, UnknownName
+from .core import SoccerCore
+from .tasks import make_task
+from .tasks.base import Task
+
+
+class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
+    """A task for one agent.
+
+    Parameters
+    ----------
+    task : str or Task
+        Name of a task, or a task.
+    agent : str, optional
+        Who the ego agent is; the task's first controlled agent if not given.
+    action_mode : str
+        ``discrete`` (default), ``box`` or ``hybrid``.
+    render_mode : str, optional
+        ``human``, ``rgb_array`` or ``ansi``.
+    max_episode_steps : int, optional
+        Overrides the task's ``max_cycles``.
+    debug_info : bool
+        Put the true positions into ``info["truth"]``.
+    **options
+        Passed on to the task.
+
+    Raises
+    ------
+    UnknownName
+        For a task, agent or action mode that does not exist; the message lists those that do.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "ansi"], "render_fps": 10}  # noqa: RUF012
+
+    def __init__(
+        self,
+        task: str | Task = "GoToBall",
+        agent: str | None = None,
+        action_mode: str = "discrete",
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        debug_info: bool = False,
+        **options: Any,
+    ) -> None:
+        if max_episode_steps is not None:
+            options["max_cycles"] = max_episode_steps
+        self.task = make_task(task, **options) if isinstance(task, str) else task
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
+        controlled = self.task.controlled if agent is None else agent
+        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode)
+        if len(self.core.agents) != 1:
+            self.core = SoccerCore(self.task, 1, controlled=self.core.agents[0], view=action_mode)
+        self.agent = self.core.agents[0]
+        self.observation_space = self.core.observation_space()
+        self.action_space = self.core.view.space
+        self.render_mode = render_mode
+        self.debug_info = debug_info
+        self._seeded = False
+        self._running = False
+        self._viewer: Any = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Start an episode; the first reset without a seed draws one."""
+        super().reset(seed=seed)
+        if seed is None and not self._seeded:
+            seed = int(self.np_random.integers(2**31))
+        self._seeded = True
+        self._running = True
+        self.core.reset(seed)
+        if self.render_mode == "human":
+            self.render()
+        return self._observation(), self._info("IN_GAME", False)
+
+    def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Play one cycle.
+
+        Raises
+        ------
+        CprmError
+            Before the first `reset`, or after the end of an episode.
+        CommandError
+            When the action does not fit the action space; the message names the entry.
+        """
+        if not self._running:
+            raise CprmError("step before reset: call reset() first; the episode has not begun or is over")
+        step = self.core.step(_with_batch(action))
+        terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
+        self._running = not (terminated or truncated)
+        info = self._info(self.task.statuses[step.status[0]], bool(step.success[0]))
+        info["reward_terms"] = {name: float(values[0, 0]) for name, values in step.terms.items()}
+        if self.render_mode == "human":
+            self.render()
+        return self._observation(), float(step.reward[0, 0]), terminated, truncated, info
+
+    def _observation(self) -> dict[str, np.ndarray]:
+        return {name: values[0, 0].copy() for name, values in self.core.observation.items()}
+
+    def _info(self, status: str, success: bool) -> dict[str, Any]:
+        info: dict[str, Any] = {"status": status, "is_success": success, "cycle": int(self.core.cycle[0])}
+        if self.debug_info:
+            info["truth"] = self.core.sim.world["pos"][0].copy()
+        return info
+
+    def render(self) -> Any:
+        """The pitch: a window (``human``), an RGB array (``rgb_array``) or text (``ansi``)."""
+        if self.render_mode is None:
+            return None
+        if self._viewer is None:
+            from .rendering import Viewer
+
+            self._viewer = Viewer(self.render_mode, fps=self.metadata["render_fps"])
+        return self._viewer.draw(self.core.sim.world[0])
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+
+
+def _with_batch(action: Any) -> Any:
+    """The action of one agent as a batch of one world and one agent."""
+    if isinstance(action, dict):
+        return {key: _lift(value) for key, value in action.items()}
+    return _lift(action)
+
+
+def _lift(value: Any) -> Any:
+    """`value` with two leading axes of length one; what is not a number is left for the view to refuse."""
+    try:
+        return np.asarray(value)[None, None]
+    except (TypeError, ValueError):
+        return value

@@ -1,0 +1,313 @@
+"""What an agent observes and what it may do: names, units, bounds and the views of both.
+
+The observation is a flat `Dict` of float32 arrays (schema version `SCHEMA_VERSION`). It holds what the server would tell the
+player, never the truth: what is not seen is zero *and* has level 0. The canonical action is one command per player and cycle
+(`hybrid`); every other action space is a pure function to it (`ActionView`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from ..errors import CommandError, unknown_name
+from ..simulator.state import COMMAND, PLAYERS, CommandKind
+
+SCHEMA_VERSION = 1
+"""Raised when the layout, a unit or the meaning of an observation changes."""
+
+
+class BodyFeature(IntEnum):
+    """Columns of ``observation["body"]``: what the player feels of himself and hears from the referee."""
+
+    STAMINA = 0
+    """0 to ``stamina_max``."""
+    EFFORT = 1
+    """0 to 1."""
+    CAPACITY = 2
+    """Stamina that can still be recovered; -1 to ``stamina_capacity``."""
+    SPEED = 3
+    """Own speed, m / cycle, quantised by 0.01."""
+    SPEED_DIRECTION = 4
+    """Direction of the own velocity relative to the face, radians."""
+    NECK = 5
+    """Neck relative to the body, radians."""
+    VIEW_WIDTH = 6
+    """1 narrow, 2 normal, 3 wide."""
+    TACKLE_EXPIRES = 7
+    """Cycles until the body moves again after a tackle."""
+    FOUL_CHARGED = 8
+    """Cycles until the body moves again after being fouled."""
+    COLLIDED_BALL = 9
+    """1 if the player touched the ball since the last sense."""
+    COLLIDED_PLAYER = 10
+    """1 if he ran into a player."""
+    COLLIDED_POST = 11
+    """1 if he ran into a goal post."""
+    FRESH = 12
+    """1 if a see message came with this observation, 0 if this cycle is blind."""
+    SIDE = 13
+    """+1 left team, -1 right team."""
+    UNUM = 14
+    """Uniform number, 1 to 11."""
+    GOALIE = 15
+    """1 if the player is the goalie."""
+    PLAY_MODE = 16
+    """Play mode id (`PlayMode`)."""
+    TIME = 17
+    """Game cycle."""
+    SCORE_OWN = 18
+    """Goals of the own team."""
+    SCORE_OPPONENT = 19
+    """Goals of the opponent."""
+    DASH_COUNT = 20
+    """Dashes the server has executed."""
+    KICK_COUNT = 21
+    """Kicks that had effect."""
+    TURN_COUNT = 22
+    """Turns the server has executed."""
+    CARD = 23
+    """0 none, 1 yellow, 2 red."""
+
+
+class ObjectFeature(IntEnum):
+    """Columns of ``observation["ball"]`` (the first four) and of the rows of ``observation["players"]``."""
+
+    DISTANCE = 0
+    """Metres, as the eye reports it."""
+    DIRECTION = 1
+    """Relative to the face (body + neck), radians."""
+    DISTANCE_CHANGE = 2
+    """m / cycle; 0 below the level that carries velocities."""
+    DIRECTION_CHANGE = 3
+    """radians / cycle; likewise."""
+    BODY = 4
+    """Players: body relative to the observer's face, radians."""
+    HEAD = 5
+    """Players: face relative to the observer's face, radians."""
+    POINTING = 6
+    """Players: where the arm points, radians; 0 when it does not."""
+
+
+BALL_FEATURES = 4
+PLAYER_FEATURES = 7
+_PI = math.pi
+_BODY_LOW = np.array([0, 0, -1, 0, -_PI, -_PI, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], np.float32)
+_BODY_HIGH = np.array(
+    [1e5, 1, 1e6, 10, _PI, _PI, 3, 100, 100, 1, 1, 1, 1, 1, 11, 1, 51, 1e6, 1e4, 1e4, 1e6, 1e6, 1e6, 2], np.float32
+)
+_OBJECT_LOW = np.array([0, -_PI, -20, -2 * _PI, -_PI, -_PI, -_PI], np.float32)
+_OBJECT_HIGH = np.array([200, _PI, 20, 2 * _PI, _PI, _PI, _PI], np.float32)
+MAX_AGE = 10_000.0
+"""Largest value of ``observation["age"]``; also "never seen"."""
+
+
+def observation_space(task_features: tuple[tuple[str, float, float], ...] = ()) -> spaces.Dict:
+    """Space of one agent's observation.
+
+    Parameters
+    ----------
+    task_features : tuple of (name, low, high)
+        What the task adds under the key ``task``; the key is absent when there is nothing.
+
+    Returns
+    -------
+    gymnasium.spaces.Dict
+        ``body`` (24,), ``ball`` (4,), ``players`` (22, 7), ``level`` (23,): 0 unseen, 1 felt nearby or anonymous, 2 ball seen without
+        velocity / player's team known, 3 all known (entry 0 the ball); ``age`` (23,): cycles since the entry was last seen; ``task``.
+    """
+    parts: dict[str, spaces.Space[Any]] = {
+        "body": spaces.Box(_BODY_LOW, _BODY_HIGH, dtype=np.float32),
+        "ball": spaces.Box(_OBJECT_LOW[:BALL_FEATURES], _OBJECT_HIGH[:BALL_FEATURES], dtype=np.float32),
+        "players": spaces.Box(np.tile(_OBJECT_LOW, (PLAYERS, 1)), np.tile(_OBJECT_HIGH, (PLAYERS, 1)), dtype=np.float32),
+        "level": spaces.Box(0.0, 3.0, (PLAYERS + 1,), np.float32),
+        "age": spaces.Box(0.0, MAX_AGE, (PLAYERS + 1,), np.float32),
+    }
+    if task_features:
+        low = np.array([f[1] for f in task_features], np.float32)
+        high = np.array([f[2] for f in task_features], np.float32)
+        parts["task"] = spaces.Box(low, high, dtype=np.float32)
+    return spaces.Dict(parts)
+
+
+def hybrid_space() -> spaces.Dict:
+    """The canonical action of one agent.
+
+    ``type`` Discrete(8): a `CommandKind`; ``params`` (4,): its arguments in the server's units (`CommandKind` says which);
+    ``turn_neck`` (1,): neck moment in degrees, 0 = none; ``view`` Discrete(4): `ViewWidth`, 0 keeps the width.
+    """
+    return spaces.Dict(
+        {
+            "type": spaces.Discrete(len(CommandKind)),
+            "params": spaces.Box(-180.0, 180.0, (4,), np.float32),
+            "turn_neck": spaces.Box(-180.0, 180.0, (1,), np.float32),
+            "view": spaces.Discrete(4),
+        }
+    )
+
+
+@dataclass(frozen=True)
+class ActionView:
+    """A named action space and the pure function from its actions to commands.
+
+    Attributes
+    ----------
+    name : str
+        ``hybrid``, ``discrete`` or ``box``.
+    space : gymnasium.spaces.Space
+        Action space of one agent.
+    """
+
+    name: str
+    space: spaces.Space[Any]
+
+    def commands(self, action: Any, out: np.ndarray) -> None:
+        """Write the commands of a batch of actions.
+
+        Parameters
+        ----------
+        action : dict of array or array
+            Actions with any leading shape ``S`` (``(worlds, agents)``, say).
+        out : (S,) array of `COMMAND`
+            Overwritten.
+
+        Raises
+        ------
+        CommandError
+            When the action has the wrong type or shape, or holds NaN or infinity; the message names the entry.
+        """
+        if self.name == "hybrid":
+            _hybrid_commands(action, out)
+        elif self.name == "discrete":
+            _discrete_commands(action, out)
+        else:
+            _box_commands(action, out)
+
+
+def _checked(name: str, value: Any, shape: tuple[int, ...], dtype: Any, low: float, high: float) -> np.ndarray:
+    """`value` as an array of exactly `shape` with finite entries in [low, high], or an error that names `name`."""
+    try:
+        array = np.asarray(value, dtype=dtype if dtype is not np.int64 else None)
+    except (TypeError, ValueError):
+        raise CommandError(f"action {name!r}: expected numbers of shape {shape}, got {type(value).__name__} {value!r:.60}") from None
+    if array.shape != shape:
+        raise CommandError(f"action {name!r}: expected shape {shape}, got {array.shape}")
+    if dtype is np.int64:
+        if array.dtype.kind not in "iu":
+            if array.dtype.kind != "f" or not np.all(np.isfinite(array)) or np.any(array != np.rint(array)):
+                raise CommandError(f"action {name!r}: expected whole numbers from {low:g} to {high:g}, got {array.dtype} {value!r:.60}")
+            array = array.astype(np.int64)
+    bad = ~np.isfinite(array) if array.dtype.kind == "f" else np.zeros(shape, bool)
+    if bad.any():
+        at = tuple(int(i[0]) for i in np.nonzero(bad)) if array.ndim else ()
+        raise CommandError(f"action {name!r}: entry {at} is {array[at]}; allowed are finite numbers from {low:g} to {high:g}")
+    outside = (array < low) | (array > high)
+    if outside.any():
+        at = tuple(int(i[0]) for i in np.nonzero(outside)) if array.ndim else ()
+        raise CommandError(f"action {name!r}: entry {at} is {array[at]}; allowed is {low:g} to {high:g}")
+    return array
+
+
+def _clear(out: np.ndarray) -> None:
+    out[...] = NO_COMMAND
+
+
+NO_COMMAND = np.zeros((), COMMAND)
+"""A command that does nothing."""
+for _field in ("turn_neck", "focus", "point"):
+    NO_COMMAND[_field] = np.nan
+
+
+def _hybrid_commands(action: Any, out: np.ndarray) -> None:
+    if not isinstance(action, Mapping):
+        raise CommandError(f"hybrid action: expected a dict with the keys type, params, turn_neck, view; got {type(action).__name__}")
+    known = ("type", "params", "turn_neck", "view")
+    for key in action:
+        if key not in known:
+            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join(known)}")
+    for key in ("type", "params"):
+        if key not in action:
+            raise CommandError(f"hybrid action: key {key!r} is missing; needed are type and params")
+    shape = out.shape
+    kind = _checked("type", action["type"], shape, np.int64, 0, len(CommandKind) - 1)
+    params = _checked("params", action["params"], (*shape, 4), np.float64, -180.0, 180.0)
+    _clear(out)
+    out["kind"] = kind
+    out["a"], out["b"], out["c"], out["d"] = params[..., 0], params[..., 1], params[..., 2], params[..., 3]
+    if "turn_neck" in action:
+        neck = _checked("turn_neck", action["turn_neck"], (*shape, 1), np.float64, -180.0, 180.0)[..., 0]
+        out["turn_neck"] = np.where(neck == 0.0, np.nan, neck)
+    if "view" in action:
+        out["view_width"] = _checked("view", action["view"], shape, np.int64, 0, 3)
+
+
+DISCRETE_KINDS = (CommandKind.NONE, CommandKind.DASH, CommandKind.TURN, CommandKind.KICK, CommandKind.TACKLE, CommandKind.CATCH)
+DISCRETE_POWERS = (20.0, 40.0, 60.0, 80.0, 100.0)
+DISCRETE_DIRECTIONS = tuple(float(d) for d in range(-165, 181, 15))
+DISCRETE_NECKS = (0.0, -60.0, -30.0, 30.0, 60.0)
+
+
+def discrete_space() -> spaces.MultiDiscrete:
+    """MultiDiscrete([command, power, direction, neck]); the values are `DISCRETE_KINDS`, `DISCRETE_POWERS`, ..."""
+    return spaces.MultiDiscrete([len(DISCRETE_KINDS), len(DISCRETE_POWERS), len(DISCRETE_DIRECTIONS), len(DISCRETE_NECKS)])
+
+
+def _fill(out: np.ndarray, kind: np.ndarray, power: np.ndarray, direction: np.ndarray, neck: np.ndarray) -> None:
+    """Commands from a kind, a power and one direction that every kind uses in its own way."""
+    _clear(out)
+    out["kind"] = kind
+    powered = (kind == CommandKind.DASH) | (kind == CommandKind.KICK)
+    out["a"] = np.where(powered, power, direction)
+    out["b"] = np.where(kind == CommandKind.KICK, direction, 0.0)
+    out["turn_neck"] = np.where(neck == 0.0, np.nan, neck)
+
+
+def _discrete_commands(action: Any, out: np.ndarray) -> None:
+    array = _checked("discrete", action, (*out.shape, 4), np.int64, 0, len(DISCRETE_DIRECTIONS) - 1)
+    choices = (DISCRETE_KINDS, DISCRETE_POWERS, DISCRETE_DIRECTIONS, DISCRETE_NECKS)
+    columns = []
+    for i, (name, values) in enumerate(zip(("command", "power", "direction", "neck"), choices)):
+        index = _checked(f"discrete {name}", array[..., i], out.shape, np.int64, 0, len(values) - 1)
+        columns.append(np.asarray(values, dtype=np.float64)[index])
+    _fill(out, columns[0].astype(np.int64), columns[1], columns[2], columns[3])
+
+
+BOX_KINDS = (CommandKind.DASH, CommandKind.TURN, CommandKind.KICK)
+
+
+def box_space() -> spaces.Box:
+    """Box(-1, 1, (6,)): preferences for dash, turn, kick (the largest is done), power, direction, neck moment.
+
+    Power -1..1 becomes 0..100, direction and neck -1..1 become -180..180 and -90..90 degrees. After parameterised-action DDPG
+    (Hausknecht and Stone, ICLR 2016).
+    """
+    return spaces.Box(-1.0, 1.0, (len(BOX_KINDS) + 3,), np.float32)
+
+
+def _box_commands(action: Any, out: np.ndarray) -> None:
+    n = len(BOX_KINDS)
+    array = _checked("box", action, (*out.shape, n + 3), np.float64, -1.0, 1.0)
+    kind = np.asarray(BOX_KINDS, dtype=np.int64)[np.argmax(array[..., :n], axis=-1)]
+    _fill(out, kind, 50.0 * (array[..., n] + 1.0), 180.0 * array[..., n + 1], 90.0 * array[..., n + 2])
+
+
+_VIEWS = {"hybrid": hybrid_space, "discrete": discrete_space, "box": box_space}
+
+
+def action_view(name: str) -> ActionView:
+    """The action view of that name.
+
+    Raises
+    ------
+    UnknownName
+        Listing the views there are.
+    """
+    if name not in _VIEWS:
+        raise unknown_name("action view", name, _VIEWS)
+    return ActionView(name, _VIEWS[name]())

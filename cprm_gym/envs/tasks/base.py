@@ -1,0 +1,83 @@
+"""What a task is: who plays, where things start, what is good, when it ends.
+
+A task is a value without state; the batch engine (`cprm_gym.envs.core.SoccerCore`) owns the worlds and asks it. All methods work
+on many worlds at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...simulator.parameters import Rules, ServerParameters
+
+if TYPE_CHECKING:
+    from ..core import SoccerCore
+
+
+class Outcome(NamedTuple):
+    """What a cycle brought, for every world and controlled agent."""
+
+    reward: np.ndarray
+    """(W, A) float."""
+    terminated: np.ndarray
+    """(W,) bool: the task came to an end of its own."""
+    success: np.ndarray
+    """(W,) bool: it ended as wished; only where `terminated`."""
+    status: np.ndarray
+    """(W,) int: index into `Task.statuses`; 0 while the episode goes on."""
+    terms: Mapping[str, np.ndarray]
+    """Named parts of the reward, each (W, A); their sum is `reward`."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Base of all tasks.
+
+    Attributes
+    ----------
+    name : str
+        ``GoToBall``; the environment id is ``cprm/<name>-v0``.
+    left, right : int
+        Players of each side.
+    controlled : str
+        Default of who acts: ``left``, ``right``, ``all``, ``left_1``, or several separated by commas.
+    max_cycles : int
+        Cycles until the episode is truncated.
+    rules : Rules
+        Referee modules that are on.
+    """
+
+    name: str = ""
+    left: int = 1
+    right: int = 0
+    left_goalie: int = 0
+    right_goalie: int = 0
+    controlled: str = "left_1"
+    max_cycles: int = 200
+    rules: Rules = Rules.NONE
+    parameters: ServerParameters = ServerParameters()
+    statuses: tuple[str, ...] = ("IN_GAME", "SUCCESS", "OUT_OF_TIME")
+    task_features: tuple[tuple[str, float, float], ...] = ()
+
+    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """Put players and ball of the given worlds where an episode starts.
+
+        Parameters
+        ----------
+        core : SoccerCore
+            ``core.place_ball``, ``core.place_player``, ``core.draw`` do the work.
+        worlds : (n,) int array
+            Indices of the worlds that start anew.
+        """
+        raise TypeError(f"task {self.name!r} does not say how an episode starts")
+
+    def outcome(self, core: SoccerCore) -> Outcome:
+        """Reward, end and success of the cycle just played in every world."""
+        raise TypeError(f"task {self.name!r} does not say what an outcome is")
+
+    def features(self, core: SoccerCore, out: np.ndarray) -> None:
+        """Write the ``task`` part of the observation, (W, A, len(task_features)); by default there is none."""

@@ -1,0 +1,87 @@
+"""GoToBall: reach a ball that lies or rolls somewhere, through one's own senses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .base import Outcome, Task
+
+if TYPE_CHECKING:
+    from ..core import SoccerCore
+
+
+@dataclass(frozen=True)
+class GoToBall(Task):
+    """A player at a random place must reach the ball, moving or still, through his own senses.
+
+    Description
+    -----------
+    One player, one ball, no referee. The player does not know where the ball is, nor where he is.
+
+    Actions
+    -------
+    Any action view; see `cprm_gym.envs.spaces`.
+
+    Observations
+    ------------
+    The common schema; nothing is added.
+
+    Rewards
+    -------
+    1 in the cycle in which the ball becomes kickable, else 0.
+
+    Start
+    -----
+    The player stands anywhere on the pitch looking anywhere; the ball is at `near` to `far` metres in a direction drawn
+    uniformly among those that keep it on the pitch. With probability `rolling` it moves, at up to `speed` m / cycle in a direction in
+    which it comes to rest on the pitch.
+
+    End
+    ---
+    Terminated when the ball is kickable for the player; truncated after `max_cycles`.
+
+    References
+    ----------
+    Dissertation 2.2.7, Fig. 2.13 (module go_to_ball).
+    """
+
+    name: str = "GoToBall"
+    near: float = 5.0
+    far: float = 40.0
+    rolling: float = 0.5
+    speed: float = 1.5
+    draws: int = 64
+    """Random numbers taken per start; tries of eight."""
+
+    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """Draw the start until ball and resting place of the ball are on the pitch; see the class for the distribution."""
+        p = self.parameters
+        half_length, half_width = 52.5 - 1.0, 34.0 - 1.0
+        u = core.draw(worlds, self.draws).reshape(len(worlds), self.draws // 8, 8)
+        player = np.stack([(2 * u[..., 0] - 1) * half_length, (2 * u[..., 1] - 1) * half_width], axis=-1)
+        distance = self.near + (self.far - self.near) * u[..., 2]
+        angle = 2 * math.pi * u[..., 3]
+        ball = player + distance[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        speed = np.where(u[..., 4] < self.rolling, self.speed * u[..., 5], 0.0)
+        heading = 2 * math.pi * u[..., 6]
+        velocity = speed[..., None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        rest = ball + velocity / (1.0 - p.ball_decay)
+        limit = np.array([half_length, half_width])
+        fits = np.all((np.abs(ball) <= limit) & (np.abs(rest) <= limit), axis=-1)
+        # the first try that fits; the last one is pulled onto the pitch if none does
+        pick = np.where(fits.any(axis=1), fits.argmax(axis=1), fits.shape[1] - 1)
+        row = np.arange(len(worlds))
+        velocity = np.where(fits[row, pick][:, None], velocity[row, pick], 0.0)
+        ball = np.clip(ball[row, pick], -limit, limit)
+        core.place_ball(worlds, ball, velocity)
+        core.place_player(worlds, 1, player[row, pick], 360.0 * u[row, pick, 7] - 180.0)
+
+    def outcome(self, core: SoccerCore) -> Outcome:
+        """Done when the player can kick the ball."""
+        reached = core.kickable(1)
+        reward = reached.astype(np.float64)[:, None]
+        return Outcome(reward, reached, reached, reached.astype(np.int64), {"reached": reward})

@@ -1,0 +1,154 @@
+"""Many worlds of one ego agent as a native Gymnasium `VectorEnv`: one kernel call for all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from ..errors import CprmError, UnknownName
+from .core import SoccerCore
+from .tasks import make_task
+from .tasks.base import Task
+
+
+class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.ndarray]):
+    """A task for one agent in `num_envs` worlds.
+
+    Parameters
+    ----------
+    num_envs : int
+        Worlds.
+    task, agent, action_mode, **options
+        As for `SoccerEnv`.
+    autoreset_mode : AutoresetMode or str
+        ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
+    copy : bool
+        Return copies of the observation arrays (default). ``False`` returns the same arrays every time.
+    threads : int
+        Threads that share the worlds.
+
+    Raises
+    ------
+    UnknownName
+        For a task, agent, action mode or autoreset mode that does not exist.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: str | Task = "GoToBall",
+        agent: str | None = None,
+        action_mode: str = "discrete",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        threads: int = 1,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        **options: Any,
+    ) -> None:
+        if num_envs < 1:
+            raise UnknownName(f"num_envs: {num_envs!r} given, at least 1 is needed")
+        if max_episode_steps is not None:
+            options["max_cycles"] = max_episode_steps
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            raise UnknownName(
+                f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}"
+            ) from None
+        self.task = make_task(task, **options) if isinstance(task, str) else task
+        controlled = self.task.controlled if agent is None else agent
+        self.core = SoccerCore(self.task, num_envs, controlled=controlled, view=action_mode, threads=threads)
+        if len(self.core.agents) != 1:
+            self.core = SoccerCore(self.task, num_envs, controlled=self.core.agents[0], view=action_mode, threads=threads)
+        self.num_envs = num_envs
+        self.metadata = {"render_modes": [], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self.render_mode = render_mode
+        self.single_observation_space = self.core.observation_space()
+        self.single_action_space = self.core.view.space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._copy = copy
+        self._over = np.zeros(num_envs, bool)
+        self._seeded = False
+        self._running = False
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array)."""
+        if isinstance(seed, list):
+            raise UnknownName("seed: one number seeds all worlds (world k depends on the number and k); a list of seeds was given")
+        super().reset(seed=seed)
+        mask = None if not options else options.get("reset_mask")
+        if mask is not None:
+            mask = np.asarray(mask)
+            if mask.shape != (self.num_envs,) or mask.dtype != bool:
+                raise UnknownName(f"reset_mask: expected bool of shape ({self.num_envs},), got {mask.dtype} of shape {mask.shape}")
+        if seed is None and not self._seeded:
+            seed = int(self.np_random.integers(2**31))
+        self._seeded = self._running = True
+        self.core.reset(seed, mask)
+        self._over[slice(None) if mask is None else mask] = False
+        return self._observation(), {}
+
+    def step(self, actions: Any) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Play one cycle in every world, with the chosen autoreset.
+
+        Raises
+        ------
+        CprmError
+            Before the first `reset`, or (autoreset disabled) when a world that is over is stepped.
+        CommandError
+            When the actions do not fit the action space.
+        """
+        if not self._running:
+            raise CprmError("step before reset: call reset() first")
+        starting = self._over.copy() if self.autoreset_mode == AutoresetMode.NEXT_STEP else None
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
+            raise CprmError(f"worlds {np.flatnonzero(self._over).tolist()[:8]} are over: reset them with options={{'reset_mask': ...}}")
+        step = self.core.step(_with_agents(actions))
+        reward, terminated, truncated = step.reward[:, 0].copy(), step.terminated.copy(), step.truncated.copy()
+        info: dict[str, Any] = {"is_success": step.success.copy(), "status": step.status.copy(), "_status": np.ones(self.num_envs, bool)}
+        info["_is_success"] = info["_status"]
+        if starting is not None and starting.any():
+            self.core.reset(None, starting)
+            reward[starting], terminated[starting], truncated[starting] = 0.0, False, False
+            info["is_success"][starting] = False
+        self._over = terminated | truncated
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
+            over = self._over
+            final = np.empty(self.num_envs, object)
+            for i in np.flatnonzero(over):
+                final[i] = {name: values[i, 0].copy() for name, values in self.core.observation.items()}
+            info["final_obs"], info["_final_obs"] = final, over.copy()
+            info["final_info"] = {"is_success": info["is_success"].copy(), "_is_success": over.copy()}
+            info["_final_info"] = over.copy()
+            self.core.reset(None, over)
+            self._over = np.zeros(self.num_envs, bool)
+        return self._observation(), reward, terminated, truncated, info
+
+    def _observation(self) -> dict[str, np.ndarray]:
+        o = {name: values[:, 0] for name, values in self.core.observation.items()}
+        return {name: values.copy() for name, values in o.items()} if self._copy else o
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Nothing is held open."""
+
+
+def _with_agents(actions: Any) -> Any:
+    """Actions of one agent per world with an axis for that agent."""
+    if isinstance(actions, dict):
+        return {key: _lift(value) for key, value in actions.items()}
+    return _lift(actions)
+
+
+def _lift(value: Any) -> Any:
+    try:
+        return np.asarray(value)[:, None]
+    except (TypeError, ValueError, IndexError):
+        return value
