@@ -1,0 +1,35 @@
+"""Collision resolution that tells the referee of every touch (SIMULATOR.md 3.4)."""
+
+from __future__ import annotations
+
+from cprm_gym.simulator.kernels import kernel
+from cprm_gym.simulator.kernels.collisions import (
+    ROUNDS,
+    apply_pushes,
+    bounce,
+    clear_pushes,
+    push_from_ball,
+    push_players,
+    touches_ball,
+)
+from cprm_gym.simulator.kernels.referee import on_touch
+from cprm_gym.simulator.state import PLAYERS
+
+
+@kernel
+def resolve_collisions(w, p):
+    """Push overlapping objects apart, up to ten rounds; each round in which a player overlaps the ball is a touch."""
+    for round in range(ROUNDS):
+        clear_pushes(w)
+        found = False
+        for i in range(PLAYERS):
+            if touches_ball(w, p, i):
+                found = True
+                on_touch(w, p, i)
+                push_from_ball(w, p, i, round)
+        if push_players(w, p, round):
+            found = True
+        if not found:
+            break
+        apply_pushes(w)
+    bounce(w)
