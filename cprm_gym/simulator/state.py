@@ -261,6 +261,11 @@ WORLD = np.dtype(
         ("audio_length", "i1", (SAY_QUEUE,)), ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
         ("heard_count", "i1", (PLAYERS,)), ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
         ("collided", "u1", (PLAYERS,)),   # since the last sense_body: 1 ball, 2 player, 4 post
+        ("shown_bits", "u4", (PLAYERS,)), # PlayerBit as monitors and logs were told at the end of the last step
+        # outcomes of draws to come, for replays: 0 drawn as usual, 1 yes, -1 no (kernels.random.decide)
+        ("forced_tackle", "i1", (PLAYERS,)), ("forced_catch", "i1", (PLAYERS,)),  # success of the player's tackle, stretched catch
+        ("forced_foul", "i1", (PLAYERS,)), ("forced_card", "i1", (PLAYERS,)),     # his foul is detected; it draws a card
+        ("order", "u1", (PLAYERS,)),      # scratch: the order in which players' commands are executed in this step
         # scratch of one collision resolution
         ("hit", "u1", (OBJECTS,)), ("push", "f8", (OBJECTS, 2)), ("pushes", "i2", (OBJECTS,)),
         # --- bookkeeping of types per team (SIMULATOR.md 2.2); index 18 = "never substituted"

@@ -104,6 +104,14 @@ def bernoulli(w, stream, a, b, draw, probability):
 
 
 @kernel
+def decide(w, forced, stream, a, b, draw, probability):
+    """The outcome `forced` (1 yes, -1 no), or `bernoulli` when it is 0: replays know the outcomes of some draws."""
+    if forced != 0:
+        return forced > 0
+    return uniform(w, stream, a, b, draw) < probability
+
+
+@kernel
 def normal(w, stream, a, b, draw, mean, deviation):
     """A normal variate by Box and Muller; uses draws ``2 * draw`` and ``2 * draw + 1`` of the purpose."""
     u = 1.0 - uniform(w, stream, a, b, 2 * draw)
