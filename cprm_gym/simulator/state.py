@@ -281,7 +281,7 @@ WORLD = np.dtype(
         ("wait", "i4", (6,)),             # the 30-step waits: offside, free kick fault, back pass, catch fault, foul, illegal defence
         ("illegal_side", "i4"), ("illegal_time", "i4"), ("illegal_count", "i4", (2,)),
         ("pen_side", "i4"), ("pen_taker_side", "i4"), ("pen_number", "i4"), ("pen_used", "u1", (PLAYERS,)), ("pen_last_taker", "i4"),
-        ("pen_timer", "i4"), ("pen_started", "u1"), ("pen_finished", "u1"), ("pen_random", "i4"),
+        ("pen_timer", "i4"), ("pen_started", "u1"), ("pen_finished", "u1"), ("pen_ball_prev", "f8", (2,)),
         ("auto_kick_off_wait", "i4"), ("auto_connect_wait", "i4"),
         ("keepaway_count", "i4"), ("keepaway_first", "i4"),     # steps the takers had the ball; the keeper of the first corner
         # what a referee's module decided and the referee has still to carry out: Ruling, side, place
