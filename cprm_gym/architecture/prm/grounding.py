@@ -1,216 +1,238 @@
-"""From a relational model and its objects to the flat Bayes net of one time slice.
-
-A `GroundSlice` is what every inference engine reads: the variables of slice ``t``, one CPD for each hidden or
-observed variable, and the inputs, which are always observed and have no CPD. A sequence of slices is the unrolled,
-non-homogeneous net; switching a relation on or off means that the next slice has other CPDs.
-"""
+"""From a relational model and its objects to flat Bayes nets: one `GroundSlice` for every set of active relations."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
-from dataclasses import dataclass, field
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-import numpy as np
-
+from cprm_gym.architecture.prm.schema import Input, Model, canonical_tuple, parse_tuple
+from cprm_gym.architecture.prm.slice_building import SliceBuilder
+from cprm_gym.architecture.prm.slices import (
+    PREVIOUS,
+    SAME,
+    STATIC,
+    GroundCPD,
+    GroundSlice,
+    GroundVariable,
+    check_rows,
+    topological_order,
+)
 from cprm_gym.errors import ModelError, did_you_mean
 
-SAME, PREVIOUS, STATIC = 0, 1, -1
-"""Lags of a parent: in the same slice, in the previous one, or atemporal (defined in the first slice)."""
+__all__ = [
+    "PREVIOUS",
+    "SAME",
+    "STATIC",
+    "GroundCPD",
+    "GroundSlice",
+    "GroundVariable",
+    "Grounding",
+    "check_rows",
+    "topological_order",
+    "unroll",
+]
 
-SUM_TOLERANCE = 1e-9
-"""How far the sum of a row of a CPD may be from 1."""
+CACHED_SLICES = 1024
+"""Ground slices that a `Grounding` remembers; the least recently used one is forgotten first."""
 
 
-@dataclass(frozen=True, eq=False)
-class GroundVariable:
-    """One random variable of one object.
+class Grounding:
+    """A model and the objects of a world.
 
-    Attributes
+    Parameters
     ----------
-    name : str
-        ``"ball.dist"``, or ``"possesses(o3,ball).shoot"`` for an attribute of a relation.
-    states : tuple of str
-        Names of the states, in order.
-    edges : (K + 1,) float array or None
-        Bin edges in the attribute's unit when the states are the K bins of a number; None for named states.
-    circular : bool
-        The last bin is followed by the first (an angle).
-    class_name, object_name, attribute : str
-        Where it comes from; two variables with equal `class_name` and `attribute` are of the same kind.
+    model : Model
+    objects : mapping of str to str
+        Object name -> class name. All that may ever exist; which are there in a slice is said to `ground`.
+    references : mapping of str to mapping, optional
+        ``{"red_1": {"ball": "ball", "opponents": ("blue_1", "blue_2")}}``. What is left out defaults to the only object of
+        the reference's class, or with `many` to all of them (but not the object itself).
+
+    Raises
+    ------
+    ModelError
+        For an unknown class, object or reference, with the nearest known name.
     """
 
-    name: str
-    states: tuple[str, ...]
-    edges: np.ndarray | None = None
-    circular: bool = False
-    class_name: str = ""
-    object_name: str = ""
-    attribute: str = ""
+    def __init__(
+        self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        self.model = model
+        self.objects = dict(objects)
+        self.where = f"model {model.name!r}"
+        checked = model.checked
+        self.members: dict[str, tuple[str, ...]] = {}
+        for name, class_name in self.objects.items():
+            if not isinstance(name, str) or not name or set(name) & set(".(),#* "):
+                raise ModelError(f"{self.where}: an object name must not be empty or hold any of '.(),#* ', got {name!r}")
+            if class_name not in checked.classes:
+                hint = did_you_mean(class_name, checked.classes)
+                raise ModelError(f"{self.where}, object {name!r}: unknown class {class_name!r}.{hint}")
+            if checked.classes[class_name].abstract:
+                raise ModelError(f"{self.where}, object {name!r}: class {class_name!r} is abstract")
+        for class_name in checked.classes:
+            self.members[class_name] = tuple(o for o, c in self.objects.items() if checked.is_a(c, class_name))
+        self.references: dict[tuple[str, str], tuple[str, ...]] = {}
+        for name, slots in (references or {}).items():
+            self._set_references(name, slots)
+        self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
 
-    def __post_init__(self) -> None:
-        if len(set(self.states)) != len(self.states) or not self.states:
-            raise ModelError(f"variable {self.name!r}: states must be named once each, got {self.states}")
-        if self.edges is not None and len(self.edges) != len(self.states) + 1:
-            raise ModelError(f"variable {self.name!r}: {self.card} bins need {self.card + 1} edges, got {len(self.edges)}")
+    def _set_references(self, name: str, slots: Mapping[str, Any]) -> None:
+        checked = self.model.checked
+        if name not in self.objects:
+            raise ModelError(f"{self.where}, references: unknown object {name!r}.{did_you_mean(name, self.objects)}")
+        known = checked.classes[self.objects[name]].references
+        for slot, value in slots.items():
+            where = f"{self.where}, object {name!r}, reference {slot!r}"
+            if slot not in known:
+                raise ModelError(f"{where}: class {self.objects[name]!r} has no such reference.{did_you_mean(slot, known)}")
+            targets = (value,) if isinstance(value, str) else tuple(value)
+            if not known[slot].many and len(targets) != 1:
+                raise ModelError(f"{where}: holds one object, got {targets}")
+            for target in targets:
+                if target not in self.members[known[slot].target]:
+                    options = self.members[known[slot].target]
+                    hint = did_you_mean(target, options)
+                    raise ModelError(f"{where}: {target!r} is not a {known[slot].target}.{hint} Known: {', '.join(options)}")
+            self.references[name, slot] = targets
 
-    @property
-    def card(self) -> int:
-        """Number of states."""
-        return len(self.states)
+    def ground(
+        self,
+        relations: Iterable[str | tuple[str, ...]] = (),
+        first: bool = False,
+        *,
+        objects: Iterable[str] | None = None,
+        entering: Iterable[str] = (),
+    ) -> GroundSlice:
+        """The flat net of one slice.
 
+        Parameters
+        ----------
+        relations : iterable of str or tuple of str
+            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter.
+        first : bool
+            The slice has no predecessor.
+        objects : iterable of str, optional
+            The objects that exist in it; default all.
+        entering : iterable of str
+            Objects and relation tuples that exist in this slice but not in the one before: they have no previous values.
 
-@dataclass(frozen=True, eq=False)
-class GroundCPD:
-    """P(child | parents) of one variable in one slice.
-
-    Attributes
-    ----------
-    child : str
-        Name of the variable, in this slice.
-    parents : tuple of (str, int)
-        Variable name and lag: 0 same slice, 1 previous slice, -1 static (the value it had in the first slice).
-    table : float array
-        One axis per parent as declared, the child's axis last; rows sum to 1. Read only.
-    key : hashable
-        Identity of the class-level CPD: equal keys, equal tables and equal kinds of parents.
-    """
-
-    child: str
-    parents: tuple[tuple[str, int], ...]
-    table: np.ndarray
-    key: Hashable
-
-    def __post_init__(self) -> None:
-        for parent, lag in self.parents:
-            if lag not in (SAME, PREVIOUS, STATIC):
-                raise ModelError(f"CPD of {self.child!r}: lag of parent {parent!r} is {lag}; allowed are 0, 1 and -1")
-        if len(set(self.parents)) != len(self.parents):
-            raise ModelError(f"CPD of {self.child!r}: a parent is named twice in {self.parents}")
-        if self.table.ndim != len(self.parents) + 1:
-            count = len(self.parents)
-            raise ModelError(f"CPD of {self.child!r}: table has {self.table.ndim} axes for {count} parents and the child")
-
-
-@dataclass(frozen=True, eq=False)
-class GroundSlice:
-    """One time slice of the flat net.
-
-    Attributes
-    ----------
-    variables : dict of str to GroundVariable
-        Every variable of the slice, inputs among them.
-    cpds : tuple of GroundCPD
-        One for each variable that is not an input.
-    inputs : tuple of str
-        Variables that are always observed (ego motion, places of a net): context of the CPDs, never in the tree, without
-        a prior and so without a part in the likelihood.
-    relations : tuple of str
-        The active relation tuples the slice was made for, ``"possesses(o3,ball)"``.
-    clusters : tuple of tuple of str
-        Variables that a relation asks to keep together when a belief must be projected.
-    """
-
-    variables: dict[str, GroundVariable]
-    cpds: tuple[GroundCPD, ...]
-    inputs: tuple[str, ...] = ()
-    relations: tuple[str, ...] = ()
-    clusters: tuple[tuple[str, ...], ...] = ()
-    by_child: dict[str, GroundCPD] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        by_child: dict[str, GroundCPD] = {}
-        for cpd in self.cpds:
-            if cpd.child in by_child:
-                raise ModelError(f"variable {cpd.child!r} has two CPDs in one slice")
-            by_child[cpd.child] = cpd
-            self._check(cpd)
-        for name in self.variables:
-            if (name in by_child) == (name in self.inputs):
-                what = "is an input and has a CPD" if name in by_child else "has no CPD and is not an input"
-                raise ModelError(f"variable {name!r} {what}")
-        object.__setattr__(self, "by_child", by_child)
-        self.order()
-
-    def _check(self, cpd: GroundCPD) -> None:
-        if cpd.child not in self.variables:
-            raise ModelError(f"CPD of unknown variable {cpd.child!r}.{did_you_mean(cpd.child, self.variables)}")
-        states = self.variables[cpd.child].card
-        if cpd.table.shape[-1] != states:
-            raise ModelError(f"CPD of {cpd.child!r}: {cpd.table.shape[-1]} probabilities for {states} states")
-        for (parent, lag), size in zip(cpd.parents, cpd.table.shape):
-            known = self.variables.get(parent)
-            if known is None and lag == SAME:
-                raise ModelError(f"CPD of {cpd.child!r}: unknown parent {parent!r}.{did_you_mean(parent, self.variables)}")
-            if known is not None and known.card != size:
-                raise ModelError(f"CPD of {cpd.child!r}: axis of {parent!r} has {size} entries for {known.card} states")
-        check_rows(cpd.table, f"CPD of {cpd.child!r}")
-
-    def order(self) -> tuple[str, ...]:
-        """Variables in a topological order of the same-slice parents, inputs first.
+        Returns
+        -------
+        GroundSlice
+            The same object for the same arguments, as long as it is remembered.
 
         Raises
         ------
         ModelError
-            If the slice has a cycle; the message shows it.
+            For an unknown tuple, a conflict of tuples that no rule decides, or a cycle.
         """
-        parents = {c.child: [p for p, lag in c.parents if lag == SAME] for c in self.cpds}
-        return topological_order(parents, self.variables)
+        raw = (tuple(relations), first, None if objects is None else tuple(objects), tuple(entering))
+        known = self._slices.get(raw)
+        if known is not None:
+            self._slices.move_to_end(raw)
+            return known
+        active = sorted({self.canonical(r) for r in raw[0]})
+        live = tuple(self.objects) if raw[2] is None else self._live(raw[2])
+        fresh = frozenset((*live, *active)) if first else frozenset(self._entering(e, live, active) for e in raw[3])
+        key = (tuple(active), live, fresh)
+        made = self._slices.get(key)
+        if made is None:
+            made = SliceBuilder(self, tuple(active), live, fresh).build()
+            self._remember(key, made)
+        self._remember(raw, made)
+        return made
+
+    def _remember(self, key: Any, made: GroundSlice) -> None:
+        self._slices[key] = made
+        if len(self._slices) > CACHED_SLICES:
+            self._slices.popitem(last=False)
+
+    def canonical(self, relation: str | tuple[str, ...]) -> str:
+        """The one way to write an active tuple, after checking relation, number and classes of its objects.
+
+        Raises
+        ------
+        ModelError
+        """
+        name, args = parse_tuple(relation)
+        known = self.model.checked.relations
+        if name not in known:
+            hint = f"{did_you_mean(name, known)} Known: {', '.join(known) or 'none'}"
+            raise ModelError(f"{self.where}: unknown relation {name!r}.{hint}")
+        roles = known[name].relation.roles
+        text = canonical_tuple(name, args)
+        if len(args) != len(roles):
+            raise ModelError(f"{self.where}: {text} has {len(args)} objects for the roles {', '.join(r for r, _ in roles)}")
+        for arg, (role, class_name) in zip(args, roles):
+            if arg not in self.members[class_name]:
+                options = self.members[class_name]
+                hint = did_you_mean(arg, options)
+                shown = ", ".join(options) or "none"
+                raise ModelError(f"{self.where}: {text}: role {role!r} takes a {class_name}, got {arg!r}.{hint} Known: {shown}")
+        return text
+
+    def _live(self, objects: Sequence[str]) -> tuple[str, ...]:
+        for name in objects:
+            if name not in self.objects:
+                raise ModelError(f"{self.where}: unknown object {name!r}.{did_you_mean(name, self.objects)}")
+        wanted = set(objects)
+        return tuple(o for o in self.objects if o in wanted)
+
+    def _entering(self, name: str | tuple[str, ...], live: Sequence[str], active: Sequence[str]) -> str:
+        text = name if isinstance(name, str) and "(" not in name else self.canonical(name)
+        if text not in live and text not in active:
+            raise ModelError(f"{self.where}: {text!r} enters but is neither an object nor an active relation of this slice")
+        return text
+
+    def inputs(self, ground: GroundSlice) -> dict[str, Input]:
+        """The inputs of a slice by variable name, with their defaults."""
+        classes = self.model.checked.classes
+        out = {}
+        for name in ground.inputs:
+            variable = ground.variables[name]
+            out[name] = classes[self.objects[variable.object_name]].inputs[variable.attribute]
+        return out
 
 
-def check_rows(table: np.ndarray, where: str) -> None:
-    """Refuse a table with a negative, non-finite or not-summing row, naming the row.
+def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
+    """One static net of several slices; variable x of slice t is called ``"x#t"``.
+
+    A static variable is the one of the last slice that defines it. Inputs stay inputs.
 
     Parameters
     ----------
-    table : float array
-        Child axis last.
-    where : str
-        Start of the message.
+    slices : sequence of GroundSlice
+
+    Returns
+    -------
+    GroundSlice
+        Without lags.
 
     Raises
     ------
     ModelError
+        If a parent does not exist in the slice it should be in.
     """
-    good = np.isfinite(table).all(axis=-1) & (table >= 0).all(axis=-1)
-    with np.errstate(invalid="ignore"):
-        good &= np.abs(table.sum(axis=-1) - 1.0) <= SUM_TOLERANCE
-    if good.all():
-        return
-    row = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0]) if table.ndim > 1 else ()
-    values = table[row]
-    distribution = np.isfinite(values).all() and (values >= 0).all()
-    what = f"sums to {float(values.sum())!r}, not 1" if distribution else "has values that are no probabilities"
-    raise ModelError(f"{where}: row {row} {what}: {values.tolist()}")
-
-
-def topological_order(parents: dict[str, list[str]], names: Iterable[str]) -> tuple[str, ...]:
-    """Names such that parents come before children; among the free ones the given order is kept.
-
-    Raises
-    ------
-    ModelError
-        If there is a cycle; the message shows it as ``a -> b -> a``.
-    """
-    done: dict[str, None] = {}
-    path: dict[str, None] = {}
-
-    for root in names:
-        stack = [(root, iter(parents.get(root, ())))]
-        if root in done:
-            continue
-        path[root] = None
-        while stack:
-            node, rest = stack[-1]
-            parent = next(rest, None)
-            if parent is None:
-                stack.pop()
-                path.pop(node, None)
-                done[node] = None
-            elif parent in path:
-                loop = list(path)[list(path).index(parent):]
-                shown = " -> ".join([parent, *reversed(loop)])
-                raise ModelError(f"variables of one slice depend on each other in a cycle: {shown}")
-            elif parent not in done:
-                path[parent] = None
-                stack.append((parent, iter(parents.get(parent, ()))))
-    return tuple(done)
+    variables: dict[str, GroundVariable] = {}
+    cpds: list[GroundCPD] = []
+    inputs: list[str] = []
+    latest: dict[str, int] = {}
+    for t, ground in enumerate(slices):
+        for name, v in ground.variables.items():
+            latest[name] = t
+            full = f"{name}#{t}"
+            variables[full] = GroundVariable(
+                full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit
+            )
+        inputs += [f"{name}#{t}" for name in ground.inputs]
+        for cpd in ground.cpds:
+            parents = []
+            for parent, lag in cpd.parents:
+                at = latest.get(parent, -1) if lag == STATIC else t - lag
+                if f"{parent}#{at}" not in variables:
+                    raise ModelError(f"slice {t}: {cpd.child!r} needs {parent!r} of slice {at}, which does not have it")
+                parents.append((f"{parent}#{at}", SAME))
+            cpds.append(GroundCPD(f"{cpd.child}#{t}", tuple(parents), cpd.table, cpd.key, cpd.checked))
+    return GroundSlice(variables, tuple(cpds), tuple(inputs))
