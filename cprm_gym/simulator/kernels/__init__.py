@@ -14,6 +14,7 @@ from cprm_gym.compilation import kernel_group
 _simulator = Path(__file__).parent.parent
 
 kernel = kernel_group(
-    Path(__file__).parent, _simulator / "state.py", _simulator / "parameters.py", _simulator / "player_types.py"
+    Path(__file__).parent,
+    *(_simulator / name for name in ("state.py", "parameters.py", "player_types.py", "landmarks.py")),
 )
 """``numba.njit`` with the package's flags and a cache keyed by every file that the kernels depend on."""

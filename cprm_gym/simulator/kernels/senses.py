@@ -362,6 +362,13 @@ def hide_identities(i, players, levels, marks):
 
 
 @kernel
+def message_of_arrays(w, i):
+    """(protocol version, message of the cycle) that the arrays of player `i` show: the last one before the commands."""
+    protocol = w.protocol[i] if w.protocol[i] > 0 else NEWEST
+    return protocol, 1 if w.saw[i] & 2 else 0 if w.saw[i] & 1 else 2
+
+
+@kernel
 def see_world(w, p, fresh, ball, ball_level, players, players_level, players_flags):
     """The see arrays of one world; what is not seen is zero."""
     for i in range(PLAYERS):
@@ -372,15 +379,14 @@ def see_world(w, p, fresh, ball, ball_level, players, players_level, players_fla
         ball_level[i] = UNSEEN
         fresh[i] = is_fresh(w, i)
         if fresh[i]:
-            protocol = w.protocol[i] if w.protocol[i] > 0 else NEWEST
-            tick = 1 if w.saw[i] & 2 else 0 if w.saw[i] & 1 else 2
+            protocol, tick = message_of_arrays(w, i)
             ball_level[i] = look(w, p, i, protocol, tick, ball[i], players[i], players_level[i], players_flags[i])
             hide_identities(i, players[i], players_level[i], players_flags[i])
 
 
 @kernel
-def see_worlds(worlds, parameters, fresh, ball, ball_level, players, players_level, players_flags):
-    """`see_world` for each record of `worlds`; first axis of every array: worlds."""
+def see_worlds(worlds, parameters, start, stop, fresh, ball, ball_level, players, players_level, players_flags):
+    """`see_world` for worlds `start` to `stop`; first axis of every array: worlds."""
     p = parameters[0]
-    for k in range(worlds.shape[0]):
+    for k in range(start, stop):
         see_world(worlds[k], p, fresh[k], ball[k], ball_level[k], players[k], players_level[k], players_flags[k])
