@@ -261,7 +261,6 @@ WORLD = np.dtype(
         ("audio_length", "i1", (SAY_QUEUE,)), ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
         ("heard_count", "i1", (PLAYERS,)), ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
         ("collided", "u1", (PLAYERS,)),   # since the last sense_body: 1 ball, 2 player, 4 post
-        ("shown_bits", "u4", (PLAYERS,)), # PlayerBit as monitors and logs were told at the end of the last step
         # outcomes of draws to come, for replays: 0 drawn as usual, 1 yes, -1 no (kernels.random.decide)
         ("forced_tackle", "i1", (PLAYERS,)), ("forced_catch", "i1", (PLAYERS,)),  # success of the player's tackle, stretched catch
         ("forced_foul", "i1", (PLAYERS,)), ("forced_card", "i1", (PLAYERS,)),     # his foul is detected; it draws a card
@@ -287,7 +286,8 @@ WORLD = np.dtype(
         # what a referee's module decided and the referee has still to carry out: Ruling, side, place
         ("ruling", "i4"), ("ruling_side", "i4"), ("ruling_pos", "f8", (2,)),
         # --- announcements of the current step, in order: Announcement and its arguments; the time each was made
-        ("announced", "i4"), ("announcement", "i2", (ANNOUNCEMENTS, 4)), ("announced_at", "i4", (ANNOUNCEMENTS,)),
+        # announced_done: the step is over, the next announcement begins a new list
+        ("announced", "i4"), ("announced_done", "u1"), ("announcement", "i2", (ANNOUNCEMENTS, 4)), ("announced_at", "i4", (ANNOUNCEMENTS,)),
     ],
     align=True,
 )

@@ -1,0 +1,289 @@
+"""The soccer world: many matches at once, one cycle per call, every rule of server 19.
+
+`Simulator` owns one array of `WORLD` records and one `PARAMETERS` record. Its methods check and allocate once; a step is one
+call of a compiled kernel that changes the worlds in place.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from cprm_gym.errors import CommandError, ParameterError
+from cprm_gym.simulator.kernels import step as kernels
+from cprm_gym.simulator.parameters import Rules, ServerParameters, pack
+from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, generate_types
+from cprm_gym.simulator.setup import draw_wind, initial_world, stream_keys
+from cprm_gym.simulator.state import COMMAND, PLAYERS, WORLD
+
+Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
+Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
+
+_HASHED = (
+    "time", "stoppage", "mode", "kick_off_side", "ball_catcher", "score", "pen_score", "pen_miss", "half_count", "steps",
+    "pos", "vel", "acc", "enabled", "goalie", "type", "card_count", "body", "neck", "stamina", "effort", "recovery", "capacity",
+    "bits", "counts", "tackle_cycles", "foul_cycles", "catch_ban", "view_width", "arm_target", "arm_timer", "attention",
+)
+
+
+def no_commands(*shape: int) -> npt.NDArray[Any]:
+    """An array of `COMMAND` records that say nothing.
+
+    Parameters
+    ----------
+    *shape : int
+        Shape of the array, for example ``(worlds, 22)``.
+    """
+    commands = np.zeros(shape, COMMAND)
+    for name in ("a", "b", "c", "d", "turn_neck", "focus", "point"):
+        commands[name] = np.nan
+    return commands
+
+
+class Simulator:
+    """`worlds` matches of 2D soccer.
+
+    Parameters
+    ----------
+    worlds : int
+        How many.
+    parameters : ServerParameters, optional
+        Parameters of the server.
+    player_parameters : PlayerParameters, optional
+        How heterogeneous types are drawn.
+    player_types : sequence of PlayerType, optional
+        The types, 1 to 18; drawn from `player_parameters` (its ``random_seed``, or `seed` when that is negative) if not given.
+    seed : int, SeedSequence or sequence of int
+        World ``k`` has streams of its own for physics, sensors, referee and resets: spawned from the seed, or from the ``k``-th
+        of `worlds` seeds. Equal seeds and commands give equal worlds, bit for bit, whatever `worlds` and `threads` are.
+    rules : Rules
+        Modules of the referee.
+    threads : int
+        Threads that share the worlds of one step.
+    left, right : int
+        Players per team, 0 to 11, with uniform numbers from 1.
+    goalies : pair of int
+        Uniform numbers of the goalies, 0 for none.
+
+    Raises
+    ------
+    ParameterError
+        When an argument is out of range; the message names it.
+
+    Attributes
+    ----------
+    world : (W,) array of WORLD
+        The state; the simulator's own array, changed in place by every step and free to be changed by its user.
+    commands : (W, 22) array of COMMAND
+        Buffer for the commands of the next `step`.
+    types : tuple of PlayerType
+        The types of this match.
+    """
+
+    def __init__(
+        self, worlds: int = 1, parameters: ServerParameters | None = None, player_parameters: PlayerParameters | None = None,
+        player_types: Sequence[PlayerType] | None = None, seed: Seed = 0, rules: Rules = Rules.ALL, threads: int = 1,
+        left: int = 11, right: int = 11, goalies: tuple[int, int] = (1, 1),
+    ) -> None:
+        _check_whole("worlds", worlds, 1, 2**31)
+        _check_whole("threads", threads, 1, 1024)
+        self.parameters = parameters or ServerParameters()
+        self.player_parameters = player_parameters or PlayerParameters()
+        drawn = self.player_parameters.random_seed
+        self.types = tuple(
+            player_types
+            or generate_types(self.parameters, self.player_parameters, drawn if drawn >= 0 else _first_word(seed))
+        )
+        self.rules = Rules(rules)
+        self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
+        self._start = initial_world(self.packed, left, right, goalies)
+        self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
+        self._silence = no_commands(worlds, PLAYERS)
+        self.commands: npt.NDArray[Any] = self._silence.copy()
+        self._one = no_commands(1)
+        self.threads = threads
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self.reset(seed)
+
+    @property
+    def worlds(self) -> int:
+        """The number of worlds."""
+        return len(self.world)
+
+    # ------------------------------------------------------------------------------------------ time
+
+    def step(self, commands: npt.NDArray[Any] | None = None) -> None:
+        """Execute every player's commands, in an order drawn anew for each world and cycle, then run one step.
+
+        Parameters
+        ----------
+        commands : (W, 22) array of COMMAND, optional
+            The buffer `commands` when not given. It is not cleared; see `clear_commands`.
+
+        Raises
+        ------
+        CommandError
+            When `commands` is not such an array.
+        """
+        given = self.commands if commands is None else self._checked_commands(commands)
+        self._run(kernels.step_worlds, given)
+
+    def advance(self) -> None:
+        """Run one step; commands given by `command_phase` since the last one have been executed already."""
+        self._run(kernels.advance_worlds)
+
+    def command_phase(self, world: int, player: int, command: Any) -> None:
+        """Execute one command at once, as the server does when it receives it; `advance` then runs the step.
+
+        Parameters
+        ----------
+        world : int
+            Index of the world.
+        player : int
+            Object number 1 to 22 of the player.
+        command : COMMAND record
+            What he sends.
+
+        Raises
+        ------
+        CommandError
+            When there is no such world or player, or `command` is not a record.
+        """
+        _check_index("world", world, 0, self.worlds - 1)
+        _check_index("player", player, 1, PLAYERS)
+        if getattr(command, "dtype", None) != COMMAND or np.size(command) != 1:
+            raise CommandError(f"`command` takes one record of dtype COMMAND, got {_named(command)}")
+        self._one[0] = np.reshape(command, ())[()]
+        kernels.command_world(self.world, self.packed, world, player - 1, self._one, 0)
+
+    def clear_commands(self) -> None:
+        """Make the buffer `commands` say nothing."""
+        self.commands.view("u1")[...] = self._silence.view("u1")
+
+    def _run(self, kernel: Any, *arguments: Any) -> None:
+        """Call a kernel over ranges of worlds, one range per thread."""
+        if self._pool is None or self.worlds == 1:
+            kernel(self.world, self.packed, *arguments, 0, self.worlds)
+            return
+        bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
+        tasks = [
+            self._pool.submit(kernel, self.world, self.packed, *arguments, start, stop)
+            for start, stop in zip(bounds[:-1], bounds[1:])
+        ]
+        for task in tasks:
+            task.result()
+
+    # ------------------------------------------------------------------------------------------ beginnings and copies
+
+    def reset(self, seed: Seed | None = None, worlds: Worlds = None) -> None:
+        """Put worlds into the state before kick-off: clock 0, everybody at home beside the pitch.
+
+        Parameters
+        ----------
+        seed : int, SeedSequence or sequence of int, optional
+            New streams; without one the worlds keep theirs and go on drawing where they are.
+        worlds : int, indices, slice or mask, optional
+            Which worlds; all when not given.
+
+        Raises
+        ------
+        ParameterError
+            When the seeds or worlds do not fit.
+        """
+        chosen = self._indices(worlds)
+        keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.worlds)
+        steps = self.world["steps"][chosen].copy() if seed is None else 0
+        draws = self.world["draws"][chosen] + 1 if seed is None else 0
+        self.world[chosen] = self._start
+        self.world["key"][chosen], self.world["steps"][chosen], self.world["draws"][chosen] = keys, steps, draws
+        draw_wind(self.world, self.parameters, chosen)
+
+    def snapshot(self) -> npt.NDArray[Any]:
+        """A copy of every world, for `restore`."""
+        return self.world.copy()
+
+    def restore(self, snapshot: npt.NDArray[Any], worlds: Worlds = None) -> None:
+        """Go back to a snapshot.
+
+        Parameters
+        ----------
+        snapshot : array of WORLD
+            Made by `snapshot`; one record per chosen world, or a single one for all of them.
+        worlds : int, indices, slice or mask, optional
+            Which worlds; all when not given.
+
+        Raises
+        ------
+        ParameterError
+            When the snapshot does not fit.
+        """
+        chosen = self._indices(worlds)
+        if getattr(snapshot, "dtype", None) != WORLD or np.size(snapshot) not in (1, len(chosen)):
+            raise ParameterError(f"`snapshot` takes 1 or {len(chosen)} records of dtype WORLD, got {_named(snapshot)}")
+        self.world[chosen] = np.ravel(snapshot)
+
+    def state_hash(self, worlds: Worlds = None) -> str:
+        """SHA-256 of everything that has happened in the chosen worlds: clocks, mode, score, objects, players.
+
+        Parameters
+        ----------
+        worlds : int, indices, slice or mask, optional
+            Which worlds; all when not given.
+        """
+        chosen = self._indices(worlds)
+        digest = hashlib.sha256()
+        for name in _HASHED:
+            digest.update(name.encode() + np.ascontiguousarray(self.world[name][chosen]).tobytes())
+        return digest.hexdigest()
+
+    # ------------------------------------------------------------------------------------------ checks
+
+    def _checked_commands(self, commands: Any) -> npt.NDArray[Any]:
+        if not isinstance(commands, np.ndarray) or commands.dtype != COMMAND or commands.shape != (self.worlds, PLAYERS):
+            raise CommandError(
+                f"`commands` takes an array of dtype COMMAND and shape ({self.worlds}, {PLAYERS}), got {_named(commands)}; "
+                "make one with `no_commands` or fill `Simulator.commands`"
+            )
+        return np.ascontiguousarray(commands)
+
+    def _indices(self, worlds: Worlds) -> npt.NDArray[np.int64]:
+        """Numbers of the chosen worlds."""
+        everything = np.arange(self.worlds)
+        if worlds is None:
+            return everything
+        try:
+            picked: npt.NDArray[np.int64] = np.atleast_1d(everything[worlds])
+        except (IndexError, TypeError, ValueError):
+            raise ParameterError(
+                f"`worlds` takes indices 0 to {self.worlds - 1}, a slice or a mask of {self.worlds} truth values, got {worlds!r}"
+            ) from None
+        return picked
+
+
+def _named(thing: Any) -> str:
+    """What `thing` is, for messages."""
+    if isinstance(thing, np.ndarray):
+        return f"an array of shape {thing.shape} and dtype {str(thing.dtype)[:40]}"
+    return f"{type(thing).__name__} {str(thing)[:40]!r}"
+
+
+def _check_whole(name: str, value: Any, low: int, high: int) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not low <= value <= high:
+        raise ParameterError(f"`{name}` takes a whole number from {low} to {high}, got {value!r}")
+
+
+def _check_index(name: str, value: Any, low: int, high: int) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not low <= value <= high:
+        raise CommandError(f"`{name}` takes a number from {low} to {high}, got {value!r}")
+
+
+def _first_word(seed: Seed) -> int:
+    """A seed of 31 bits for the player types."""
+    if not isinstance(seed, np.random.SeedSequence):
+        seed = np.random.SeedSequence(seed)
+    return int(seed.generate_state(1)[0]) & 0x7FFFFFFF
