@@ -1,7 +1,7 @@
 """The text of players' and trainer's commands: the server's grammar read and written (PROTOCOL.md 4 and 6).
 
-`parse_commands` reads one datagram into commands in order; `command_record` turns one into a `COMMAND` record that the kernels execute,
-`command_text` back. Reading stops at the first error, as in the server: what stands before it is executed, the rest dropped.
+`parse_commands` reads one datagram into commands in order; `command_record` turns one into a `COMMAND` record that the kernels
+execute, `command_text` back. Reading stops at the first error, as in the server: what stands before it is executed, the rest dropped.
 """
 
 from __future__ import annotations
@@ -285,7 +285,9 @@ def side_of_team(team: str, own: int, names: tuple[str, str]) -> int | None:
     return {"our": own, "opp": -own, "l": LEFT, "r": RIGHT}.get(team)
 
 
-def command_record(command: PlayerCommand, own: int = LEFT, names: tuple[str, str] = ("Left", "Right")) -> npt.NDArray[Any] | None:
+def command_record(
+    command: PlayerCommand, own: int = LEFT, names: tuple[str, str] = ("Left", "Right")
+) -> npt.NDArray[Any] | None:
     """A `COMMAND` array of shape (1,) for `command`, or None for one that a record does not hold or that has no effect.
 
     Parameters
@@ -402,7 +404,8 @@ def command_text(record: Any) -> str:
     if record["attention_side"] == 3:
         commands.append(PlayerCommand("attentionto_off"))
     elif record["attention_side"]:
-        commands.append(PlayerCommand("attentionto", ("our" if record["attention_side"] == 1 else "opp", int(record["attention_unum"]))))
+        team = "our" if record["attention_side"] == 1 else "opp"
+        commands.append(PlayerCommand("attentionto", (team, int(record["attention_unum"]))))
     if record["say_length"]:
         commands.append(PlayerCommand("say", (bytes(record["say"][: record["say_length"]]).decode("ascii"),)))
     return "".join(format_command(command) for command in commands)

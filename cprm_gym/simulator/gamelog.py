@@ -1,7 +1,7 @@
 """Game logs (``.rcg``): one picture of the field per cycle, as the server writes them and as its viewers play them.
 
-`GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time. `GameLogWriter`
-writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log: metres and degrees
+`GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time.
+`GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log: metres and degrees
 in the server's frame, already rounded by whoever wrote it (PROTOCOL.md 10 and 11). What a version does not record is NaN or -1.
 """
 
@@ -27,7 +27,8 @@ from cprm_gym.simulator.player_types import PlayerParameters, PlayerType
 from cprm_gym.simulator.state import LEFT, PLAYERS, RIGHT, PlayMode
 
 LOG_COUNTS = (
-    "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto", "attentionto", "change_focus",
+    "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto", "attentionto",
+    "change_focus",
 )
 """The command counters of a player in a log, in the order of the text log."""
 
@@ -187,7 +188,7 @@ class GameLogReader:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         with open_log(self.path) as stream:
-            self.header = _parser(self.path, stream).header
+            self.header: GameLogHeader = _parser(self.path, stream).header
 
     @property
     def version(self) -> int:
@@ -213,7 +214,7 @@ class GameLogReader:
 def open_log(path: Path) -> io.BufferedReader:
     """The bytes of `path`, decompressed if they begin like a gzip file."""
     try:
-        stream = open(path, "rb")
+        stream = open(path, "rb")  # noqa: SIM115 - the caller closes it
         if stream.peek(2)[:2] != b"\x1f\x8b":
             return stream
         stream.close()

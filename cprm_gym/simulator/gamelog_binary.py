@@ -1,7 +1,7 @@
 """Binary game logs, versions 1 to 3, of old servers; read only.
 
-All numbers are big-endian. Version 1 is a row of records of 2052 bytes without a header. Versions 2 and 3 begin with ``ULG`` and the
-version byte; version 2 keeps the frames of version 1 (positions in 1/16 m, whole degrees, no velocities), version 3 has reals
+All numbers are big-endian. Version 1 is a row of records of 2052 bytes without a header. Versions 2 and 3 begin with ``ULG`` and
+the version byte; version 2 keeps the frames of version 1 (positions in 1/16 m, whole degrees, no velocities), version 3 has reals
 as 32-bit fixed point with 16 binary digits and angles in radians.
 """
 

@@ -50,9 +50,9 @@ class JsonParser:
                     try:
                         item, end = _DECODER.raw_decode(text)
                     except json.JSONDecodeError as error:
-                        if error.pos >= len(text.rstrip()) - 1 or error.msg.startswith("Unterminated"):
-                            if len(text) < _LONGEST:
-                                break
+                        at_end = error.pos >= len(text.rstrip()) - 1 or error.msg.startswith("Unterminated")
+                        if at_end and len(text) < _LONGEST:
+                            break
                         raise self._error(f"not JSON: {error.msg} at {text[error.pos:error.pos + 20]!r}") from error
                     if not isinstance(item, dict) or len(item) != 1:
                         raise self._error(f"an object with one name was expected, got {str(item)[:40]!r}")

@@ -129,7 +129,7 @@ class GameLogWriter:
             raise LogError(f"a game has 2 teams, got {list(teams)}")
         for name in teams:
             if any(c in ' ()"\\' or not c.isprintable() for c in name) or name == "null":
-                raise LogError(f"team name {name!r}: a log holds names of printable characters without blanks, quotes or parentheses")
+                raise LogError(f"team name {name!r}: a log holds printable names without blanks, quotes or parentheses")
         self.parameters = parameters or ServerParameters()
         self.player_parameters = player_parameters or PlayerParameters()
         self.player_types = tuple(player_types) or (PlayerType.default(self.parameters),)
