@@ -190,7 +190,7 @@ def new_body(worlds: int) -> Array:
     return np.zeros((worlds, PLAYERS, len(BodyColumn)))
 
 
-def see(worlds: Array, parameters: Array, out: See | None = None, start: int = 0, stop: int | None = None) -> See:
+def see(worlds: Array, parameters: Array, out: See | None = None) -> See:
     """Ball and players as every player sees them.
 
     Parameters
@@ -199,32 +199,28 @@ def see(worlds: Array, parameters: Array, out: See | None = None, start: int = 0
     parameters : (1,) PARAMETERS
     out : See, optional
         Buffers to fill; allocated when not given.
-    start, stop : int
-        Worlds to look at; the rows of the others are left as they are.
     """
     out = new_see(len(worlds)) if out is None else out
-    senses.see_worlds(worlds, parameters, start, len(worlds) if stop is None else stop, *out)
+    senses.see_worlds(worlds, parameters, *out, 0, len(worlds))
     return out
 
 
-def see_landmarks(
-    worlds: Array, parameters: Array, out: Landmarks | None = None, start: int = 0, stop: int | None = None
-) -> Landmarks:
+def see_landmarks(worlds: Array, parameters: Array, out: Landmarks | None = None) -> Landmarks:
     """Landmarks and lines as every player sees them; arguments as `see`."""
     out = new_landmarks(len(worlds)) if out is None else out
-    landmarks.landmarks_of_worlds(worlds, parameters, start, len(worlds) if stop is None else stop, *out)
+    landmarks.landmarks_of_worlds(worlds, parameters, *out, 0, len(worlds))
     return out
 
 
-def sense_body(worlds: Array, parameters: Array, out: Array | None = None, start: int = 0, stop: int | None = None) -> Array:
+def sense_body(worlds: Array, parameters: Array, out: Array | None = None) -> Array:
     """What every player is told of himself, (W, 22, 34) with columns `BodyColumn`; arguments as `see`."""
     out = new_body(len(worlds)) if out is None else out
-    body.sense_bodies(worlds, parameters, start, len(worlds) if stop is None else stop, out)
+    body.sense_bodies(worlds, parameters, out, 0, len(worlds))
     return out
 
 
-def hear(worlds: Array, parameters: Array, out: Hear | None = None, start: int = 0, stop: int | None = None) -> Hear:
+def hear(worlds: Array, parameters: Array, out: Hear | None = None) -> Hear:
     """What every player heard after the last step; arguments as `see`."""
     out = new_hear(len(worlds)) if out is None else out
-    audio.hear_worlds(worlds, start, len(worlds) if stop is None else stop, *out)
+    audio.hear_worlds(worlds, parameters, *out, 0, len(worlds))
     return out

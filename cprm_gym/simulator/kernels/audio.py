@@ -135,7 +135,7 @@ def hear_world(w, sender, level, unum, direction, length, text, count):
 
 
 @kernel
-def hear_worlds(worlds, start, stop, sender, level, unum, direction, length, text, count):
+def hear_worlds(worlds, parameters, sender, level, unum, direction, length, text, count, start, stop):
     """`hear_world` for worlds `start` to `stop`."""
     for k in range(start, stop):
         hear_world(worlds[k], sender[k], level[k], unum[k], direction[k], length[k], text[k], count[k])

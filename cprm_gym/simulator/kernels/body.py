@@ -59,7 +59,7 @@ def sense_body(w, p, i, row):
 
 
 @kernel
-def sense_bodies(worlds, parameters, start, stop, rows):
+def sense_bodies(worlds, parameters, rows, start, stop):
     """`sense_body` of every player that is there into ``rows`` (W, 22, COLUMNS), worlds `start` to `stop`; zeros for the others."""
     p = parameters[0]
     for k in range(start, stop):

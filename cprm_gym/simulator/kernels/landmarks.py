@@ -199,7 +199,7 @@ def landmarks_of_world(w, p, rows, levels, line_rows, line_ids):
 
 
 @kernel
-def landmarks_of_worlds(worlds, parameters, start, stop, rows, levels, line_rows, line_ids):
+def landmarks_of_worlds(worlds, parameters, rows, levels, line_rows, line_ids, start, stop):
     """`landmarks_of_world` for worlds `start` to `stop`."""
     p = parameters[0]
     for k in range(start, stop):

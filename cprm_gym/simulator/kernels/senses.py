@@ -385,7 +385,7 @@ def see_world(w, p, fresh, ball, ball_level, players, players_level, players_fla
 
 
 @kernel
-def see_worlds(worlds, parameters, start, stop, fresh, ball, ball_level, players, players_level, players_flags):
+def see_worlds(worlds, parameters, fresh, ball, ball_level, players, players_level, players_flags, start, stop):
     """`see_world` for worlds `start` to `stop`; first axis of every array: worlds."""
     p = parameters[0]
     for k in range(start, stop):
