@@ -1,7 +1,8 @@
 """The text of players' and trainer's commands: the server's grammar read and written (PROTOCOL.md 4 and 6).
 
 `parse_commands` reads one datagram into commands in order; `command_record` turns one into a `COMMAND` record that the kernels
-execute, `command_text` back. Reading stops at the first error, as in the server: what stands before it is executed, the rest dropped.
+execute, `command_text` back. Reading stops at the first error, as in the server: what stands before it is executed, the rest
+dropped.
 """
 
 from __future__ import annotations

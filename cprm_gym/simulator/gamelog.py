@@ -1,8 +1,9 @@
 """Game logs (``.rcg``): one picture of the field per cycle, as the server writes them and as its viewers play them.
 
 `GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time.
-`GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log: metres and degrees
-in the server's frame, already rounded by whoever wrote it (PROTOCOL.md 10 and 11). What a version does not record is NaN or -1.
+`GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log:
+metres and degrees in the server's frame, already rounded by whoever wrote it (PROTOCOL.md 10 and 11). What a version does not
+record is NaN or -1.
 """
 
 from __future__ import annotations

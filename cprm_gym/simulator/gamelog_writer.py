@@ -34,7 +34,7 @@ class HasWorlds(Protocol):
 
     parameters: ServerParameters
     player_parameters: PlayerParameters
-    player_types: tuple[PlayerType, ...]
+    types: tuple[PlayerType, ...]
 
     @property
     def world(self) -> npt.NDArray[Any]: ...
@@ -145,7 +145,7 @@ class GameLogWriter:
     @classmethod
     def for_simulator(cls, path: str | os.PathLike[str], simulator: HasWorlds, **options: Any) -> GameLogWriter:
         """A writer with the parameters and types of `simulator`; `options` as in the constructor."""
-        return cls(path, simulator.parameters, simulator.player_parameters, simulator.player_types, **options)
+        return cls(path, simulator.parameters, simulator.player_parameters, simulator.types, **options)
 
     # --- what is written
 
