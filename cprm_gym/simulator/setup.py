@@ -71,17 +71,17 @@ def initial_world(packed: npt.NDArray[Any], left: int, right: int, goalies: tupl
     return w
 
 
-def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], worlds: int) -> npt.NDArray[np.uint64]:
+def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], first: int = 0) -> npt.NDArray[np.uint64]:
     """Keys of the random streams, shape (len(chosen), 4).
 
     Parameters
     ----------
     seed : int, SeedSequence or sequence of int
-        One seed, of which world ``k`` gets the ``k``-th child, or one seed per chosen world.
+        One seed, of which world ``k`` gets the child number ``first + k``, or one seed per chosen world.
     chosen : (n,) int array
         Numbers of the worlds.
-    worlds : int
-        How many worlds there are.
+    first : int
+        Number of world 0 among the children.
 
     Raises
     ------
@@ -90,9 +90,9 @@ def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], worlds: int) -> npt.N
     """
     if isinstance(seed, np.random.SeedSequence):
         root = seed
-        children = [np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, int(k))) for k in chosen]
+        children = [np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, first + int(k))) for k in chosen]
     elif _is_seed(seed):
-        children = [np.random.SeedSequence(int(seed), spawn_key=(int(k),)) for k in chosen]  # type: ignore[arg-type]
+        children = [np.random.SeedSequence(int(seed), spawn_key=(first + int(k),)) for k in chosen]  # type: ignore[arg-type]
     else:
         try:
             seeds = list(seed)  # type: ignore[arg-type]

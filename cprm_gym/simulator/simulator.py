@@ -16,10 +16,11 @@ import numpy.typing as npt
 
 from cprm_gym.errors import CommandError, ParameterError
 from cprm_gym.simulator.kernels import step as kernels
+from cprm_gym.simulator.kernels.random import draw_uniforms
 from cprm_gym.simulator.parameters import Rules, ServerParameters, pack
-from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, generate_types
+from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
 from cprm_gym.simulator.setup import draw_wind, initial_world, stream_keys
-from cprm_gym.simulator.state import COMMAND, PLAYERS, WORLD
+from cprm_gym.simulator.state import COMMAND, PLAYERS, WORLD, Stream
 
 Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
 Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
@@ -69,6 +70,8 @@ class Simulator:
         Players per team, 0 to 11, with uniform numbers from 1.
     goalies : pair of int
         Uniform numbers of the goalies, 0 for none.
+    first_world : int
+        Number of world 0 among those of the seed: ``Simulator(1, seed=s, first_world=k)`` is world ``k`` of a batch, bit for bit.
 
     Raises
     ------
@@ -88,10 +91,11 @@ class Simulator:
     def __init__(
         self, worlds: int = 1, parameters: ServerParameters | None = None, player_parameters: PlayerParameters | None = None,
         player_types: Sequence[PlayerType] | None = None, seed: Seed = 0, rules: Rules = Rules.ALL, threads: int = 1,
-        left: int = 11, right: int = 11, goalies: tuple[int, int] = (1, 1),
+        left: int = 11, right: int = 11, goalies: tuple[int, int] = (1, 1), first_world: int = 0,
     ) -> None:
         _check_whole("worlds", worlds, 1, 2**31)
         _check_whole("threads", threads, 1, 1024)
+        _check_whole("first_world", first_world, 0, 2**31)
         self.parameters = parameters or ServerParameters()
         self.player_parameters = player_parameters or PlayerParameters()
         drawn = self.player_parameters.random_seed
@@ -106,6 +110,7 @@ class Simulator:
         self._silence = no_commands(worlds, PLAYERS)
         self.commands: npt.NDArray[Any] = self._silence.copy()
         self._one = no_commands(1)
+        self.first_world = first_world
         self.threads = threads
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self.reset(seed)
@@ -196,12 +201,44 @@ class Simulator:
             When the seeds or worlds do not fit.
         """
         chosen = self._indices(worlds)
-        keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.worlds)
+        keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.first_world)
         steps = self.world["steps"][chosen].copy() if seed is None else 0
         draws = self.world["draws"][chosen] + 1 if seed is None else 0
         self.world[chosen] = self._start
         self.world["key"][chosen], self.world["steps"][chosen], self.world["draws"][chosen] = keys, steps, draws
         draw_wind(self.world, self.parameters, chosen)
+
+    def uniforms(self, worlds: Worlds, count: int, stream: Stream = Stream.RESETS) -> npt.NDArray[np.float64]:
+        """Numbers in [0, 1) from a stream of the chosen worlds, (n, count); each call gives new ones.
+
+        Parameters
+        ----------
+        worlds : int, indices, slice, mask or None
+            Which worlds.
+        count : int
+            Numbers per world.
+        stream : Stream
+            Whose luck it is; start positions take that of resets.
+        """
+        _check_whole("count", count, 0, 2**31)
+        chosen = self._indices(worlds)
+        out = np.empty((len(chosen), count))
+        draw_uniforms(self.world, chosen, int(stream), out)
+        return out
+
+    def kickable(self, player: int) -> npt.NDArray[np.bool_]:
+        """(W,) whether the player, object number 1 to 22, can kick the ball (SIMULATOR.md 3.6).
+
+        Raises
+        ------
+        CommandError
+            When there is no such player.
+        """
+        _check_index("player", player, 1, PLAYERS)
+        types = self.packed[0]["types"][self.world["type"][:, player - 1]]
+        reach = types[:, TypeColumn.PLAYER_SIZE] + self.packed[0]["ball_size"] + types[:, TypeColumn.KICKABLE_MARGIN]
+        gap = self.world["pos"][:, player] - self.world["pos"][:, 0]
+        return np.asarray((self.world["enabled"][:, player - 1] > 0) & (gap[:, 0] ** 2 + gap[:, 1] ** 2 <= reach**2))
 
     def snapshot(self) -> npt.NDArray[Any]:
         """A copy of every world, for `restore`."""

@@ -54,6 +54,8 @@ PENALTY_TAKER = 68
 PENALTY_WINNER = 69
 KEEPAWAY = 70
 TYPE_ASSIGNMENT = 71
+# --- purposes, stream RESETS
+START = 96             # where an episode begins
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _OBJECT = np.uint64(0xD1B54A32D192ED03)
@@ -142,3 +144,16 @@ def shuffle(w, stream, a, b, order, n):
     for i in range(n - 1, 0, -1):
         j = int(uniform(w, stream, a, b, i) * (i + 1))
         order[i], order[j] = order[j], order[i]
+
+
+@kernel
+def draw_uniforms(worlds, chosen, stream, out):
+    """Fill ``out[k]`` with uniform draws of world ``chosen[k]``; the next call gives others.
+
+    chosen : (n,) int64; out : (n, m) float64
+    """
+    for k in range(chosen.shape[0]):
+        w = worlds[chosen[k]]
+        for j in range(out.shape[1]):
+            out[k, j] = uniform(w, stream, -1, START, j)
+        w.draws += 1
