@@ -417,8 +417,8 @@ class NoisyOr(CPD):
 
 def spread_axes(table: np.ndarray, used: list[str], parents: list[str], shape: tuple[int, ...]) -> np.ndarray:
     """A table over some parents, repeated along the axes of the parents it does not depend on."""
-    index = [slice(None) if name in used else None for name in parents]
-    return np.array(np.broadcast_to(table[tuple([*index, slice(None)])], shape))
+    index = tuple(slice(None) if name in used else None for name in parents) + (slice(None),)
+    return np.array(np.broadcast_to(table[index], shape))
 
 
 def _only_parents(names: Sequence[str], parents: Mapping[str, Domain], where: str) -> None:

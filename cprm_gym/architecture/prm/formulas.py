@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from cprm_gym.architecture.expressions.language import Node, parse
+from cprm_gym.architecture.expressions import Node, parse, unparse
 from cprm_gym.errors import ExpressionError, ModelError
 
 
@@ -68,12 +68,16 @@ class Formula:
             If a value is not finite.
         """
         with np.errstate(all="ignore"):
-            out = np.broadcast_to(np.asarray(_evaluate(self.node, values), dtype=float), (size,)).copy()
+            out: np.ndarray = np.array(np.broadcast_to(np.asarray(_evaluate(self.node, values), dtype=float), (size,)))
         if not np.isfinite(out).all():
             at = int(np.argmin(np.isfinite(out)))
             point = ", ".join(f"{n} = {float(v[at])!r}" for n, v in values.items())
             raise ModelError(f"formula {self.text!r} has no finite value at {point}")
         return out
+
+    def renamed(self, names: Mapping[str, str]) -> str:
+        """The text with other names, in one canonical way of writing it."""
+        return unparse(self.node, lambda name: names.get(name, name))
 
     def is_affine_in(self, name: str) -> bool:
         """The text shows that the value is a straight line in `name` when everything else is fixed."""

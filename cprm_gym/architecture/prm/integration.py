@@ -14,6 +14,7 @@ averaged by Gauss-Legendre quadrature. Tables of bin centres are wrong: an objec
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import ndtr
@@ -93,8 +94,9 @@ def cell_masses(shape: str, edges: np.ndarray, circular: bool, low: np.ndarray, 
         mass = np.where(use_left, left, right)
     else:
         period = edges[-1] - edges[0]
-        reach = np.max(np.abs(np.concatenate([low.ravel(), high.ravel()])) + 9.0 * np.max(sd)) if low.size else 0.0
-        turns = int(np.ceil((reach + np.max(np.abs(edges))) / period)) + 1
+        home = period * np.floor((0.5 * (low + high) - edges[0]) / period)
+        low, high = low - home, high - home
+        turns = int(np.ceil((0.5 * np.max(np.abs(high - low)) + 9.0 * np.max(sd)) / period))
         mass = np.zeros(low.shape[:-1] + (len(edges) - 1,))
         for turn in range(-turns, turns + 1):
             shifted = edges + turn * period
@@ -183,6 +185,17 @@ def integrate_noise(
     ModelError
         If a deviation is negative, or a value not finite.
     """
+    names = {n: f"p{k}" for k, (n, _) in enumerate(parents)}
+    try:
+        return _integrated(mean.renamed(names), sd.renamed(names), shape, child, tuple(d for _, d in parents), points)
+    except ModelError as error:
+        raise ModelError(f"{where}: noise of mean {mean.text!r} (parents p0, p1, ... as declared): {error}") from None
+
+
+@lru_cache(maxsize=256)
+def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: tuple[Domain, ...], points: int) -> np.ndarray:
+    mean, sd = Formula(mean_text), Formula(sd_text)
+    parents = [(f"p{k}", d) for k, d in enumerate(domains)]
     edges = np.asarray(child.edges)
     closed = _closed_parent(mean, sd, parents)
     others = [(n, d) for n, d in parents if n != closed]
@@ -200,7 +213,7 @@ def integrate_noise(
         deviation = sd({n: a for (n, _), a in zip(others, arrays)}, size)
         if (deviation < 0).any():
             least = float(deviation.min())
-            raise ModelError(f"{where}: the deviation {sd.text!r} is {least!r} somewhere; it must not be negative")
+            raise ModelError(f"the deviation {sd.text!r} is {least!r} somewhere; it must not be negative")
         spread = np.broadcast_to(deviation[:, None], (size, count))
         mass = cell_masses(shape, edges, child.circular, centre[:, :-1], centre[:, 1:], spread)
         return mass.reshape(size, count * len(child))
@@ -208,9 +221,8 @@ def integrate_noise(
     flat = average_over_bins(value, [d for _, d in others], nodes_per_bin, count * len(child))
     table = flat.reshape(*flat.shape[:-1], count, len(child))
     if not closed:
-        return table[..., 0, :]
-    names = [n for n, _ in parents]
-    return np.moveaxis(table, -2, names.index(closed))
+        return np.asarray(table[..., 0, :])
+    return np.moveaxis(table, -2, [n for n, _ in parents].index(closed))
 
 
 def _middle(domain: Domain) -> np.ndarray:

@@ -313,5 +313,5 @@ def _onto(table: np.ndarray, parents: Parents, union: Parents) -> np.ndarray:
     """The table with its axes in the order of `union`, length 1 for parents it does not have."""
     order = sorted(range(len(parents)), key=lambda k: union.index(parents[k]))
     turned = np.transpose(table, [*order, len(parents)])
-    index = [slice(None) if p in parents else None for p in union]
-    return np.asarray(turned[tuple([*index, slice(None)])])
+    index = tuple(slice(None) if p in parents else None for p in union) + (slice(None),)
+    return np.asarray(turned[index])
