@@ -7,6 +7,7 @@ called from a collision resolution that is itself part of a ruling.
 from __future__ import annotations
 
 from cprm_gym.simulator.kernels import kernel
+from cprm_gym.simulator.kernels.geometry import side_of
 from cprm_gym.simulator.kernels.referee_modes import (
     BIT_FREE_KICK_FAULT,
     CORNER_KICK,
@@ -27,7 +28,6 @@ from cprm_gym.simulator.kernels.referee_modes import (
     is_shoot_out,
     rule,
     rule_here,
-    side_of,
     team_of,
 )
 from cprm_gym.simulator.state import Count

@@ -12,7 +12,6 @@ from cprm_gym.simulator.parameters import Rules
 from cprm_gym.simulator.state import PlayerBit, PlayMode
 
 LEFT, NEUTRAL, RIGHT = 1, 0, -1
-EPS = 1e-10
 
 BEFORE_KICK_OFF = int(PlayMode.before_kick_off)
 TIME_OVER = int(PlayMode.time_over)
@@ -114,12 +113,6 @@ def is_shoot_out(mode):
 def is_set_play(mode):
     """Kick-off, kick-in, free kick, corner or indirect free kick (SET); the goal kick is not one."""
     return GROUP[mode] & SET_PLAY != 0
-
-
-@kernel
-def side_of(i):
-    """Side of player `i` (0..21)."""
-    return LEFT if i < 11 else RIGHT
 
 
 @kernel

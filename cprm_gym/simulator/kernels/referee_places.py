@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from cprm_gym.simulator.kernels import kernel
+from cprm_gym.simulator.kernels.geometry import EPS, clip, in_penalty_area, side_of
 from cprm_gym.simulator.kernels.random import REFEREE, RELOCATION, uniform_between
 from cprm_gym.simulator.kernels.referee_modes import (
     BACK_PASS,
-    EPS,
     FOUL_CHARGE,
     FOUL_PUSH,
     ILLEGAL_DEFENSE,
@@ -19,12 +19,10 @@ from cprm_gym.simulator.kernels.referee_modes import (
     PAIR,
     RIGHT,
     SIDE,
-    side_of,
 )
 from cprm_gym.simulator.kernels.referee_touches import settle_overlaps
-from cprm_gym.simulator.player_types import TypeColumn
+from cprm_gym.simulator.player_types import T_PLAYER_SIZE
 
-SIZE = int(TypeColumn.PLAYER_SIZE)
 PENALTY_X, PENALTY_Y = 36.0, 20.16
 """The penalty area: |x| of its front, |y| of its sides."""
 GOAL_AREA_X, GOAL_AREA_Y = 47.0, 9.16
@@ -38,19 +36,13 @@ CLEAR_GAP = 1e-5
 @kernel
 def radius_of(w, p, i):
     """Body radius of player `i`, metres."""
-    return p.types[w.type[i], SIZE]
+    return p.types[w.type[i], T_PLAYER_SIZE]
 
 
 @kernel
 def sign_up(y):
     """+1 if y > 0, else -1."""
     return 1.0 if y > 0.0 else -1.0
-
-
-@kernel
-def clip(low, value, high):
-    """`value` between `low` and `high`."""
-    return min(max(low, value), high)
 
 
 @kernel
@@ -77,17 +69,6 @@ def out_of_goal_area(side, x, y):
     if side != LEFT and x >= GOAL_AREA_X and abs(y) <= GOAL_AREA_Y:
         return GOAL_AREA_X - EPS, y
     return x, y
-
-
-@kernel
-def in_penalty_area(p, side, x, y):
-    """The ball at (x, y) is in the penalty area of `side` (NEUTRAL: of either), its radius included."""
-    size = p.ball_size
-    if abs(y) > PENALTY_Y + size:
-        return False
-    if side != RIGHT and -p.goal_line - size <= x <= -PENALTY_X + size:
-        return True
-    return side != LEFT and PENALTY_X - size <= x <= p.goal_line + size
 
 
 @kernel

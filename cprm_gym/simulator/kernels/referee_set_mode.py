@@ -7,19 +7,13 @@ from cprm_gym.simulator.kernels.referee_marks import forget_candidates, forget_p
 from cprm_gym.simulator.kernels.referee_modes import (
     BACK_PASS,
     CATCH_FAULT,
-    CORNER_KICK,
     DROP_BALL,
     FOUL_CHARGE,
     FOUL_PUSH,
-    FREE_KICK,
     FREE_KICK_FAULT,
     GOAL,
     GOAL_KICK,
     ILLEGAL_DEFENSE,
-    INDIRECT_FREE_KICK,
-    KICK_IN,
-    KICK_OFF,
-    LEFT,
     NEUTRAL,
     OFFSIDE,
     PAIR,
@@ -55,7 +49,14 @@ CAPACITY = int(ANNOUNCEMENTS)
 
 @kernel
 def announce(w, kind, a, b, c):
-    """Record an announcement of the referee, with the time at which it is made; beyond 32 in a step they are dropped."""
+    """Record an announcement of the referee, with the time at which it is made; beyond 32 in a step they are dropped.
+
+    The first after a step replaces those of that step.
+    """
+    if w.announced_done:
+        w.announced, w.announced_done = 0, 0
+    if w.announced_done:
+        w.announced, w.announced_done = 0, 0
     n = w.announced
     if n < CAPACITY:
         w.announcement[n, 0], w.announcement[n, 1], w.announcement[n, 2], w.announcement[n, 3] = kind, a, b, c

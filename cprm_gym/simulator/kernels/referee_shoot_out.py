@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cprm_gym.simulator.kernels import kernel
+from cprm_gym.simulator.kernels.geometry import in_penalty_area, side_of
 from cprm_gym.simulator.kernels.random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli
 from cprm_gym.simulator.kernels.referee_modes import (
     BEFORE_KICK_OFF,
@@ -24,13 +25,11 @@ from cprm_gym.simulator.kernels.referee_modes import (
     TIME_OVER,
     of_side,
     rule,
-    side_of,
     team_of,
 )
 from cprm_gym.simulator.kernels.referee_places import (
     CENTRE_RADIUS,
     PENALTY_Y,
-    in_penalty_area,
     nearest_on_circle,
     place_ball,
     radius_of,

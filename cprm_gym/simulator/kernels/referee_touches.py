@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 from cprm_gym.simulator.kernels import kernel
+from cprm_gym.simulator.kernels.collisions import (
+    ROUNDS,
+    apply_pushes,
+    bounce,
+    clear_pushes,
+    push_from_ball,
+    push_players,
+    touches_ball,
+)
 from cprm_gym.simulator.kernels.referee_marks import mark_last_touch, mark_offside, mark_pass_touch, mark_set_play_touch
 from cprm_gym.simulator.kernels.referee_modes import RULE_CATCH, RULE_FREE_KICK, RULE_OFFSIDE, RULE_TOUCH
 
@@ -23,3 +32,17 @@ def note_touch(w, p, i):
 @kernel
 def settle_overlaps(w, p):
     """Resolve the collisions that a relocation caused."""
+    for round in range(ROUNDS):
+        clear_pushes(w)
+        found = False
+        for i in range(22):
+            if touches_ball(w, p, i):
+                found = True
+                note_touch(w, p, i)
+                push_from_ball(w, p, i, round)
+        if push_players(w, p, round):
+            found = True
+        if not found:
+            break
+        apply_pushes(w)
+    bounce(w)
