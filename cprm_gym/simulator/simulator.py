@@ -15,10 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cprm_gym.errors import CommandError, ParameterError
+from cprm_gym.simulator.kernels import audio, body
+from cprm_gym.simulator.kernels import landmarks as landmark_kernels
+from cprm_gym.simulator.kernels import senses as eye_kernels
 from cprm_gym.simulator.kernels import step as kernels
 from cprm_gym.simulator.kernels.random import draw_uniforms
 from cprm_gym.simulator.parameters import Rules, ServerParameters, pack
 from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
+from cprm_gym.simulator.senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
 from cprm_gym.simulator.setup import draw_wind, initial_world, stream_keys
 from cprm_gym.simulator.state import COMMAND, PLAYERS, WORLD, Stream
 
@@ -111,6 +115,10 @@ class Simulator:
         self.commands: npt.NDArray[Any] = self._silence.copy()
         self._one = no_commands(1)
         self.first_world = first_world
+        self._see: See | None = None
+        self._body: npt.NDArray[Any] | None = None
+        self._hear: Hear | None = None
+        self._landmarks: Landmarks | None = None
         self.threads = threads
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self.reset(seed)
@@ -169,6 +177,44 @@ class Simulator:
     def clear_commands(self) -> None:
         """Make the buffer `commands` say nothing."""
         self.commands.view("u1")[...] = self._silence.view("u1")
+
+    # ------------------------------------------------------------------------------------------ senses
+
+    def see(self, out: See | None = None) -> See:
+        """Ball and players as every player sees them; rows of players without a message in this cycle are zero.
+
+        Parameters
+        ----------
+        out : See, optional
+            Buffers to fill, made by `senses.new_see`; the simulator's own, overwritten by the next call, when not given.
+        """
+        if out is None:
+            out = self._see = self._see or new_see(self.worlds)
+        self._run(eye_kernels.see_worlds, *out)
+        return out
+
+    def sense_body(self, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
+        """What every player is told of himself, (W, 22, columns) with columns `senses.BodyColumn`; `out` as for `see`."""
+        if out is None:
+            if self._body is None:
+                self._body = new_body(self.worlds)
+            out = self._body
+        self._run(body.sense_bodies, out)
+        return out
+
+    def hear(self, out: Hear | None = None) -> Hear:
+        """What every player heard after the last step; `out` as for `see`."""
+        if out is None:
+            out = self._hear = self._hear or new_hear(self.worlds)
+        self._run(audio.hear_worlds, *out)
+        return out
+
+    def landmarks(self, out: Landmarks | None = None) -> Landmarks:
+        """Landmarks and lines as every player sees them, computed only when asked for; `out` as for `see`."""
+        if out is None:
+            out = self._landmarks = self._landmarks or new_landmarks(self.worlds)
+        self._run(landmark_kernels.landmarks_of_worlds, *out)
+        return out
 
     def _run(self, kernel: Any, *arguments: Any) -> None:
         """Call a kernel over ranges of worlds, one range per thread."""
