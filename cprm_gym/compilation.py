@@ -1,12 +1,13 @@
 """Compiled kernels: one set of compiler flags, a cache that is never stale, one announcement.
 
 Numba's disk cache notices a change in a kernel's own file but not in a file whose function the kernel calls (numba issue 1833).
-Therefore each group of kernels that call each other keeps its cache in a directory named by the content of *all* files of the
-group: an edited kernel lands in a new directory and is compiled again, an unedited one is loaded.
+Therefore a kernel keeps its cache in a directory named by the content of its own file and of *all* files of its group that it
+imports, directly or not: an edited kernel and those that use it land in a new directory and are compiled again, the others are loaded.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import sys
@@ -47,8 +48,29 @@ def content_key(files: Iterable[Path]) -> str:
     return digest.hexdigest()[:16]
 
 
+def import_closure(file: Path, group: Iterable[Path]) -> list[Path]:
+    """`file` and the files of `group` that it imports, directly or through each other.
+
+    Modules are recognised by their last name, so two files of one group must not share one.
+    """
+    by_stem = {path.stem: path for path in group}
+    found, todo = {file}, [file]
+    while todo:
+        for node in ast.walk(ast.parse(todo.pop().read_text(encoding="utf-8"))):
+            names: list[str] = []
+            if isinstance(node, ast.ImportFrom):
+                names = [(node.module or "").rpartition(".")[2], *(alias.name for alias in node.names)]
+            elif isinstance(node, ast.Import):
+                names = [alias.name.rpartition(".")[2] for alias in node.names]
+            for path in (by_stem[name] for name in names if name in by_stem):
+                if path not in found:
+                    found.add(path)
+                    todo.append(path)
+    return sorted(found)
+
+
 def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator like ``numba.njit(cache=True)`` whose cache depends on the contents of every file in `paths`.
+    """A decorator like ``numba.njit(cache=True)`` whose cache depends on every file in `paths` that the kernel's file imports.
 
     Parameters
     ----------
@@ -62,11 +84,15 @@ def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., An
     files: list[Path] = []
     for path in map(Path, paths):
         files += path.glob("*.py") if path.is_dir() else [path]
-    directory = cache_root() / "kernels" / content_key(files)
+    group = [file.resolve() for file in files]
+    keys: dict[str, str] = {}
 
     def decorate(function: Callable[..., Any]) -> Any:
+        source = function.__code__.co_filename
+        if source not in keys:
+            keys[source] = content_key(import_closure(Path(source).resolve(), group))
         previous = config.CACHE_DIR
-        config.CACHE_DIR = str(directory)
+        config.CACHE_DIR = str(cache_root() / "kernels" / keys[source])
         try:
             return numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function)
         finally:

@@ -15,11 +15,22 @@ import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..errors import UnknownName, did_you_mean
+from ..simulator.senses import BodyColumn, new_body, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
 from .spaces import BALL_FEATURES, MAX_AGE, PLAYER_FEATURES, ActionView, BodyFeature, action_view, observation_space
 from .tasks.base import Task
+
+
+_COLUMNS = np.array(
+    [
+        BodyColumn.STAMINA, BodyColumn.EFFORT, BodyColumn.CAPACITY, BodyColumn.SPEED, BodyColumn.SPEED_DIRECTION, BodyColumn.HEAD_ANGLE,
+        BodyColumn.VIEW_WIDTH, BodyColumn.TACKLE_EXPIRES, BodyColumn.FOUL_CHARGED, BodyColumn.HIT_BALL, BodyColumn.HIT_PLAYER,
+        BodyColumn.HIT_POST,
+    ]
+)  # fmt: skip
+"""What the server tells of the body, in the order of the first entries of `BodyFeature`."""
 
 
 class Step(NamedTuple):
@@ -148,6 +159,7 @@ class SoccerCore:
         }
         if task.task_features:
             self.observation["task"] = np.zeros((*shape, len(task.task_features)), np.float32)
+        self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
         self._agent_commands = self._commands[:, self.players - 1].copy()
 
@@ -220,12 +232,12 @@ class SoccerCore:
         """
         if fresh_start is not None:
             kernels.open_eyes(self.sim.world, fresh_start)
-        see = self.sim.see()
-        body = self.sim.sense_body()
+        see = self.sim.see(self._see)
+        body = self.sim.sense_body(self._body)
         o = self.observation
         kernels.pack(
-            self.sim.world, self.players, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
-            fresh_start is None, o["body"], o["ball"], o["players"], o["level"], o["age"],
+            self.sim.world, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
+            fresh_start is None, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
         )  # fmt: skip
         if "task" in o:
             self.task.features(self, o["task"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...simulator.state import PlayMode
 from .base import Outcome, Task
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ class GoToBall(Task):
         row = np.arange(len(worlds))
         velocity = np.where(fits[row, pick][:, None], velocity[row, pick], 0.0)
         ball = np.clip(ball[row, pick], -limit, limit)
+        core.sim.world["mode"][worlds] = PlayMode.play_on
         core.place_ball(worlds, ball, velocity)
         core.place_player(worlds, 1, player[row, pick], 360.0 * u[row, pick, 7] - 180.0)
 

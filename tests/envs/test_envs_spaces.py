@@ -1,0 +1,106 @@
+"""Action views: what they mean, and what they refuse."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.envs.spaces import NO_COMMAND, action_view, observation_space
+from cprm_gym.errors import CommandError, UnknownName
+from cprm_gym.simulator.state import COMMAND, CommandKind
+
+
+def commands(view, action, shape=(1, 1)):
+    out = np.zeros(shape, COMMAND)
+    action_view(view).commands(action, out)
+    return out
+
+
+def hybrid(**changes):
+    action = {"type": np.array([[1]]), "params": np.array([[[80.0, 10.0, 0.0, 0.0]]])}
+    return {**action, **changes}
+
+
+def test_hybrid_action_is_the_command_itself():
+    out = commands("hybrid", hybrid(turn_neck=np.array([[[30.0]]]), view=np.array([[2]])))[0, 0]
+    assert (out["kind"], out["a"], out["b"], out["turn_neck"], out["view_width"]) == (CommandKind.DASH, 80.0, 10.0, 30.0, 2)
+    assert np.isnan(out["point"]).all()
+    assert out["say_length"] == 0
+
+
+def test_discrete_action_chooses_from_the_listed_values():
+    out = commands("discrete", np.array([[[3, 4, 11, 1]]]))[0, 0]
+    assert (out["kind"], out["a"], out["b"], out["turn_neck"]) == (CommandKind.KICK, 100.0, 0.0, -60.0)
+    turn = commands("discrete", np.array([[[2, 0, 17, 0]]]))[0, 0]
+    assert (turn["kind"], turn["a"]) == (CommandKind.TURN, 90.0)
+    assert np.isnan(turn["turn_neck"])
+
+
+def test_box_action_does_the_preferred_command():
+    out = commands("box", np.array([[[0.1, 0.9, -0.3, 1.0, 0.5, 0.0]]]))[0, 0]
+    assert (out["kind"], out["a"]) == (CommandKind.TURN, 90.0)
+    dash = commands("box", np.array([[[0.9, 0.1, -0.3, 0.0, 0.5, 0.0]]]))[0, 0]
+    assert (dash["kind"], dash["a"]) == (CommandKind.DASH, 50.0)
+
+
+@pytest.mark.parametrize("view", ["hybrid", "discrete", "box"])
+def test_every_sample_of_a_view_is_a_command(view):
+    space = action_view(view).space
+    space.seed(3)
+    for _ in range(50):
+        sample = space.sample()
+        lifted = {k: np.asarray(v)[None, None] for k, v in sample.items()} if isinstance(sample, dict) else sample[None, None]
+        out = commands(view, lifted)
+        assert 0 <= out["kind"][0, 0] <= 7
+        assert np.isfinite(out["a"]).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"params": np.array([[[np.nan, 0, 0, 0]]])}, r"'params': entry \(0, 0, 0\) is nan; allowed are finite numbers from -180 to 180"),
+        ({"params": np.zeros((1, 1, 3))}, r"'params': expected shape \(1, 1, 4\), got \(1, 1, 3\)"),
+        ({"params": np.full((1, 1, 4), 200.0)}, r"is 200.0; allowed is -180 to 180"),
+        ({"type": np.array([[8]])}, r"'type': entry \(0, 0\) is 8; allowed is 0 to 7"),
+        ({"type": np.array([[1.5]])}, "'type': expected whole numbers from 0 to 7"),
+        ({"type": "dash"}, "'type'"),
+        ({"colour": 1}, "unknown key 'colour'; allowed are type, params, turn_neck, view"),
+    ],
+)
+def test_a_bad_hybrid_action_is_refused_by_name(change, message):
+    with pytest.raises(CommandError, match=message):
+        commands("hybrid", hybrid(**change))
+
+
+def test_a_missing_key_is_named():
+    with pytest.raises(CommandError, match="key 'params' is missing"):
+        commands("hybrid", {"type": np.array([[1]])})
+
+
+@pytest.mark.parametrize(
+    ("view", "action", "message"),
+    [
+        ("hybrid", np.zeros((1, 1)), "expected a dict with the keys type, params, turn_neck, view; got ndarray"),
+        ("discrete", np.array([[[9, 0, 0, 0]]]), "'discrete command': entry .* is 9; allowed is 0 to 5"),
+        ("discrete", np.array([[[0, 0, 0]]]), r"expected shape \(1, 1, 4\)"),
+        ("box", np.array([[[np.inf] * 6]]), "allowed are finite numbers from -1 to 1"),
+    ],
+)
+def test_a_bad_action_of_another_view_is_refused(view, action, message):
+    with pytest.raises(CommandError, match=message):
+        commands(view, action)
+
+
+def test_an_unknown_view_lists_the_views():
+    with pytest.raises(UnknownName, match=r"unknown action view 'hybird'. Did you mean 'hybrid'\? Known: box, discrete, hybrid"):
+        action_view("hybird")
+
+
+def test_no_command_does_nothing():
+    assert NO_COMMAND["kind"] == CommandKind.NONE
+    assert np.isnan(NO_COMMAND["turn_neck"])
+
+
+def test_observation_space_has_finite_bounds_and_named_task_part():
+    space = observation_space((("distance_to_goal", 0.0, 120.0),))
+    assert space["task"].shape == (1,)
+    assert all(np.isfinite(part.low).all() and np.isfinite(part.high).all() for part in space.values())
+    assert "task" not in observation_space()

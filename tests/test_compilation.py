@@ -1,0 +1,75 @@
+"""The kernel cache: never stale, announced once."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from cprm_gym.compilation import content_key, kernel_group
+
+PROGRAM = textwrap.dedent(
+    """
+    import sys, importlib.util
+    from pathlib import Path
+    folder = Path(sys.argv[1])
+    sys.path.insert(0, str(folder))
+    import outer
+    print(outer.outer(1.0))
+    """
+)
+
+
+def write_kernels(folder, factor):
+    (folder / "inner.py").write_text(
+        "from pathlib import Path\nfrom cprm_gym.compilation import kernel_group\n"
+        "kernel = kernel_group(Path(__file__).parent)\n\n@kernel\ndef inner(x):\n"
+        f"    return {factor} * x\n"
+    )
+    (folder / "outer.py").write_text("from inner import inner, kernel\n\n@kernel\ndef outer(x):\n    return inner(x) + 1.0\n")
+
+
+def run(folder, cache):
+    import os
+
+    env = {**os.environ, "CPRM_GYM_CACHE": str(cache)}
+    return subprocess.run([sys.executable, "-c", PROGRAM, str(folder)], capture_output=True, text=True, check=True, env=env).stdout
+
+
+def test_editing_a_kernel_in_another_file_is_noticed(tmp_path):
+    folder, cache = tmp_path / "kernels", tmp_path / "cache"
+    folder.mkdir()
+    write_kernels(folder, 2.0)
+    assert run(folder, cache) == "3.0\n"
+    assert len(list((cache / "kernels").iterdir())) == 1
+    # the file of `outer` stays as it is; only the function that it calls changes
+    write_kernels(folder, 5.0)
+    assert run(folder, cache) == "6.0\n"
+    assert len(list((cache / "kernels").iterdir())) == 2
+
+
+def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
+    import os
+
+    program = "from cprm_gym.envs.tasks import make_task; from cprm_gym.envs.core import SoccerCore; SoccerCore(make_task('GoToBall')).reset(1)"
+    env = {**os.environ, "CPRM_GYM_CACHE": str(tmp_path)}
+    env.pop("CPRM_GYM_QUIET", None)
+    first = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=env).stderr
+    again = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=env).stderr
+    assert first.count("compiling kernels, once") == 1
+    assert "compiling" not in again
+
+
+def test_fastmath_is_refused():
+    with pytest.raises(ValueError, match="fastmath"):
+        kernel_group(__file__, fastmath=True)
+
+
+def test_content_key_depends_on_every_file(tmp_path):
+    a, b = tmp_path / "a.py", tmp_path / "b.py"
+    a.write_text("1")
+    b.write_text("2")
+    first = content_key([a, b])
+    assert first == content_key([b, a])
+    b.write_text("3")
+    assert content_key([a, b]) != first
