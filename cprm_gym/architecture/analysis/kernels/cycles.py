@@ -1,0 +1,319 @@
+"""State spaces of timed nets in their environment, cycle by cycle.
+
+A node is a row of 16-bit integers: tokens of the places, cells of what the environment sets, clocks of the timed transitions, phase.
+
+* Cell 0 of a variable: not asked for yet in this cycle; -1: must be asked anew before anything else; 1, 2, ...: which cell.
+* Clock 0: off; c > 0: runs and shows c - 1 cycles; c < 0: stands (age memory) and shows -c - 1 cycles.
+* Phase `INSTANT`: something may still happen at this instant; `BOUNDARY`: the cycle is over, clocks of enabled transitions run.
+
+The environment is asked only for what the net looks at, and its answer holds until the cycle ends.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cprm_gym.compilation import kernel_group
+
+kernel = kernel_group(__file__)
+
+INSTANT, BOUNDARY = 0, 1
+IMMEDIATE, TIMED, OUTSIDE = 0, 1, 2
+"""Classes of transitions; those of the outside may fire at any instant and pre-empt nothing."""
+ASKING, FIRING, DUE, QUIET, OVER = 0, 1, 2, 3, 4
+"""What a node is: asks for a cell before an immediate transition can be judged; immediate transitions are enabled; a timed
+transition is due; nothing more happens at this instant; the cycle is over."""
+DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
+
+_MIX = np.uint64(0xD6E8FEB86659FD93)
+_S32 = np.uint64(32)
+
+
+class CycleNet(NamedTuple):
+    """Arrays of a timed net. P places, X variables of the environment, C timed transitions."""
+
+    n_places: int
+    n_cells: int
+    guard_start: np.ndarray     # (T + 1,)
+    guard: np.ndarray           # (., 3) place, tokens needed, inhibitor threshold (0 none)
+    cell_start: np.ndarray      # (T + 1,)
+    cell: np.ndarray            # (., 2) variable, bit mask of the cells that satisfy
+    take_start: np.ndarray      # (T + 1,)
+    take: np.ndarray            # (., 2) place, tokens
+    put_start: np.ndarray       # (T + 1,)
+    put: np.ndarray             # (., 2) place, tokens
+    set_start: np.ndarray       # (T + 1,)
+    set: np.ndarray             # (., 2) place, value
+    write_start: np.ndarray     # (T + 1,)
+    write: np.ndarray           # (., 2) variable, new cell
+    immediate: np.ndarray       # transitions, by priority then declaration
+    group_end: np.ndarray       # ends of the priority groups in `immediate`
+    timed: np.ndarray           # (C,) transitions, by priority then declaration
+    delay: np.ndarray           # (C,)
+    memory: np.ndarray          # (C,) 0 enabling, 1 age, 2 resampling
+    outside: np.ndarray         # transitions of the outside
+    cells: np.ndarray           # (X,) number of cells
+    first_label: np.ndarray     # (X,) label of "variable x is in cell 1"
+    fixed: np.ndarray           # (X,) bool: keeps its cell for ever
+    end_label: int
+    tick_label: int
+    atomic: bool                # persistence looks at whole firings only
+    limit: int                  # tokens beyond which a place counts as unbounded
+
+
+@kernel
+def holds(net, t, row):
+    """Whether the tokens allow transition `t`."""
+    for k in range(net.guard_start[t], net.guard_start[t + 1]):
+        v = row[net.guard[k, 0]]
+        if v < net.guard[k, 1]:
+            return False
+        below = net.guard[k, 2]
+        if below != 0 and v >= below:
+            return False
+    return True
+
+
+@kernel
+def cells_hold(net, t, row):
+    """1 if the cells allow transition `t`, 0 if not, -1 - x if that depends on variable x, not asked yet."""
+    answer = 1
+    for k in range(net.cell_start[t], net.cell_start[t + 1]):
+        x = net.cell[k, 0]
+        c = row[net.n_places + x]
+        if c <= 0:
+            answer = -1 - x
+        elif (net.cell[k, 1] >> c) & 1 == 0:
+            return 0
+    return answer
+
+
+@kernel
+def fire(net, u, row, out, between):
+    """Write the node after transition `u` to `out`; False if a place holds too many tokens."""
+    for i in range(row.shape[0]):
+        out[i] = row[i]
+    for k in range(net.take_start[u], net.take_start[u + 1]):
+        out[net.take[k, 0]] -= net.take[k, 1]
+    for i in range(net.n_places + net.n_cells):
+        between[i] = out[i]
+    for k in range(net.put_start[u], net.put_start[u + 1]):
+        p = net.put[k, 0]
+        out[p] += net.put[k, 1]
+        if out[p] > net.limit:
+            return False
+    for k in range(net.set_start[u], net.set_start[u + 1]):
+        out[net.set[k, 0]] = net.set[k, 1]
+    for k in range(net.write_start[u], net.write_start[u + 1]):
+        out[net.n_places + net.write[k, 0]] = net.write[k, 1]
+    clocks = net.n_places + net.n_cells
+    for c in range(net.timed.shape[0]):
+        v = out[clocks + c]
+        if v == 0:
+            continue
+        t = net.timed[c]
+        if t == u or net.memory[c] == 2:
+            out[clocks + c] = 0
+        elif not ((net.atomic or holds(net, t, between)) and holds(net, t, out) and cells_hold(net, t, out) != 0):
+            out[clocks + c] = 0 if net.memory[c] == 0 else -abs(v)
+    return True
+
+
+@kernel
+def ask(net, x, row, out, labels, n):
+    """One successor for every cell of variable `x`; returns how many successors there are now."""
+    for c in range(1, net.cells[x] + 1):
+        for i in range(row.shape[0]):
+            out[n, i] = row[i]
+        out[n, net.n_places + x] = c
+        labels[n] = net.first_label[x] + c - 1
+        n += 1
+    return n
+
+
+@kernel
+def outside_moves(net, row, out, labels, n, between):
+    """What the outside may do at this instant; returns how many successors there are now, -1 if a place overflows."""
+    for k in range(net.outside.shape[0]):
+        t = net.outside[k]
+        if holds(net, t, row):
+            if not fire(net, t, row, out[n], between):
+                return -1 - t
+            labels[n] = t
+            n += 1
+    return n
+
+
+@kernel
+def end_cycle(net, row, out):
+    """Write the node at the end of the cycle to `out`: clocks of the enabled run, the environment's answers are forgotten."""
+    for i in range(row.shape[0]):
+        out[i] = row[i]
+    clocks = net.n_places + net.n_cells
+    for c in range(net.timed.shape[0]):
+        t = net.timed[c]
+        v = row[clocks + c]
+        if holds(net, t, row) and cells_hold(net, t, row) == 1:
+            out[clocks + c] = max(abs(v), 1)
+        else:
+            out[clocks + c] = -abs(v) if net.memory[c] == 1 else 0
+    for x in range(net.n_cells):
+        if not net.fixed[x]:
+            out[net.n_places + x] = 0
+    out[row.shape[0] - 1] = BOUNDARY
+
+
+@kernel
+def successors(net, row, out, labels, between, ties):
+    """Every node one step away. Returns their number (-1 - t if firing t overflows) and what the node is."""
+    clocks = net.n_places + net.n_cells
+    phase = row.shape[0] - 1
+    if row[phase] == BOUNDARY:
+        for i in range(row.shape[0]):
+            out[0, i] = row[i]
+        for c in range(net.timed.shape[0]):
+            if row[clocks + c] > 0:
+                out[0, clocks + c] = min(row[clocks + c] + 1, net.delay[c] + 1)
+        out[0, phase] = INSTANT
+        labels[0] = net.tick_label
+        return 1, OVER
+    for x in range(net.n_cells):
+        if row[net.n_places + x] < 0:
+            return ask(net, x, row, out, labels, 0), ASKING
+    begin = 0
+    for g in range(net.group_end.shape[0]):
+        n = 0
+        for k in range(begin, net.group_end[g]):
+            t = net.immediate[k]
+            if holds(net, t, row):
+                able = cells_hold(net, t, row)
+                if able < 0:
+                    return ask(net, -1 - able, row, out, labels, 0), ASKING
+                if able == 1:
+                    if not fire(net, t, row, out[n], between):
+                        return -1 - t, FIRING
+                    labels[n] = t
+                    n += 1
+        if n > 0:
+            return outside_moves(net, row, out, labels, n, between), FIRING
+        begin = net.group_end[g]
+    first = -1
+    for c in range(net.timed.shape[0]):
+        t = net.timed[c]
+        if abs(row[clocks + c]) > net.delay[c] and holds(net, t, row):
+            able = cells_hold(net, t, row)
+            if able < 0:
+                return ask(net, -1 - able, row, out, labels, 0), ASKING
+            if able == 1:
+                if first < 0:
+                    first = t
+                else:
+                    ties[first, t] = True
+    if first >= 0:
+        if not fire(net, first, row, out[0], between):
+            return -1 - first, DUE
+        labels[0] = first
+        return outside_moves(net, row, out, labels, 1, between), DUE
+    for c in range(net.timed.shape[0]):
+        t = net.timed[c]
+        if holds(net, t, row):
+            able = cells_hold(net, t, row)
+            if able < 0:
+                n = ask(net, -1 - able, row, out, labels, 0)
+                return outside_moves(net, row, out, labels, n, between), QUIET
+    end_cycle(net, row, out[0])
+    labels[0] = net.end_label
+    return outside_moves(net, row, out, labels, 1, between), QUIET
+
+
+@kernel
+def hash_row(row):
+    """64-bit hash of one node."""
+    h = np.uint64(0x9E3779B97F4A7C15)
+    for i in range(row.shape[0]):
+        h = (h ^ np.uint64(row[i] & 0xFFFF)) * _MIX
+        h ^= h >> _S32
+    return h
+
+
+@kernel
+def find(rows, table, row):
+    """Number of a node, or -1 - slot where it belongs in the table."""
+    mask = table.shape[0] - 1
+    slot = np.int64(hash_row(row) & np.uint64(mask))
+    while table[slot] != 0:
+        i = table[slot] - 1
+        equal = True
+        for k in range(row.shape[0]):
+            if rows[i, k] != row[k]:
+                equal = False
+                break
+        if equal:
+            return np.int64(i)
+        slot = (slot + 1) & mask
+    return -1 - slot
+
+
+@kernel
+def rehash(rows, n, table):
+    """Fill an empty table with the first `n` nodes."""
+    for i in range(n):
+        table[-1 - find(rows, table, rows[i])] = i + 1
+
+
+@kernel
+def expand(net, rows, parents, kinds, offsets, targets, labels, table, out, step, between, ties, progress, chunk):
+    """Expand nodes in order until nothing is left, `chunk` are done, the arrays are full or a place overflows.
+
+    Parameters
+    ----------
+    rows : (capacity, S) int16; parents : (capacity,) int32; kinds : (capacity,) int8; offsets : (capacity + 1,) int64
+    targets, labels : (edges,) int32
+    table : (2 ** b,) int32
+    out, step : scratch for the successors of one node
+    between : (S,) int16 scratch
+    ties : (T, T) bool
+        Pairs of timed transitions due at one instant; updated.
+    progress : (4,) int64
+        0 next node to expand, 1 number of nodes, 2 number of edges, 3 the transition that overflowed.
+    """
+    i = progress[0]
+    last = i + chunk
+    nodes = progress[1]
+    at = progress[2]
+    room = min(rows.shape[0], table.shape[0] * 6 // 10) - out.shape[0]
+    edge_room = targets.shape[0] - out.shape[0]
+    code = DONE
+    while i < nodes:
+        if i >= last:
+            code = CHUNK
+            break
+        if nodes > room or at > edge_room:
+            code = GROW
+            break
+        n, kind = successors(net, rows[i], out, step, between, ties)
+        if n < 0:
+            progress[3] = -1 - n
+            code = OVERFLOW
+            break
+        kinds[i] = kind
+        for k in range(n):
+            j = find(rows, table, out[k])
+            if j < 0:
+                table[-1 - j] = nodes + 1
+                for s in range(out.shape[1]):
+                    rows[nodes, s] = out[k, s]
+                parents[nodes] = i
+                j = nodes
+                nodes += 1
+            targets[at] = j
+            labels[at] = step[k]
+            at += 1
+        i += 1
+        offsets[i] = at
+    progress[0] = i
+    progress[1] = nodes
+    progress[2] = at
+    return code
