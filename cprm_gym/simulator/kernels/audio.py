@@ -7,7 +7,7 @@ import numpy as np
 from cprm_gym.simulator.kernels import kernel
 from cprm_gym.simulator.kernels.geometry import D2R, direction, norm, squared_distance
 from cprm_gym.simulator.kernels.random import HEAR_CHOICE, SENSORS, uniform
-from cprm_gym.simulator.kernels.rounding import truncated_degrees
+from cprm_gym.simulator.kernels.rounding import rounded_degrees, truncated_degrees
 from cprm_gym.simulator.state import PLAYERS, SAY_QUEUE, SAY_SIZE, Count
 
 COMPLETE, PARTIAL = 1, 2                     # bits of w.ear
@@ -100,10 +100,11 @@ def deliver_audio(w, p):
 
 
 @kernel
-def hear_degrees(w, i, j):
-    """Direction (degrees, towards zero) of the speaker `j` relative to the body of player `i`."""
+def hear_degrees(w, i, j, rounded):
+    """Direction (degrees) of the speaker `j` relative to the body of player `i`: towards zero, or rounded as for version 7."""
     x, y = w.pos[j + 1, 0] - w.pos[i + 1, 0], w.pos[j + 1, 1] - w.pos[i + 1, 1]
-    return truncated_degrees(norm(direction(x, y) - w.body[i]))
+    angle = norm(direction(x, y) - w.body[i])
+    return rounded_degrees(angle) if rounded else truncated_degrees(angle)
 
 
 @kernel
@@ -126,7 +127,7 @@ def hear_world(w, sender, level, unum, direction, length, text, count):
                 level[i, n] = 1
                 if entry > 0:
                     level[i, n] = 2
-                    direction[i, n] = hear_degrees(w, i, speaker - 1) * D2R
+                    direction[i, n] = hear_degrees(w, i, speaker - 1, False) * D2R
                     length[i, n] = w.audio_length[message]
                     for c in range(w.audio_length[message]):
                         text[i, n, c] = w.audio_text[message, c]

@@ -7,14 +7,22 @@ import math
 import numpy as np
 
 from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import D2R, R2D, norm, quantize
+from cprm_gym.simulator.kernels.geometry import D2R, norm, quantize
 from cprm_gym.simulator.kernels.random import SEE_FLAG, SEE_FLAG_DISTANCE, SENSORS, normal
-from cprm_gym.simulator.kernels.rounding import banded_distance, face_degrees, face_direction, quantised_length, seen_distance
+from cprm_gym.simulator.kernels.rounding import (
+    banded_distance,
+    face_degrees,
+    face_direction,
+    quantised_length,
+    seen_distance,
+    told_degrees,
+    truncated_degrees,
+)
 from cprm_gym.simulator.kernels.senses import (
     FELT,
     FOCUS_PROTOCOL,
     LOW_QUALITY,
-    NEWEST,
+    ROUNDING_PROTOCOL,
     TOLD,
     TOLD_MOVING,
     UNSEEN,
@@ -98,7 +106,10 @@ def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
                 told = seen_distance(distance, focus_distance, p.quantize_step_l)
         row = rows[j]
         row[0] = told
-        row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+        if protocol >= ROUNDING_PROTOCOL:
+            row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+        else:
+            row[1] = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
         levels[j] = FELT
         if seen:
             levels[j] = TOLD
@@ -142,10 +153,10 @@ def move_landmark(rows, levels, a, b):
 
 
 @kernel
-def look_at_lines(w, p, i, rows, ids):
+def look_at_lines(w, p, i, protocol, rows, ids):
     """Lines of one message of player `i`: one when he is inside the pitch, at most two outside.
 
-    rows : (2, 2) distance (m) and direction (rad, whole degrees are left to the caller); zero when called
+    rows : (2, 2) distance (m) and direction (rad); zero when called
     ids : (2,) `Line`
     """
     x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
@@ -172,7 +183,7 @@ def look_at_lines(w, p, i, rows, ids):
         if abs(hit) > end:
             continue
         rows[found, 0] = quantize(quantised_length(abs(across / math.cos(slant)), p.quantize_step_l), 0.1)
-        rows[found, 1] = slant - 0.5 * PI if slant > 0.0 else slant + 0.5 * PI
+        rows[found, 1] = told_degrees(slant - 0.5 * PI if slant > 0.0 else slant + 0.5 * PI, protocol) * D2R
         if w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]:
             rows[found, 0] = np.nan
         ids[found] = line
@@ -193,9 +204,7 @@ def landmarks_of_world(w, p, rows, levels, line_rows, line_ids):
             protocol, tick = message_of_arrays(w, i)
             look_at_landmarks(w, p, i, protocol, tick, rows[i], levels[i])
             hide_landmarks(rows[i], levels[i])
-            look_at_lines(w, p, i, line_rows[i], line_ids[i])
-            for k in range(2):
-                line_rows[i, k, 1] = np.rint(line_rows[i, k, 1] * R2D) * D2R
+            look_at_lines(w, p, i, protocol, line_rows[i], line_ids[i])
 
 
 @kernel

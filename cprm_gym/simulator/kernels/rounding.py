@@ -92,6 +92,12 @@ def truncated_degrees(angle):
 
 
 @kernel
+def told_degrees(angle, protocol):
+    """`angle` (rad) in whole degrees, as clients of that protocol version are told it: rounded from version 7 on."""
+    return rounded_degrees(angle) if protocol >= 7 else truncated_degrees(angle)
+
+
+@kernel
 def face_degrees(dx, dy, ahead, aside, body, neck):
     """``rounded_degrees(face_direction(dx, dy, body, neck))``.
 

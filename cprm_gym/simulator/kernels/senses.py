@@ -23,7 +23,15 @@ from cprm_gym.simulator.kernels.random import (
     normal,
     uniform,
 )
-from cprm_gym.simulator.kernels.rounding import banded_distance, face_degrees, face_direction, rounded_degrees, seen_distance
+from cprm_gym.simulator.kernels.rounding import (
+    banded_distance,
+    face_degrees,
+    face_direction,
+    rounded_degrees,
+    seen_distance,
+    told_degrees,
+    truncated_degrees,
+)
 from cprm_gym.simulator.player_types import (
     T_BALL_MAX_OBSERVATION_LENGTH,
     T_BALL_VEL_FAR_LENGTH,
@@ -43,6 +51,7 @@ NARROW, WIDE = int(ViewWidth.NARROW), int(ViewWidth.WIDE)
 LOW_QUALITY = 2
 FOCUS_PROTOCOL = 18                          # first protocol version that sees with a focus
 NEWEST = 19
+ROUNDING_PROTOCOL = 7                        # first protocol version whose directions are rounded, not truncated
 
 UNSEEN, FELT, TEAM_SEEN, NAME_SEEN = 0, 1, 2, 3          # levels of players
 TOLD, TOLD_MOVING = 2, 3                                 # levels of the ball and of landmarks above FELT
@@ -129,11 +138,11 @@ def is_fresh(w, i):
 # ---------------------------------------------------------------------------------------------- what
 @kernel
 def is_lost(w, i, purpose, draw, distance, far, too_far):
-    """Whether something certain up to `far` and lost from `too_far` is lost at the told `distance`."""
+    """Whether something certain up to `far` and lost from `too_far` is lost at the told `distance`; a negative draw never loses."""
     probability = (distance - far) / (too_far - far)
     if probability >= 1.0:
         return True
-    return probability > 0.0 and uniform(w, SENSORS, i, purpose, draw) < probability
+    return probability > 0.0 and draw >= 0 and uniform(w, SENSORS, i, purpose, draw) < probability
 
 
 @kernel
@@ -143,7 +152,7 @@ def pointing_degrees(w, i, j, distance, draw):
     y = w.arm_target[j, 1] - w.pos[j + 1, 1]
     share = distance / _VISUAL
     sigma = share * share * share * share * (PI - _POINT_SIGMA) + _POINT_SIGMA
-    noise = normal(w, SENSORS, i, SEE_POINTING, draw, 0.0, sigma)
+    noise = normal(w, SENSORS, i, SEE_POINTING, draw, 0.0, sigma) if draw >= 0 else 0.0
     return rounded_degrees(norm(face_direction(x, y, w.body[i], w.neck[i]) + noise))
 
 
@@ -192,8 +201,8 @@ def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, row):
         return TEAM_SEEN, marks
     tell_changes(w, i, j + 1, dx, dy, distance, told, w.gaussian[i], row)
     body, neck = w.body[i], w.neck[i]
-    row[4] = rounded_degrees(norm(w.body[j] - body - neck)) * D2R
-    row[5] = rounded_degrees(norm(w.body[j] + w.neck[j] - body - neck)) * D2R
+    row[4] = told_degrees(norm(w.body[j] - body - neck), protocol) * D2R
+    row[5] = told_degrees(norm(w.body[j] + w.neck[j] - body - neck), protocol) * D2R
     return NAME_SEEN, marks
 
 
@@ -223,7 +232,8 @@ def look(w, p, i, protocol, tick, ball, players, levels, marks):
     """One see message of player `i`: ball and players, in the server's order; returns the level of the ball.
 
     protocol : version of the client, which decides focus and limits
-    tick : 0 for the first message of the cycle, 1 for a second one, 2 for the one between commands and step
+    tick : 0 for the first message of the cycle, 1 for a second one, 2 for the one between commands and step; -1: without draws, so
+        that nothing is lost that could be told
     ball : (4,) distance, direction, distance change, direction change; m, rad, m / cycle, rad / cycle
     players : (22, 7) the same, then body, head and arm directions relative to the observer's face, rad
     levels, marks : (22,)
@@ -279,7 +289,10 @@ def look(w, p, i, protocol, tick, ball, players, levels, marks):
                 told = seen_distance(distance, focus_distance, p.quantize_step)
         row = players[j - 1] if j > 0 else ball
         row[0] = told
-        row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+        if protocol >= ROUNDING_PROTOCOL:
+            row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+        else:
+            row[1] = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
         if j == 0:
             ball_level = tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, row) if seen else FELT
         elif seen:
