@@ -15,17 +15,18 @@ PROGRAM = textwrap.dedent(
     folder = Path(sys.argv[1])
     sys.path.insert(0, str(folder))
     import outer
-    print(outer.outer(1.0))
+    import lonely
+    print(outer.outer(1.0), lonely.alone(1.0))
     """
 )
 
 
+HEAD = "from pathlib import Path\nfrom cprm_gym.compilation import kernel_group\nkernel = kernel_group(Path(__file__).parent)\n\n@kernel\n"
+
+
 def write_kernels(folder, factor):
-    (folder / "inner.py").write_text(
-        "from pathlib import Path\nfrom cprm_gym.compilation import kernel_group\n"
-        "kernel = kernel_group(Path(__file__).parent)\n\n@kernel\ndef inner(x):\n"
-        f"    return {factor} * x\n"
-    )
+    (folder / "inner.py").write_text(f"{HEAD}def inner(x):\n    return {factor} * x\n")
+    (folder / "lonely.py").write_text(f"{HEAD}def alone(x):\n    return -x\n")
     (folder / "outer.py").write_text("from inner import inner, kernel\n\n@kernel\ndef outer(x):\n    return inner(x) + 1.0\n")
 
 
@@ -40,12 +41,14 @@ def test_editing_a_kernel_in_another_file_is_noticed(tmp_path):
     folder, cache = tmp_path / "kernels", tmp_path / "cache"
     folder.mkdir()
     write_kernels(folder, 2.0)
-    assert run(folder, cache) == "3.0\n"
-    assert len(list((cache / "kernels").iterdir())) == 1
+    assert run(folder, cache) == "3.0 -1.0\n"
+    before = {d.name for d in (cache / "kernels").iterdir()}
     # the file of `outer` stays as it is; only the function that it calls changes
     write_kernels(folder, 5.0)
-    assert run(folder, cache) == "6.0\n"
-    assert len(list((cache / "kernels").iterdir())) == 2
+    assert run(folder, cache) == "6.0 -1.0\n"
+    after = {d.name for d in (cache / "kernels").iterdir()}
+    assert len(before) == 3
+    assert len(after - before) == 2, "only the edited kernel and the one that calls it are compiled again"
 
 
 def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
