@@ -13,6 +13,7 @@ from cprm_gym.simulator.kernels.motion import commit, move_ball, move_player
 from cprm_gym.simulator.kernels.random import COMMAND_ORDER, PHYSICS, shuffle
 from cprm_gym.simulator.kernels.referee import automatic_kick_off, on_step
 from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
+from cprm_gym.simulator.kernels.senses import late_messages_due
 from cprm_gym.simulator.kernels.stamina import update_stamina
 from cprm_gym.simulator.state import PLAYERS, PlayerBit
 
@@ -36,6 +37,7 @@ def execute_all(w, p, commands):
 @kernel
 def advance(w, p):
     """The step: everything between the players' commands and the messages sent to them."""
+    late_messages_due(w)
     if w.announced_done:   # nothing was announced during the commands
         w.announced, w.announced_done = 0, 0
     for i in range(PLAYERS):
