@@ -112,6 +112,8 @@ def _reset_budget(w, i):
     for leg in range(2):
         w.leg_busy[i, leg] = 0
         w.leg_dashed[i, leg] = 0
+        w.leg_power[i, leg] = 0.0
+        w.leg_dir[i, leg] = 0.0
 
 
 @kernel
