@@ -35,7 +35,25 @@ class EvidenceError(CprmError, ValueError):
 
 
 class ImpossibleEvidence(CprmError, RuntimeError):
-    """The evidence has probability zero under the model."""
+    """The evidence has probability zero under the model.
+
+    Attributes
+    ----------
+    step : int or None
+        Number of the slice.
+    conflict : tuple of str
+        Variables whose readings contradict the belief; leaving out any of them would make the rest possible.
+    agents : tuple of int
+        Whose readings are impossible, in a batch.
+    """
+
+    def __init__(self, message: str, step: int | None = None, conflict: tuple[str, ...] = (), agents: tuple[int, ...] = ()) -> None:
+        super().__init__(message)
+        self.step, self.conflict, self.agents = step, conflict, agents
+
+
+class CostError(CprmError, RuntimeError):
+    """An inference would take more memory or time than is allowed; nothing was run."""
 
 
 class CommandError(CprmError, ValueError):

@@ -1,0 +1,539 @@
+"""Filtering a dynamic relational model: the belief of one agent or of many, slice by slice.
+
+    filter = Filter(grounding, batch=1000)
+    result = filter.step({"ball.obs_dist": readings}, active=("attended(o3)",))
+    result["ball.dist"]                                 # (1000, 10) posterior
+    result.log_likelihood, result.exact, result.loss    # always reported
+
+The relations in force are fixed before a slice is predicted. They may be any function of what happened before (a Petri net
+decides them): they are control inputs and contribute nothing to the likelihood. The answer is that of the unrolled,
+non-homogeneous net.
+
+References
+----------
+Dissertation sections 2.3.3 and 2.3.4; Murphy, Dynamic Bayesian Networks, 2002.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from cprm_gym.architecture.prm import smoothing
+from cprm_gym.architecture.prm.conflicts import explain, soften
+from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
+from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine
+from cprm_gym.architecture.prm.grounding import STATIC, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.merging import replace_agents
+from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
+from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
+
+POLICIES = ("raise", "drop", "soften", "restart")
+
+
+class Grounds(Protocol):
+    """Anything that makes slices: a `Grounding`, or a schedule of slices made by hand."""
+
+    def ground(self, active: Any = (), first: bool = False) -> GroundSlice:
+        """The slice for the active relations; the same object for the same arguments."""
+
+
+class Past(NamedTuple):
+    """What is remembered of a step: the belief before it, the slice, the readings."""
+
+    before: Any
+    info: SliceInfo
+    readings: Readings
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A filter's state, to be given to `Filter.restore`."""
+
+    belief: Any
+    step: int
+    log_likelihood: np.ndarray
+    fresh: np.ndarray
+    history: tuple[Past, ...]
+    active: Any
+    impossible: np.ndarray
+    engine: Any
+
+
+class Result(Mapping[str, np.ndarray]):
+    """The answer of one step: a mapping from variable to posterior, shape (W, card).
+
+    Attributes
+    ----------
+    step : int
+        Number of the slice, from 0.
+    increment : (W,) float array
+        ln P(readings of this slice | earlier ones).
+    log_likelihood : (W,) float array
+        Sum of the increments. Inputs have no prior and no part in it.
+    loss : (W,) float array
+        Kullback-Leibler divergence, in nats, of what a projection threw away in this step; 0 if nothing was projected.
+    exact : bool
+        Whether no step so far has approximated anything.
+    engine : str
+        Which engine gave the answer.
+    impossible : (W,) bool array
+        Where the readings had probability zero and the policy (drop, soften, restart) was applied.
+    report : dict
+        What else the engine has to say: effective sample size, clusters, time.
+    """
+
+    def __init__(self, outcome: Any, step: int, log_likelihood: np.ndarray, exact: bool, impossible: np.ndarray) -> None:
+        self._outcome = outcome
+        self._cache: dict[str, np.ndarray] = {}
+        self.step = step
+        self.increment: np.ndarray = outcome.increment
+        self.log_likelihood = log_likelihood
+        self.loss: np.ndarray = outcome.loss
+        self.exact = exact
+        self.engine: str = outcome.engine
+        self.impossible = impossible
+        self.report: dict[str, Any] = getattr(outcome, "report", {})
+
+    @property
+    def variables(self) -> Mapping[str, GroundVariable]:
+        """The variables of the slice."""
+        return self._outcome.info.variables  # type: ignore[no-any-return]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._cache:
+            if name not in self.variables:
+                raise ModelError(f"no variable {name!r} in slice {self.step}.{did_you_mean(name, self.variables)}")
+            self._cache[name] = self._outcome.marginal(name)
+        return self._cache[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def __len__(self) -> int:
+        return len(self.variables)
+
+    def hidden(self, agent: int = 0) -> tuple[str, ...]:
+        """Names of the variables that an agent did not observe."""
+        hard = self._outcome.readings.hard
+        return tuple(n for i, n in enumerate(self._outcome.info.names) if hard[i, agent] < 0)
+
+    def joint(self, *names: str) -> np.ndarray:
+        """Joint posterior of some variables, shape (W, card, card, ...)."""
+        found: np.ndarray = self._outcome.joint(names)
+        return found
+
+    def index_mean(self, name: str) -> np.ndarray:
+        """Expectation of the state index, (W,)."""
+        p = self[name]
+        return p @ np.arange(p.shape[1])
+
+
+class Filter:
+    """The belief of W agents about the same kind of world.
+
+    Parameters
+    ----------
+    grounding : Grounding, or anything with ``ground(active, first) -> GroundSlice``
+    batch : int
+        W, the number of agents. They share slices and relations; their readings, and what they did not observe, differ.
+    engine : {"exact", "projection", "particles", "anytime"} or engine object
+    on_impossible : {"raise", "drop", "soften", "restart"}
+        What to do for agents whose readings have probability zero: raise `ImpossibleEvidence` and leave every belief as it
+        was; ignore the conflicting readings; take them as true with probability ``1 - eps``; begin anew from the prior.
+    eps : float
+        For "soften".
+    window : int
+        How many past slices are remembered for `smooth` and `most_probable_path`.
+    seed : int, SeedSequence or Generator
+        For engines that sample.
+    memory_limit : float
+        Bytes that one component of an exact step may take before it is refused.
+    **options
+        Further options of the engine.
+    """
+
+    def __init__(self, grounding: Grounds, batch: int = 1, engine: Any = "exact", *, on_impossible: str = "raise", eps: float = 1e-6,
+                 window: int = 0, seed: Any = None, memory_limit: float = 2.0**31, **options: Any) -> None:
+        if not isinstance(batch, (int, np.integer)) or batch < 1:
+            raise ParameterError(f"`batch` is the number of agents, at least 1, got {batch!r}")
+        if on_impossible not in POLICIES:
+            raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {on_impossible!r}{did_you_mean(str(on_impossible), POLICIES)}")
+        if not 0.0 < eps < 1.0:
+            raise ParameterError(f"`eps` is a probability between 0 and 1, got {eps!r}")
+        self.grounding = grounding
+        self.width = int(batch)
+        self.engine = make_engine(engine, seed, memory_limit, options)
+        self.on_impossible, self.eps = on_impossible, eps
+        self._atemporal: dict[str, GroundVariable] = {}
+        for name in getattr(grounding, "static", ()):
+            self._atemporal[name] = self._first(()).variables[name]
+        self._infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
+        self._history: deque[Past] = deque(maxlen=max(window, 1))
+        self.window = window
+        self.impossible_count = np.zeros(self.width, np.int64)
+        self.reset()
+
+    # ------------------------------------------------------------------------------------------------- life
+
+    def reset(self, agents: Any = None) -> None:
+        """Begin anew from the prior: the next step is the first slice.
+
+        Parameters
+        ----------
+        agents : (W,) bool array or indices, optional
+            Only these; the others go on. Their next answer is the one of a new filter.
+        """
+        if agents is None:
+            self.belief = self.engine.start(self.width)
+            self.step_count = 0
+            self.log_likelihood = np.zeros(self.width)
+            self._fresh = np.zeros(self.width, bool)
+            self._history.clear()
+            self._active: Any = ()
+            self.exact = True
+            return
+        chosen = np.zeros(self.width, bool)
+        chosen[agents] = True
+        if chosen.all():
+            self.reset()
+            return
+        self._fresh |= chosen
+        self.log_likelihood = np.where(chosen, 0.0, self.log_likelihood)
+        if self.step_count == 0:
+            self._fresh[:] = False
+
+    def snapshot(self) -> Snapshot:
+        """The state of the filter. Cheap: beliefs are never changed in place."""
+        return Snapshot(self.belief, self.step_count, self.log_likelihood.copy(), self._fresh.copy(), tuple(self._history),
+                        self._active, self.impossible_count.copy(), self.engine.snapshot() if hasattr(self.engine, "snapshot") else None)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this filter."""
+        self.belief, self.step_count = snapshot.belief, snapshot.step
+        self.log_likelihood, self._fresh = snapshot.log_likelihood.copy(), snapshot.fresh.copy()
+        self._history.clear()
+        self._history.extend(snapshot.history)
+        self._active, self.impossible_count = snapshot.active, snapshot.impossible.copy()
+        if snapshot.engine is not None:
+            self.engine.restore(snapshot.engine)
+
+    # ------------------------------------------------------------------------------------------------- steps
+
+    def step(self, evidence: Mapping[str, Any] | np.ndarray | None = None, soft: Mapping[str, Any] | None = None, active: Any = ()) -> Result:
+        """Go on by one slice.
+
+        Parameters
+        ----------
+        evidence : dict of name to observation, or (V, W) int array in the order of `variables`
+            State index, state name or number for all agents, or one for each; -1 or None where not observed.
+        soft : dict of name to (card,) or (W, card) array
+            Likelihood vectors. To demand a posterior instead, see `jeffrey`.
+        active : relations in force, or a GroundSlice
+            Handed to ``grounding.ground``.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        EvidenceError
+            An observation is no value of its variable; the belief is as it was.
+        ImpossibleEvidence
+            The readings have probability zero and the policy is "raise"; the belief is as it was.
+        CostError
+            A component is too large for exact inference; the belief is as it was.
+        """
+        ground = self._ground(active, self.step_count == 0)
+        info = self._info(ground)
+        readings = self._read(info, evidence, soft)
+        outcome, before, info = self._advance(info, readings)
+        impossible = np.zeros(self.width, bool)
+        if self._fresh.any():
+            outcome = self._begin_anew(outcome, readings, self._fresh, active)
+        if outcome.impossible.any():
+            impossible = outcome.impossible.copy()
+            outcome = self._impossible(outcome, before, info, readings, active)
+        self._commit(outcome, Past(before, info, outcome.readings), active)
+        self.impossible_count += impossible
+        return Result(outcome, self.step_count - 1, self.log_likelihood.copy(), self.exact, impossible)
+
+    def predict(self, steps: int = 1, active: Any = None, inputs: Mapping[str, Any] | None = None) -> Result:
+        """The belief some slices ahead, without further readings; the filter stays where it is.
+
+        Parameters
+        ----------
+        steps : int
+            How far, at least 1.
+        active : relations, optional
+            In force on the way; by default those of the last step.
+        inputs : dict, optional
+            Values of the inputs on the way; by default those of the last step.
+        """
+        if steps < 1:
+            raise ParameterError(f"`steps` is at least 1, got {steps!r}")
+        kept = self.snapshot()
+        given = dict(inputs or {})
+        relations = self._active if active is None else active
+        try:
+            for _ in range(steps):
+                ground = self._ground(relations, self.step_count == 0)
+                last = self._history[-1] if self._history else None
+                known = dict(given)
+                for name in ground.inputs:
+                    if name not in known and last is not None and name in last.info.row:
+                        known[name] = last.readings.hard[last.info.row[name]]
+                result = self.step(known, active=relations)
+        finally:
+            self.restore(kept)
+        return result
+
+    def variables(self, active: Any = ()) -> tuple[str, ...]:
+        """Order of the rows of an evidence array for the next step."""
+        return self._info(self._ground(active, self.step_count == 0)).names
+
+    def cost(self, active: Any = (), evidence: Mapping[str, Any] | None = None) -> list[ComponentCost]:
+        """What the next step would take, for each component, without running it.
+
+        Parameters
+        ----------
+        active : relations
+        evidence : dict, optional
+            Names of the variables that will be observed matter, not their values. By default those that were observed in the
+            last step.
+        """
+        info = self._info(self._ground(active, self.step_count == 0))
+        if evidence is not None:
+            readings = self._read(info, evidence, None, checked=False)
+        else:
+            hard = np.full((len(info.names), self.width), UNOBSERVED, np.int64)
+            hard[info.inputs] = 0
+            if self._history:
+                last = self._history[-1]
+                for name, row in info.row.items():
+                    if name in last.info.row:
+                        hard[row] = np.minimum(last.readings.hard[last.info.row[name]], info.cards[row] - 1)
+            readings = Readings(hard, {})
+        while True:
+            try:
+                transition = self.engine.transition(self.belief, info, readings)
+            except NeedsVariable as need:
+                self._keep(need)
+                info = self._info(info.slice)
+                continue
+            found: list[ComponentCost] = self.engine.cost(transition, self.width)
+            return found
+
+    def jeffrey(self, targets: Mapping[str, Any]) -> dict[str, np.ndarray]:
+        """Likelihood vectors that turn the predicted marginals into the given ones, one variable at a time.
+
+        Parameters
+        ----------
+        targets : dict of name to (card,) or (W, card) array
+            Distributions that the posterior of each variable is to have.
+
+        Returns
+        -------
+        dict of str to (W, card) array
+            To be given as `soft`. Exact for one variable; several are adjusted one after the other, so the order matters.
+        """
+        predicted = self.predict(1)
+        found = {}
+        for name, target in targets.items():
+            q = np.broadcast_to(np.asarray(target, dtype=np.float64), predicted[name].shape)
+            if (q < 0).any() or not np.allclose(q.sum(axis=1), 1.0, atol=1e-9):
+                raise EvidenceError(f"jeffrey: {name!r} needs a distribution, got {q.tolist()}")
+            if ((predicted[name] <= 0) & (q > 0)).any():
+                raise ImpossibleEvidence(f"jeffrey: {name!r} is to take a state that the belief excludes")
+            found[name] = np.divide(q, predicted[name], out=np.zeros(q.shape), where=predicted[name] > 0)
+        return found
+
+    # ------------------------------------------------------------------------------------------------- the window
+
+    def smooth(self) -> list[dict[str, np.ndarray]]:
+        """Posteriors of the slices of the window given all their readings, the oldest slice first.
+
+        Returns
+        -------
+        list of dict of name to (W, card) array
+        """
+        self._need_window("smooth")
+        return smoothing.smooth(self._window(), self.width)
+
+    def most_probable_path(self) -> list[dict[str, np.ndarray]]:
+        """The most probable joint values of all variables of the window, the oldest slice first.
+
+        Returns
+        -------
+        list of dict of name to (W,) int array
+        """
+        self._need_window("most_probable_path")
+        return smoothing.most_probable_path(self._window(), self.width)
+
+    def expected_counts(self) -> dict[Any, np.ndarray]:
+        """Expected number of times each row and state of each class-level CPD occurred in the window, all agents together.
+
+        Returns
+        -------
+        dict of CPD key to array
+            Shape of the CPD's table, parents first, child last.
+        """
+        self._need_window("expected_counts")
+        return smoothing.expected_counts(self._window(), self.width)
+
+    def sample(self, count: int, seed: Any = None) -> dict[str, np.ndarray]:
+        """Joint samples of the hidden variables from the belief.
+
+        Returns
+        -------
+        dict of name to (W, count) int array
+        """
+        if not self._history:
+            raise ParameterError("nothing to sample from: the filter has made no step")
+        return smoothing.sample_belief(self.belief, self.width, count, np.random.default_rng(seed))
+
+    def _need_window(self, what: str) -> None:
+        if not self.window:
+            raise ParameterError(f"`{what}` needs a filter with `window` of at least 1")
+        if not isinstance(self.belief, Belief):
+            raise ParameterError(f"`{what}` needs a belief of factors; this engine keeps {type(self.belief).__name__}")
+
+    def _window(self) -> list[smoothing.Slice]:
+        return [smoothing.Slice(past.before, past.info, past.readings) for past in self._history]
+
+    # ------------------------------------------------------------------------------------------------- inside
+
+    def _first(self, active: Any) -> GroundSlice:
+        return active if isinstance(active, GroundSlice) else self.grounding.ground(active, first=True)
+
+    def _ground(self, active: Any, first: bool) -> GroundSlice:
+        return active if isinstance(active, GroundSlice) else self.grounding.ground(active, first=first)
+
+    def _info(self, ground: GroundSlice) -> SliceInfo:
+        """The slice as the compiler sees it."""
+        if self.step_count == 0:
+            for cpd in ground.cpds:
+                for parent, lag in cpd.parents:
+                    if lag == STATIC and parent in ground.variables:
+                        self._atemporal.setdefault(parent, ground.variables[parent])
+
+        def make() -> SliceInfo:
+            info = SliceInfo(ground, self._atemporal, self.engine.store)
+            self.engine.learn(info)
+            return info
+
+        return self._infos.fetch((ground, frozenset(self._atemporal)), make)
+
+    def _read(self, info: SliceInfo, evidence: Any, soft: Any, checked: bool = True) -> Readings:
+        hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, self.width)
+        if info.inputs.any():
+            missing = info.inputs & (hard < 0).any(axis=1)
+            if missing.any() and checked:
+                names = [info.names[i] for i in np.flatnonzero(missing)]
+                raise EvidenceError(f"input {', '.join(map(repr, names))} must be observed for every agent in every slice")
+            hard[missing] = np.maximum(hard[missing], 0)
+        return Readings(hard, read_soft(info.variables, soft, self.width) if soft else {})
+
+    def _advance(self, info: SliceInfo, readings: Readings) -> tuple[Any, Any, SliceInfo]:
+        """One step of the engine. If it needs a variable that was summed out, the last step is done again with it kept."""
+        before = self.belief
+        for _ in range(1 + 2 * len(info.names)):
+            try:
+                return self.engine.advance(before, info, readings), before, info
+            except NeedsVariable as need:
+                if not self._history:
+                    raise ModelError(f"{need.name!r} of the previous slice is needed, but there is none") from None
+                self._keep(need)
+                info = self._info(info.slice)
+                past = self._history[-1]
+                again = past._replace(info=self._info(past.info.slice))
+                outcome = self.engine.advance(past.before, again.info, past.readings)
+                before = outcome.belief
+                self._history[-1] = again
+        raise ModelError("the belief cannot be kept in a form that the next slice needs")
+
+    def _keep(self, need: NeedsVariable) -> None:
+        """Keep a kind of variable in the belief from now on."""
+        if not need.atemporal:
+            self.engine.note(need.kind)
+            return
+        if self.step_count != 1 or not self._history:
+            raise ModelError(f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`")
+        self._atemporal[need.name] = self._history[-1].info.variables[need.name]
+
+    def _commit(self, outcome: Any, past: Past, active: Any) -> None:
+        self.belief = outcome.belief
+        self.log_likelihood = self.log_likelihood + outcome.increment
+        self.step_count += 1
+        self.exact = self.exact and outcome.exact_step
+        self._fresh = np.zeros(self.width, bool)
+        self._active = active
+        self._history.append(past)
+
+    def _begin_anew(self, outcome: Any, readings: Readings, agents: np.ndarray, active: Any) -> Any:
+        """Replace the answer for some agents by that of a first slice."""
+        first = self._info(self._first(active))
+        if set(first.names) != set(outcome.info.names):
+            odd = sorted(set(first.names) ^ set(outcome.info.names))
+            raise ModelError(f"some agents begin anew while others go on, but the first slice differs in its variables: {', '.join(odd[:5])}")
+        order = [outcome.info.row[name] for name in first.names]
+        chosen = np.flatnonzero(agents)
+        part = Readings(readings.hard[order][:, chosen], {n: s[chosen] for n, s in readings.soft.items()})
+        return replace_agents(self.engine, outcome, first, part, chosen, order)
+
+    def _impossible(self, outcome: Any, before: Any, info: SliceInfo, readings: Readings, active: Any) -> Any:
+        """Apply the policy for readings of probability zero."""
+        agents = np.flatnonzero(outcome.impossible)
+        if self.on_impossible == "raise" or not hasattr(outcome, "transition"):
+            raise explain(self.engine, before, info, readings, outcome, agents, self.step_count)
+        if self.on_impossible == "restart":
+            again = self._begin_anew(outcome, readings, outcome.impossible, active)
+            if not again.impossible.any():
+                return again
+        changed = readings
+        for everything in (False, True):
+            changed = soften(outcome, info, changed, agents, self.eps if self.on_impossible == "soften" else None, everything)
+            again = self.engine.advance(before, info, changed)
+            if self._fresh.any():
+                again = self._begin_anew(again, changed, self._fresh, active)
+            if self.on_impossible == "restart":
+                again = self._begin_anew(again, changed, outcome.impossible, active)
+            if not again.impossible.any():
+                return again
+        raise explain(self.engine, before, info, readings, outcome, agents, self.step_count)
+
+
+def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, Any]) -> Any:
+    """An engine from its name."""
+    if not isinstance(engine, str):
+        return engine
+    if engine == "exact":
+        _no_options(engine, options)
+        return ExactEngine(memory_limit)
+    if engine == "projection":
+        from cprm_gym.architecture.prm.projection import ProjectionEngine
+
+        return ProjectionEngine(memory_limit=memory_limit, **options)
+    if engine == "particles":
+        from cprm_gym.architecture.prm.particles import ParticleEngine
+
+        return ParticleEngine(seed=seed, **options)
+    if engine == "anytime":
+        from cprm_gym.architecture.prm.anytime import AnytimeEngine
+
+        return AnytimeEngine(seed=seed, memory_limit=memory_limit, **options)
+    names = ("exact", "projection", "particles", "anytime")
+    raise ParameterError(f"unknown engine {engine!r}.{did_you_mean(engine, names)} Known: {', '.join(names)}")
+
+
+def _no_options(engine: str, options: Iterable[str]) -> None:
+    if options:
+        raise ParameterError(f"engine {engine!r} takes no options, got {', '.join(sorted(options))}")
+
+
+__all__ = ["Filter", "Grounds", "Result", "Sequence", "Snapshot", "replace"]

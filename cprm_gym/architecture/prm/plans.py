@@ -1,0 +1,691 @@
+"""Plans: an elimination and a join tree, lowered to a list of operations on one flat array.
+
+A plan answers one question for any evidence: given the message of slice t - 1 (a product of factors), the CPDs of slice t and
+the readings, what are the marginals of all hidden variables, the message of slice t and ln P(readings)? It is made once for a
+connected component up to the names of its objects (`PlanSpec` is that signature) and then runs for every component of the
+same signature and every agent (`kernels.run_plan`).
+
+1. Variables of the past slice are eliminated, cheapest first. Nothing of the present is summed out: which variables the next
+   slice needs is known only when the next set of relations is known.
+2. The factors that are left are collected in the cliques of a join tree; their products are the new message.
+3. Two passes over the tree (towards the root, and back with a division by what was sent, 0 / 0 = 0) give every marginal.
+4. With clusters, the message is the product of the clusters' marginals instead (Boyen-Koller), and its loss is computed.
+
+References
+----------
+Murphy, Dynamic Bayesian Networks, 2002 (interface algorithm); Jensen, Lauritzen and Olesen 1990 (two passes, division);
+Boyen and Koller 1998 (projection); dissertation section 2.3.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cprm_gym.architecture.prm import kernels
+from cprm_gym.architecture.prm.jointree import JoinTree, join_tree
+
+MAX_LOOPS = 64
+LONG_RUN = 8
+"""Entries in a row of memory from which on it pays to make them the innermost loop."""
+
+
+class MessageFactor(NamedTuple):
+    """A factor of the incoming message: its nodes in the order of its axes, and its first column."""
+
+    scope: tuple[int, ...]
+    column: int
+
+
+class TableFactor(NamedTuple):
+    """A CPD.
+
+    Attributes
+    ----------
+    table : int
+        Number of the table.
+    axes : tuple of int
+        A node, or ``-1 - k`` for the observed variable in column k, for each axis of the table.
+    missing : int
+        Axis that gets one more state, of ones, for a reading that is missing; -1 for none.
+    """
+
+    table: int
+    axes: tuple[int, ...]
+    missing: int = -1
+
+
+class SoftFactor(NamedTuple):
+    """The likelihood vector in a slot, on one node."""
+
+    node: int
+    slot: int
+
+
+@dataclass(frozen=True)
+class PlanSpec:
+    """The signature of a component: equal signatures run as one batch.
+
+    Attributes
+    ----------
+    cards : tuple of int
+        Number of states of each node. A node is a hidden variable of the past or of the present slice.
+    past : tuple of bool
+        Which nodes are of the past slice, and have to be eliminated.
+    factors : tuple of MessageFactor, TableFactor and SoftFactor
+    values : int
+        Number of columns of observed variables.
+    clusters : tuple of tuple of int
+        Present nodes whose joint the message keeps; empty keeps everything.
+    """
+
+    cards: tuple[int, ...]
+    past: tuple[bool, ...]
+    factors: tuple[MessageFactor | TableFactor | SoftFactor, ...]
+    values: int
+    clusters: tuple[tuple[int, ...], ...] = ()
+
+
+class Cost(NamedTuple):
+    """What one row of a plan takes."""
+
+    bytes: int
+    """Memory of the heap."""
+    flops: float
+    """Multiplications and additions."""
+    largest: int
+    """Entries of the largest table."""
+
+
+class OutputFactor(NamedTuple):
+    """A factor of the new message: nodes in the order of its axes, first column, number of entries."""
+
+    scope: tuple[int, ...]
+    column: int
+    size: int
+
+
+class Tensor(NamedTuple):
+    """A table on the heap while a plan is being made; axes in C order."""
+
+    scope: tuple[int, ...]
+    buffer: int
+    """Virtual buffer; -1 for a constant that has no place yet, -2 for a fixed place."""
+    base: int = 0
+    shifts: tuple[tuple[int, int], ...] = ()
+    constant: Any = None
+    """The `TableFactor` of a constant without a place."""
+
+
+@dataclass
+class Plan:
+    """A compiled component. Made by `compile_plan`; arrays as `kernels.run_plan` takes them."""
+
+    spec: PlanSpec
+    ops: np.ndarray
+    loops: np.ndarray
+    shifts: np.ndarray
+    outputs: np.ndarray
+    constants: np.ndarray
+    heap_size: int
+    message_at: int
+    soft_places: tuple[tuple[int, int], ...]
+    pieces: tuple[tuple[OutputFactor, ...], ...]
+    message_size: int
+    marginals: dict[int, tuple[int, int]]
+    marginal_size: int
+    sums: int
+    projects: bool
+    cost: Cost
+    _heap: np.ndarray | None = field(default=None, repr=False)
+
+    def heap(self) -> np.ndarray:
+        """Room for one row, the constants in place."""
+        if self._heap is None:
+            self._heap = np.zeros(self.heap_size)
+            self._heap[: len(self.constants)] = self.constants
+        return self._heap
+
+    def run(self, message: np.ndarray, columns: np.ndarray, evidence: np.ndarray, previous: np.ndarray, soft: np.ndarray,
+            soft_at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Run for all rows; see `kernels.run_plan` for the arguments.
+
+        Returns
+        -------
+        new_message : (rows, message_size) float array
+        marginals : (rows, marginal_size) float array
+        sums : (rows, sums) float array
+        losses : (rows, 1 or 0) float array
+            Kullback-Leibler divergence from the projected to the exact message, nats.
+        """
+        rows = len(columns) * evidence.shape[1]
+        new_message = np.empty((rows, self.message_size))
+        marginals = np.empty((rows, self.marginal_size))
+        sums = np.empty((rows, self.sums))
+        losses = np.empty((rows, int(self.projects)))
+        kernels.run_plan(
+            self.ops, self.loops, self.shifts, np.zeros(MAX_LOOPS, np.int64), self.heap(), np.zeros(max(self.spec.values, 1), np.int64),
+            self.message_at, message, columns, evidence, previous, soft, soft_at, self.outputs, new_message, marginals, sums, losses,
+        )
+        return new_message, marginals, sums, losses
+
+
+def materialise(factor: TableFactor, table: np.ndarray, order: Sequence[int]) -> tuple[np.ndarray, tuple[tuple[int, int], ...]]:
+    """A CPD's table with the axes of observed variables first and its nodes in the given order.
+
+    Returns
+    -------
+    flat : float array
+    shifts : tuple of (stride, column)
+        How the observed values move the address.
+    """
+    if factor.missing >= 0:
+        shape = list(table.shape)
+        shape[factor.missing] = 1
+        table = np.concatenate([table, np.ones(shape)], axis=factor.missing)
+    observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
+    nodes = [factor.axes.index(v) for v in order]
+    moved = np.ascontiguousarray(np.transpose(table, observed + nodes), dtype=np.float64)
+    strides = [s // moved.itemsize for s in moved.strides]
+    return moved.ravel(), tuple((strides[k], -1 - factor.axes[axis]) for k, axis in enumerate(observed))
+
+
+class Builder:
+    """Collects operations in single-assignment form and lowers them."""
+
+    def __init__(self, spec: PlanSpec, tables: Mapping[int, np.ndarray]) -> None:
+        self.spec = spec
+        self.tables = tables
+        self.cards = dict(enumerate(spec.cards))
+        self.ops: list[list[Any]] = []
+        self.loops: list[tuple[int, int, int, int]] = []
+        self.shifts: list[tuple[int, int]] = []
+        self.sizes: list[int] = []
+        self.constants: list[np.ndarray] = [np.ones(1)]
+        self.constant_size = 1
+        self.placed: dict[tuple[Any, ...], tuple[int, tuple[tuple[int, int], ...]]] = {}
+        self.flops = 0.0
+        self.sums = 0
+        self.one = Tensor((), -2, 0)
+        self.message_size = sum(self.size(f.scope) for f in spec.factors if isinstance(f, MessageFactor))
+        self.soft_sizes = {f.slot: self.cards[f.node] for f in spec.factors if isinstance(f, SoftFactor)}
+
+    def size(self, scope: Iterable[int]) -> int:
+        """Entries of a table over `scope`."""
+        return prod(self.cards[v] for v in scope)
+
+    def source(self, factor: MessageFactor | TableFactor | SoftFactor) -> Tensor:
+        """Where a factor of the specification is found. Places of message and likelihoods are resolved when all is known."""
+        if isinstance(factor, MessageFactor):
+            return Tensor(factor.scope, -3, factor.column)
+        if isinstance(factor, SoftFactor):
+            return Tensor((factor.node,), -4, factor.slot)
+        return Tensor(tuple(a for a in factor.axes if a >= 0), -1, constant=factor)
+
+    def place(self, tensor: Tensor, order: Sequence[int]) -> Tensor:
+        """Give a constant a place, its axes in the given order; anything else is returned as it is."""
+        if tensor.buffer != -1:
+            return tensor
+        factor: TableFactor = tensor.constant
+        order = tuple(order)
+        if (factor, order) not in self.placed:
+            flat, shifts = materialise(factor, self.tables[factor.table], order)
+            self.placed[factor, order] = self.constant_size, shifts
+            self.constants.append(flat)
+            self.constant_size += len(flat)
+        base, shifts = self.placed[factor, order]
+        return Tensor(order, -2, base, shifts)
+
+    def ones(self, size: int) -> Tensor:
+        """A constant table of ones, flat."""
+        key = ("ones", size)
+        if key not in self.placed:
+            self.placed[key] = self.constant_size, ()
+            self.constants.append(np.ones(size))
+            self.constant_size += size
+        return Tensor((), -2, self.placed[key][0])
+
+    def new(self, scope: tuple[int, ...]) -> Tensor:
+        """A new virtual buffer."""
+        self.sizes.append(self.size(scope))
+        return Tensor(scope, len(self.sizes) - 1)
+
+    def strides(self, tensor: Tensor) -> dict[int, int]:
+        """Stride of each axis of a tensor."""
+        result, stride = {}, 1
+        for v in reversed(tensor.scope):
+            result[v] = stride
+            stride *= self.cards[v]
+        return result
+
+    def contract(self, x: Tensor, y: Tensor, drop: Iterable[int] = (), order: Sequence[int] | None = None) -> Tensor:
+        """Product of two tensors, summed over the variables in `drop`.
+
+        Parameters
+        ----------
+        x, y : Tensor
+        drop : variables
+        order : sequence of variables, optional
+            Axes of the result; chosen for speed if not given.
+        """
+        if self.size(y.scope) > self.size(x.scope) or (x.buffer == -1 and y.buffer != -1 and self.size(y.scope) * 4 >= self.size(x.scope)):
+            x, y = y, x
+        drop = set(drop)
+        scope = list(dict.fromkeys(x.scope + y.scope))
+        kept = [v for v in scope if v not in drop]
+        if order is None:
+            order = self.result_order(x, y, kept)
+        inner = self.inner(x, y, order)
+        sequence = [v for v in order if v not in inner] + [v for v in scope if v in drop and v not in inner] + inner
+        x, y = self.place(x, sequence_of(x, sequence)), self.place(y, sequence_of(y, sequence))
+        result = self.new(tuple(order))
+        sx, sy, sc = self.strides(x), self.strides(y), self.strides(result)
+        loops = [(self.cards[v], sx.get(v, 0), sy.get(v, 0), sc.get(v, 0)) for v in sequence if self.cards[v] > 1]
+        if loops and loops[-1][1] == 0 and loops[-1][2] == 1:
+            x, y = y, x
+            loops = [(n, b, a, c) for n, a, b, c in loops]
+        self.emit(kernels.CONTRACT, x, y, result, merge_loops(loops))
+        self.flops += 2.0 * self.size(scope)
+        return result
+
+    def result_order(self, x: Tensor, y: Tensor, kept: Sequence[int]) -> list[int]:
+        """Axes of a product such that the innermost loop runs over consecutive memory."""
+        run: list[int] = []
+        for v in reversed(x.scope):
+            if v in y.scope or v not in kept:
+                break
+            run.insert(0, v)
+        fresh = [v for v in kept if v not in x.scope]
+        rest = [v for v in x.scope if v in kept and v not in run]
+        if fresh and self.size(run) < max(LONG_RUN, self.size(fresh[-1:])) and y.buffer == -1:
+            return rest + run + fresh
+        return rest + fresh + run
+
+    def inner(self, x: Tensor, y: Tensor, order: Sequence[int]) -> list[int]:
+        """Variables of the innermost loop."""
+        if not order:
+            return [x.scope[-1]] if x.scope else []
+        last = order[-1]
+        dropped_last = x.scope and x.scope[-1] not in order
+        if dropped_last and last not in y.scope and x.buffer != -1:
+            return [x.scope[-1]]
+        run: list[int] = []
+        for v in reversed(order):
+            if (v in x.scope) != (last in x.scope) or (v in y.scope) != (last in y.scope):
+                break
+            run.insert(0, v)
+        return run
+
+    def emit(self, kind: int, a: Tensor, b: Tensor, c: Tensor, loops: Sequence[tuple[int, int, int, int]] = (), extra: int = 0) -> None:
+        """Append one operation."""
+        first = len(self.loops)
+        self.loops += loops
+        spans = []
+        for operand in (a, b):
+            start = len(self.shifts)
+            self.shifts += operand.shifts
+            spans += [start, len(self.shifts)]
+        size = self.sizes[c.buffer] if c.buffer >= 0 else self.size(c.scope)
+        self.ops.append([kind, a, b, c, size, first, len(self.loops), *spans, extra])
+
+    def owned(self, tensor: Tensor) -> Tensor:
+        """The tensor itself if it is a buffer of its own, else a copy."""
+        return tensor if tensor.buffer >= 0 else self.contract(tensor, self.one, order=tensor.scope)
+
+    def marginal(self, tensor: Tensor, keep: Sequence[int]) -> Tensor:
+        """Sum of a tensor onto `keep`, axes in that order."""
+        if tuple(keep) == tensor.scope and tensor.buffer >= 0:
+            return tensor
+        return self.contract(tensor, self.one, [v for v in tensor.scope if v not in keep], order=list(keep))
+
+    def product(self, tensors: Sequence[Tensor]) -> Tensor | None:
+        """Product of tensors, smallest first; None for an empty product."""
+        pool = sorted(tensors, key=lambda t: self.size(t.scope))
+        while len(pool) > 1:
+            first = pool.pop(0)
+            best = min(range(len(pool)), key=lambda i: (self.size(set(first.scope) | set(pool[i].scope)), i))
+            joined = self.contract(first, pool.pop(best))
+            pool.append(joined)
+            pool.sort(key=lambda t: self.size(t.scope))
+        return pool[0] if pool else None
+
+    def eliminate(self, factors: list[Tensor], past: set[int]) -> list[Tensor]:
+        """Sum out the variables in `past`, cheapest first; a variable is summed as soon as no other factor has it."""
+        left = set(past)
+        while left:
+            price = {}
+            for v in left:
+                union = {u for f in factors if v in f.scope for u in f.scope}
+                price[v] = self.size(union), v
+            best = min(left, key=lambda v: price[v])
+            inside = [f for f in factors if best in f.scope]
+            factors = [f for f in factors if best not in f.scope]
+            while len(inside) > 1:
+                a, b = self.cheapest_pair(inside, factors, left)
+                others = factors + [f for f in inside if f is not a and f is not b]
+                joined = self.contract(a, b, self.dead(a, b, others, left))
+                inside = [f for f in inside if f is not a and f is not b] + [joined]
+            if inside and best in inside[0].scope:
+                inside = [self.contract(inside[0], self.one, self.dead(inside[0], self.one, factors, left))]
+            factors += inside
+            left = {v for v in left if any(v in f.scope for f in factors)}
+        return factors
+
+    @staticmethod
+    def dead(a: Tensor, b: Tensor, others: Sequence[Tensor], past: set[int]) -> set[int]:
+        """Past variables of two factors that no other factor has."""
+        union = set(a.scope) | set(b.scope)
+        return {v for v in union & past if not any(v in f.scope for f in others)}
+
+    def cheapest_pair(self, inside: Sequence[Tensor], outside: Sequence[Tensor], past: set[int]) -> tuple[Tensor, Tensor]:
+        """The two factors whose product, summed where possible, is cheapest to make and smallest."""
+        best: tuple[tuple[int, int], Tensor, Tensor] | None = None
+        for i, a in enumerate(inside):
+            for j in range(i):
+                b = inside[j]
+                union = set(a.scope) | set(b.scope)
+                others = [f for k, f in enumerate(inside) if k not in (i, j)] + list(outside)
+                price = self.size(union), self.size(union - self.dead(a, b, others, past))
+                if best is None or price < best[0]:
+                    best = price, a, b
+        assert best is not None
+        return best[1], best[2]
+
+
+def sequence_of(tensor: Tensor, sequence: Sequence[int]) -> list[int]:
+    """The variables of a tensor in the order of the loops."""
+    return [v for v in sequence if v in tensor.scope]
+
+
+def merge_loops(loops: Sequence[tuple[int, int, int, int]]) -> list[tuple[int, int, int, int]]:
+    """Join neighbouring loops that together walk evenly through all three tables."""
+    merged: list[tuple[int, int, int, int]] = []
+    for loop in loops:
+        if merged and all(merged[-1][k] == loop[k] * loop[0] for k in (1, 2, 3)):
+            merged[-1] = (merged[-1][0] * loop[0], *loop[1:])
+        else:
+            merged.append(loop)
+    return merged
+
+
+@dataclass
+class _Passes:
+    """What the two passes over a join tree leave behind."""
+
+    potentials: dict[int, Tensor]
+    beliefs: dict[int, Tensor]
+    separators: dict[int, Tensor]
+    root_slot: dict[int, int]
+
+
+def _towards_root(build: Builder, tree: JoinTree, pots: Mapping[int, Tensor]) -> tuple[dict[int, Tensor], dict[int, Tensor]]:
+    """Products of potential and children's messages, and the message each clique sends to its parent."""
+    products: dict[int, Tensor] = {}
+    sent: dict[int, Tensor] = {}
+    for i in reversed(range(len(tree.cliques))):
+        parts = [pots[i]] if i in pots else []
+        parts += [sent[j] for j, parent in enumerate(tree.parents) if parent == i and j in sent]
+        joined = build.product(parts)
+        if joined is None:
+            continue
+        products[i] = joined
+        if tree.parents[i] >= 0:
+            separator = tree.cliques[i] & tree.cliques[tree.parents[i]]
+            keep = [v for v in joined.scope if v in separator]
+            sent[i] = build.marginal(joined, keep)
+    return products, sent
+
+
+def _calibrate(build: Builder, tree: JoinTree, pots: dict[int, Tensor], needed: set[int]) -> _Passes:
+    """Both passes; beliefs are computed only for the cliques in `needed` and on the way to them."""
+    products, sent = _towards_root(build, tree, pots)
+    wanted = set(needed)
+    for i in reversed(range(len(tree.cliques))):
+        if i in wanted and tree.parents[i] >= 0:
+            wanted.add(tree.parents[i])
+    beliefs: dict[int, Tensor] = {}
+    separators: dict[int, Tensor] = {}
+    slots: dict[int, int] = {}
+    for i, parent in enumerate(tree.parents):
+        if parent < 0:
+            beliefs[i] = build.owned(products[i])
+            if i in pots and pots[i].buffer == products[i].buffer and pots[i].base == products[i].base:
+                pots[i] = beliefs[i]
+            slots[i] = build.sums
+            build.emit(kernels.NORMALISE, build.one, build.one, beliefs[i], extra=build.sums)
+            build.sums += 1
+        elif i in wanted:
+            separator = [v for v in beliefs[parent].scope if v in tree.cliques[i]]
+            up = sent.get(i)
+            if up is not None and set(up.scope) == set(separator):
+                separator = list(up.scope)
+            down = build.marginal(beliefs[parent], separator)
+            separators[i] = down
+            if up is None:
+                beliefs[i] = down
+                continue
+            if up.scope == down.scope:
+                ratio = build.new(down.scope)
+                build.emit(kernels.DIVIDE, down, build.owned(up), ratio)
+            else:
+                up = build.owned(up)
+                inverse = build.new(up.scope)
+                build.emit(kernels.DIVIDE, build.ones(build.size(up.scope)), up, inverse)
+                ratio = build.contract(down, inverse)
+            beliefs[i] = build.contract(products[i], ratio)
+    return _Passes(pots, beliefs, separators, slots)
+
+
+def _spread(build: Builder, belief: Tensor, nodes: Sequence[int], found: dict[int, Tensor]) -> None:
+    """One-variable marginals of a belief, by halving the set of variables."""
+    if len(nodes) == 1:
+        found[nodes[0]] = build.marginal(belief, nodes)
+        return
+    if len(nodes) == 2 and len(belief.scope) == 2:
+        halves = [nodes[:1], nodes[1:]]
+    else:
+        ordered = [v for v in belief.scope if v in nodes]
+        halves = [ordered[: len(ordered) // 2], ordered[len(ordered) // 2 :]]
+    for half in halves:
+        _spread(build, build.marginal(belief, half), half, found)
+
+
+def compile_plan(spec: PlanSpec, tables: Mapping[int, np.ndarray]) -> Plan:
+    """Make the plan of a component.
+
+    Parameters
+    ----------
+    spec : PlanSpec
+    tables : dict of int to float array
+        The CPDs by number.
+
+    Returns
+    -------
+    Plan
+        Its memory is taken when it first runs; its `cost` is known at once.
+    """
+    build = Builder(spec, tables)
+    present = [v for v in range(len(spec.cards)) if not spec.past[v]]
+    factors = build.eliminate([build.source(f) for f in spec.factors], {v for v in range(len(spec.cards)) if spec.past[v]})
+    scalars = [f for f in factors if not f.scope]
+    factors = [f for f in factors if f.scope]
+    scalar = build.product(scalars)
+    if scalar is not None:
+        build.emit(kernels.NORMALISE, build.one, build.one, build.owned(scalar), extra=build.sums)
+        build.sums += 1
+    scopes = [frozenset(f.scope) for f in factors]
+    tree = join_tree(scopes + [frozenset(c) for c in spec.clusters], build.cards, heavy=scopes)
+    members: dict[int, list[Tensor]] = {}
+    for f in factors:
+        members.setdefault(tree.smallest(f.scope, build.cards), []).append(f)
+    pots = {i: joined for i, fs in members.items() if (joined := build.product(fs)) is not None}
+    homes = {v: tree.smallest((v,), build.cards) for v in present}
+    cluster_homes = {c: tree.smallest(c, build.cards) for c in spec.clusters}
+    needed = set(homes.values()) | set(cluster_homes.values())
+    if spec.clusters:
+        needed |= set(range(len(tree.cliques)))
+    passes = _calibrate(build, tree, pots, needed)
+
+    found: dict[int, Tensor] = {}
+    for i in sorted(set(homes.values())):
+        _spread(build, passes.beliefs[i], [v for v in passes.beliefs[i].scope if homes[v] == i], found)
+    if spec.clusters:
+        pieces = _projected(build, passes, cluster_homes)
+    else:
+        pieces = _kept(build, tree, passes)
+    return _finish(build, pieces, found)
+
+
+def _kept(build: Builder, tree: JoinTree, passes: _Passes) -> list[list[tuple[Tensor, int]]]:
+    """The potentials of every tree of the forest, and the slot of the sum each is to be divided by."""
+    root_of: dict[int, int] = {}
+    pieces: dict[int, list[tuple[Tensor, int]]] = {}
+    for i, parent in enumerate(tree.parents):
+        root_of[i] = i if parent < 0 else root_of[parent]
+        piece = pieces.setdefault(root_of[i], [])
+        if i not in passes.potentials:
+            continue
+        pot = build.owned(passes.potentials[i])
+        divided = parent < 0 and pot.buffer != passes.beliefs[i].buffer
+        piece.append((pot, passes.root_slot[i] if divided else -1))
+    return [piece for piece in pieces.values() if piece]
+
+
+def _projected(build: Builder, passes: _Passes, homes: Mapping[tuple[int, ...], int]) -> list[list[tuple[Tensor, int]]]:
+    """The marginals of the clusters; operations that compute the loss."""
+    pieces = []
+    for cluster, home in homes.items():
+        belief = passes.beliefs[home]
+        kept = build.owned(build.marginal(belief, [v for v in belief.scope if v in cluster]))
+        pieces.append([(kept, -1)])
+        build.emit(kernels.ENTROPY, kept, build.one, kept, extra=1)
+    for i, belief in passes.beliefs.items():
+        build.emit(kernels.ENTROPY, belief, build.one, belief, extra=-1)
+        if i in passes.separators:
+            build.emit(kernels.ENTROPY, passes.separators[i], build.one, passes.separators[i], extra=1)
+    return pieces
+
+
+def _finish(build: Builder, pieces: Sequence[Sequence[tuple[Tensor, int]]], found: Mapping[int, Tensor]) -> Plan:
+    """Give buffers their places and turn the lists into arrays."""
+    outputs: list[list[int]] = []
+    kept: set[int] = set()
+    layout, column = [], 0
+    for piece in pieces:
+        factors = []
+        for tensor, slot in piece:
+            size = build.size(tensor.scope)
+            factors.append(OutputFactor(tensor.scope, column, size))
+            outputs.append([0, tensor.buffer, size, column, slot])
+            kept.add(tensor.buffer)
+            column += size
+        layout.append(tuple(factors))
+    message_size, column = column, 0
+    marginals = {}
+    for v, tensor in found.items():
+        marginals[v] = column, build.cards[v]
+        outputs.append([1, tensor.buffer, build.cards[v], column, -1])
+        kept.add(tensor.buffer)
+        column += build.cards[v]
+
+    message_at = build.constant_size
+    soft_places, at = {}, message_at + build.message_size
+    for slot, size in sorted(build.soft_sizes.items()):
+        soft_places[slot] = at, size
+        at += size
+    places, end = allocate(build.ops, build.sizes, kept, at)
+
+    def address(t: Tensor) -> int:
+        if t.buffer == -2:
+            return t.base
+        if t.buffer == -3:
+            return message_at + t.base
+        if t.buffer == -4:
+            return soft_places[t.base][0]
+        return places[t.buffer]
+
+    ops = np.array([[op[0], *(address(t) for t in op[1:4]), *op[4:]] for op in build.ops], np.int64).reshape(-1, 12)
+    for row in outputs:
+        row[1] = places[row[1]]
+    largest = max([*build.sizes, *(build.size(f.scope) for f in build.spec.factors if isinstance(f, MessageFactor)), 1])
+    return Plan(
+        spec=build.spec,
+        ops=ops,
+        loops=np.array(build.loops, np.int64).reshape(-1, 4),
+        shifts=np.array(build.shifts, np.int64).reshape(-1, 2),
+        outputs=np.array(outputs, np.int64).reshape(-1, 5),
+        constants=np.concatenate(build.constants),
+        heap_size=end,
+        message_at=message_at,
+        soft_places=tuple(soft_places[slot] for slot in sorted(soft_places)),
+        pieces=tuple(layout),
+        message_size=message_size,
+        marginals=marginals,
+        marginal_size=column,
+        sums=build.sums,
+        projects=bool(build.spec.clusters),
+        cost=Cost(8 * end, build.flops, largest),
+    )
+
+
+def allocate(ops: Sequence[Sequence[Any]], sizes: Sequence[int], kept: set[int], start: int) -> tuple[dict[int, int], int]:
+    """Places on the heap: a buffer is freed after its last use, and its room taken by the first that fits.
+
+    Parameters
+    ----------
+    ops : list of operations
+        Operands are `Tensor`; a buffer is written first where it stands as third operand.
+    sizes : sequence of int
+        Entries of each buffer.
+    kept : set of int
+        Buffers that must survive to the end.
+    start : int
+        First free place.
+
+    Returns
+    -------
+    places : dict of buffer to int
+    end : int
+        Size of the heap.
+    """
+    last: dict[int, int] = {}
+    for k, op in enumerate(ops):
+        for tensor in op[1:4]:
+            if tensor.buffer >= 0:
+                last[tensor.buffer] = k
+    places: dict[int, int] = {}
+    free: list[tuple[int, int]] = []
+    end = start
+    for k, op in enumerate(ops):
+        new = op[3].buffer
+        if new >= 0 and new not in places:
+            for i, (at, room) in enumerate(free):
+                if room >= sizes[new]:
+                    places[new] = at
+                    free[i : i + 1] = [(at + sizes[new], room - sizes[new])] if room > sizes[new] else []
+                    break
+            else:
+                places[new] = end
+                end += sizes[new]
+        for tensor in op[1:4]:
+            b = tensor.buffer
+            if b >= 0 and last[b] == k and b not in kept and b in places:
+                free.append((places[b], sizes[b]))
+                last[b] = -1
+        free = _joined(free)
+    return places, end
+
+
+def _joined(free: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Neighbouring free stretches as one."""
+    result: list[tuple[int, int]] = []
+    for at, room in sorted(free):
+        if result and sum(result[-1]) == at:
+            result[-1] = result[-1][0], result[-1][1] + room
+        else:
+            result.append((at, room))
+    return result
