@@ -306,9 +306,7 @@ class Checked:
         domain = found.domain if aggregate is None else aggregate.domain(found.domain, where)
         return Slot(text, lag, role, tuple(parts[:-1]), name, owner, domain, found.domain, is_input, is_static, aggregate)
 
-    def _own_slot(
-        self, name: str, text: str, lag: int, where: str, heads: dict[str, str], own: dict[str, Attribute]
-    ) -> Slot:
+    def _own_slot(self, name: str, text: str, lag: int, where: str, heads: dict[str, str], own: dict[str, Attribute]) -> Slot:
         if name not in own:
             hint = did_you_mean(name, [*own, *heads])
             known = ", ".join([*own, *(f"{r}.attribute" for r in heads)])

@@ -76,7 +76,7 @@ def check_distribution(values: Sequence[float], states: int, where: str) -> tupl
         if not (math.isfinite(p) and p >= 0.0):
             raise ModelError(f"{where}: probability {k} is {p!r}; allowed are 0 to 1")
     if abs(math.fsum(row) - 1.0) > SUM_TOLERANCE:
-        raise ModelError(f"{where}: probabilities sum to {math.fsum(row)!r}, not 1: {row}")
+        raise ModelError(f"{where}: probabilities sum to {math.fsum(row):.12g}, not 1: {row}")
     return row
 
 
@@ -182,7 +182,7 @@ class Dense(CPD):
     values : array_like
         Parents' axes as declared, the child's last.
     domains : tuple of tuple of str, optional
-        State names of every axis; when given, a model whose states or bins have changed since is refused.
+        `stamp` of the domain of every axis; when given, a model whose states or bins have changed since is refused.
     """
 
     values: np.ndarray
@@ -208,8 +208,8 @@ class Dense(CPD):
             raise ModelError(f"{where}: table has shape {self.values.shape}, needed is {shape}")
         if self.domains is not None:
             for axis, (known, domain) in enumerate(zip(self.domains, [d for _, d in parents] + [child])):
-                if known != domain.states:
-                    raise ModelError(f"{where}: axis {axis} was made for states {known}, the model has {domain.states}")
+                if known != domain.stamp:
+                    raise ModelError(f"{where}: axis {axis} was made for {known}, the model has {domain.stamp}")
         flat = self.values.reshape(-1, shape[-1])
         for k, row in enumerate(flat):
             if not np.all(row >= 0.0) or abs(row.sum() - 1.0) > SUM_TOLERANCE:

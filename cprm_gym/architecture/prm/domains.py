@@ -43,6 +43,11 @@ class Labels:
         """Names of the states."""
         return self.names
 
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain, to notice that it has changed."""
+        return self.names
+
     def __len__(self) -> int:
         return len(self.names)
 
@@ -99,6 +104,11 @@ class Bins:
             raise ModelError(f"bins of a circle: unit must be 'rad' or 'deg', got {unit!r}")
         first = -0.5 * periods[unit] if start is None else start
         return cls(tuple(float(first + periods[unit] * k / count) for k in range(count + 1)), unit, True)
+
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain, to notice that it has changed: the exact edges."""
+        return tuple(repr(e) for e in self.edges)
 
     def __len__(self) -> int:
         return len(self.edges) - 1

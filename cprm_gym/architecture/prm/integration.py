@@ -90,7 +90,7 @@ def cell_masses(shape: str, edges: np.ndarray, circular: bool, low: np.ndarray, 
         above = mean_distribution(shape, -inner, -high, -low, sd)
         left = np.diff(below, axis=-1, prepend=0.0, append=1.0)
         right = -np.diff(above, axis=-1, prepend=1.0, append=0.0)
-        use_left = (edges[1:] <= middle)
+        use_left = edges[1:] <= middle
         mass = np.where(use_left, left, right)
     else:
         period = edges[-1] - edges[0]
@@ -241,9 +241,7 @@ def _effect(formula: Formula, name: str, parents: Sequence[tuple[str, Domain]]) 
 
 
 def _closed_parent(mean: Formula, sd: Formula, parents: Sequence[tuple[str, Domain]]) -> str:
-    fit = [
-        n for n, d in parents if isinstance(d, Bins) and n in mean.names and n not in sd.names and mean.is_affine_in(n)
-    ]
+    fit = [n for n, d in parents if isinstance(d, Bins) and n in mean.names and n not in sd.names and mean.is_affine_in(n)]
     return max(fit, key=lambda n: _effect(mean, n, parents), default="")
 
 

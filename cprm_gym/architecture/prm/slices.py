@@ -236,7 +236,7 @@ def topological_order(parents: dict[str, list[str]], names: Iterable[str]) -> tu
                 path.pop(node, None)
                 done[node] = None
             elif parent in path:
-                loop = list(path)[list(path).index(parent):]
+                loop = list(path)[list(path).index(parent) :]
                 shown = " -> ".join([parent, *reversed(loop)])
                 raise ModelError(f"variables of one slice depend on each other in a cycle: {shown}")
             elif parent not in done:

@@ -208,14 +208,15 @@ def _interval_weights(low: str | None, high: str | None, domain: Bins, argument:
             raise ModelError(f"view probability({argument}): the interval is empty")
         return _overlap(edges, a, b)
     if b - a >= domain.period:
-        return np.ones(len(domain))
+        return np.full(len(domain), 1.0)
     a = float(edges[0] + (a - edges[0]) % domain.period)
     end = float(edges[0] + (b - edges[0]) % domain.period)
     if end == edges[0] and b != a:
         end = float(edges[-1])
     if end >= a:
         return _overlap(edges, a, end)
-    return _overlap(edges, a, float(edges[-1])) + _overlap(edges, float(edges[0]), end)
+    tail = _overlap(edges, a, float(edges[-1]))
+    return np.asarray(tail + _overlap(edges, float(edges[0]), end))
 
 
 def _overlap(edges: np.ndarray, a: float, b: float) -> np.ndarray:

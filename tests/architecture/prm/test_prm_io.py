@@ -1,0 +1,134 @@
+"""Models survive being written and read."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from ball_world import scene, soccer
+
+from cprm_gym.architecture.prm import io
+from cprm_gym.architecture.prm.aggregates import AnyCause, Count, Mean
+from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
+from cprm_gym.errors import LogError, ModelError
+
+
+def everything() -> Model:
+    """One of each kind of thing that a model can hold."""
+    rng = np.random.default_rng(3)
+    bins = Bins((0.0, 0.1, 1 / 3, math.pi), "m", clip=True)
+    rows = rng.dirichlet(np.ones(3), 2)
+    a = PRMClass(
+        "A",
+        (
+            Attribute("flag", BOOL, (0.3, 0.7), static=True),
+            Attribute("x", bins, Dense(rows, (BOOL.stamp, bins.stamp)), parents=("flag",)),
+            Attribute(
+                "y",
+                bins,
+                Mixture((0.25, Noise("prev.y + act", "0.1 + 0.1 * abs(act)", "uniform", 1e-5, 7)), (0.75, Uniform())),
+                parents=("prev.y", "act"),
+                initial=Prior((0.5, 0.25, 0.25)),
+            ),
+            Attribute("z", BOOL, Switch("flag", {"yes": Chance("x / 4", 0.01, 9), "*": (0.5, 0.5)}), parents=("flag", "x")),
+            Attribute("n", BOOL, NoisyOr((0.5,), 0.1), parents=("flag",)),
+        ),
+        (Reference("peers", "B", many=True),),
+        (Input("act", Bins.linear(-1, 1, 3), default=0.0), Input("mode", ("go", "stop"), default="go")),
+    )
+    count = Attribute(
+        "c", Labels(("few", "many")), Table({"0": (1.0, 0.0), "*": (0.1, 0.9)}), parents=(Count("peers.n", "yes", 2),)
+    )
+    any_cause = Attribute(
+        "d",
+        BOOL,
+        Table({("yes", "*"): (0.1, 0.9), ("*", "*"): (0.8, 0.2)}),
+        parents=(AnyCause("prev.peers.n", "yes", 0.5, 0.1), Mean("peers.x", "0..0.1")),
+        initial=Uniform(),
+    )
+    b = PRMClass("B", (count, any_cause), extends="A")
+    relation = Relation(
+        "r",
+        {"a": "A", "b": "B"},
+        (Add("b.n", ("a.n",), NoisyOr((0.5, 0.25))),),
+        (Attribute("s", BOOL),),
+        "mixture",
+        3,
+        (("a.x", "b.x"),),
+    )
+    return Model("everything", (a, b), (relation,))
+
+
+@pytest.mark.parametrize("model", [everything(), soccer(4), Model("empty")], ids=lambda m: m.name)
+def test_a_model_read_back_is_equal(model):
+    text = io.to_json(model)
+    again = io.from_json(text)
+    assert again == model
+    assert io.to_json(again) == text
+
+
+def test_tables_are_read_back_to_the_last_bit():
+    values = np.random.default_rng(1).dirichlet(np.ones(7), 5)
+    model = Model(
+        "m", (PRMClass("C", (Attribute("a", tuple("vwxyz")), Attribute("b", tuple("abcdefg"), Dense(values), parents=("a",)))),)
+    )
+    again = io.from_json(io.to_json(model)).checked.classes["C"].rules["b"].main.table
+    assert np.array_equal(again, values)
+
+
+def test_a_file_is_written_whole_and_read_back(tmp_path):
+    path = tmp_path / "soccer.prm.json"
+    io.save(soccer(4), path)
+    assert io.load(path) == soccer(4)
+    assert [p.name for p in tmp_path.iterdir()] == ["soccer.prm.json"]
+
+
+def test_a_world_keeps_its_objects_and_references():
+    world = scene(4, 2)
+    again = io.world_from_json(io.world_to_json(world))
+    assert again.model == world.model
+    assert again.objects == world.objects
+    assert again.references == world.references
+
+
+def edited(change):
+    document = json.loads(io.to_json(soccer(4)))
+    change(document)
+    return json.dumps(document)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "not JSON"),
+        ("[1]", "'format' must be"),
+        ("[" * 100_000, "not JSON"),
+        (edited(lambda d: d.update(version=2)), "version 2; this program reads version 1"),
+        (edited(lambda d: d.pop("model")), "has no 'model'"),
+        (edited(lambda d: d["model"].update(classes=[{"is": "os.system"}])), "must name a part of a model, got 'os.system'"),
+        (edited(lambda d: d["model"]["classes"][0].update(naem="x")), "unknown field 'naem'. Did you mean 'name'"),
+        (edited(lambda d: d["model"]["classes"][0].pop("name")), "cannot be made from"),
+        (edited(lambda d: d.update(model={"is": "Labels", "names": ["a"]})), "holds a Labels, not a Model"),
+        (io.to_json(soccer(4)).replace("1.0", "NaN", 1), "NaN is not a number of a model"),
+    ],
+)
+def test_a_text_that_is_no_model_is_refused_with_its_place(text, message):
+    with pytest.raises(LogError, match=message):
+        io.from_json(text, "x.json")
+
+
+def test_a_model_that_is_wrong_is_refused_with_its_place():
+    text = edited(lambda d: d["model"]["classes"][0]["attributes"][0]["domain"].update(edges=[3.0, 1.0]))
+    with pytest.raises(
+        ModelError, match=r"x.json: model.Model 'soccer'.classes\[0\].PRMClass 'Thing'.*edges of bins must increase"
+    ):
+        io.from_json(text, "x.json")
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    with pytest.raises(LogError, match=r"none\.json: cannot be read"):
+        io.load(tmp_path / "none.json")
