@@ -90,6 +90,8 @@ class Simulator:
         Buffer for the commands of the next `step`.
     types : tuple of PlayerType
         The types of this match.
+    team_names : tuple of two str
+        What messages and logs call the left and the right team; free to be changed.
     """
 
     def __init__(
@@ -108,6 +110,7 @@ class Simulator:
             or generate_types(self.parameters, self.player_parameters, drawn if drawn >= 0 else _first_word(seed))
         )
         self.rules = Rules(rules)
+        self.team_names: tuple[str, str] = ("Left", "Right")
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
         self._start = initial_world(self.packed, left, right, goalies)
         self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
