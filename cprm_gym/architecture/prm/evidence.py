@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.grounding import GroundVariable
+from cprm_gym.architecture.prm.slices import GroundVariable
 from cprm_gym.errors import EvidenceError, did_you_mean
 
 UNOBSERVED = -1

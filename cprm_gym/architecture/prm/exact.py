@@ -107,7 +107,7 @@ class Outcome:
     @property
     def exact_step(self) -> bool:
         """Whether the step approximated nothing."""
-        return not any(group.plan.projects for group in self.transition.groups)
+        return "clusters" not in self.report
 
     @property
     def width(self) -> int:

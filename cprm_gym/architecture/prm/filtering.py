@@ -27,7 +27,7 @@ from cprm_gym.architecture.prm import smoothing
 from cprm_gym.architecture.prm.conflicts import explain, soften
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine
-from cprm_gym.architecture.prm.grounding import STATIC, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.merging import replace_agents
 from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean

@@ -80,7 +80,7 @@ class PlanSpec:
     values : int
         Number of columns of observed variables.
     clusters : tuple of tuple of int
-        Present nodes whose joint the message keeps; empty keeps everything.
+        Present nodes whose joint the message keeps, disjoint; nodes in none are summed out. Empty keeps everything.
     """
 
     cards: tuple[int, ...]
@@ -535,6 +535,7 @@ def compile_plan(spec: PlanSpec, tables: Mapping[int, np.ndarray]) -> Plan:
         _spread(build, passes.beliefs[i], [v for v in passes.beliefs[i].scope if homes[v] == i], found)
     if spec.clusters:
         pieces = _projected(build, passes, cluster_homes)
+        _loose(build, passes, {v: homes[v] for v in present if not any(v in c for c in spec.clusters)})
     else:
         pieces = _kept(build, tree, passes)
     return _finish(build, pieces, found)
@@ -568,6 +569,19 @@ def _projected(build: Builder, passes: _Passes, homes: Mapping[tuple[int, ...], 
         if i in passes.separators:
             build.emit(kernels.ENTROPY, passes.separators[i], build.one, passes.separators[i], extra=1)
     return pieces
+
+
+def _loose(build: Builder, passes: _Passes, homes: Mapping[int, int]) -> None:
+    """Correct the loss for variables that are in no cluster.
+
+    The loss concerns the others only, whose entropy is that of all minus H(loose | others); the latter is at most the entropy
+    given the rest of a clique. So the loss becomes an upper bound.
+    """
+    for v, home in homes.items():
+        belief = passes.beliefs[home]
+        rest = build.owned(build.marginal(belief, [u for u in belief.scope if u != v]))
+        build.emit(kernels.ENTROPY, belief, build.one, belief, extra=1)
+        build.emit(kernels.ENTROPY, rest, build.one, rest, extra=-1)
 
 
 def _finish(build: Builder, pieces: Sequence[Sequence[tuple[Tensor, int]]], found: Mapping[int, Tensor]) -> Plan:
@@ -689,3 +703,39 @@ def _joined(free: list[tuple[int, int]]) -> list[tuple[int, int]]:
         else:
             result.append((at, room))
     return result
+
+
+def structure_cost(scopes: Iterable[Iterable[Any]], past: Iterable[Any], cards: Mapping[Any, int]) -> tuple[float, float]:
+    """What a step with factors over these scopes would take, without making a plan.
+
+    Parameters
+    ----------
+    scopes : iterable of collections of variables
+    past : iterable of variables
+        Those to be eliminated first.
+    cards : dict of variable to int
+
+    Returns
+    -------
+    flops : float
+    largest : float
+        Entries of the largest table.
+    """
+    pool = [frozenset(s) for s in scopes if s]
+    left = {v for v in past if any(v in s for s in pool)}
+    flops, largest = 0.0, 1.0
+    while left:
+        unions = {v: frozenset().union(*(s for s in pool if v in s)) for v in left}
+        sizes = {v: float(prod(cards[u] for u in unions[v])) for v in left}
+        best = min(left, key=lambda v: sizes[v])
+        flops += 2.0 * sizes[best]
+        pool = [s for s in pool if best not in s] + [unions[best] - {best}]
+        left = {v for v in left - {best} if any(v in s for s in pool)}
+        largest = max(largest, sizes[best] / cards[best])
+    pool = [s for s in pool if s]
+    if pool:
+        for clique in join_tree(pool, cards).cliques:
+            size = float(prod(cards[v] for v in clique))
+            flops += 8.0 * size
+            largest = max(largest, size)
+    return flops, largest

@@ -14,7 +14,7 @@ import numpy as np
 from cprm_gym.architecture.prm.evidence import Readings
 from cprm_gym.architecture.prm.exact import Belief, belief_factors
 from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.grounding import PREVIOUS, SAME
+from cprm_gym.architecture.prm.slices import PREVIOUS, SAME
 from cprm_gym.architecture.prm.static import JunctionTree, maximise, one_hot, sliced
 from cprm_gym.architecture.prm.transitions import ATEMPORAL, SliceInfo
 

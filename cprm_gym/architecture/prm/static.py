@@ -23,7 +23,7 @@ import numpy as np
 
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.factors import Factor, contract, contract_all, multiply, union
-from cprm_gym.architecture.prm.grounding import GroundSlice
+from cprm_gym.architecture.prm.slices import GroundSlice
 from cprm_gym.architecture.prm.jointree import connected, elimination_order, join_tree, neighbours
 from cprm_gym.architecture.prm.transitions import SliceInfo, TableStore
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean

@@ -28,7 +28,7 @@ from weakref import ref
 
 import numpy as np
 
-from cprm_gym.architecture.prm.grounding import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.jointree import connected
 from cprm_gym.architecture.prm.plans import MessageFactor, Plan, PlanSpec, SoftFactor, TableFactor, compile_plan
 from cprm_gym.errors import ModelError
