@@ -81,6 +81,8 @@ def _disturb(w, p, o, rand, weight):
         for k in range(2):
             push = w.wind[k] + uniform_between(w, PHYSICS, o, WIND_NOISE, k, -w.wind_rand, w.wind_rand)
             w.vel[o, k] += speed * push / (weight * _WIND_WEIGHT)
+    w.vel[o, 0] += 0.0   # no wind is a wind of zero: it turns -0 into 0, which decides between the directions 180 and -180
+    w.vel[o, 1] += 0.0
 
 
 @kernel
