@@ -67,6 +67,8 @@ class Rule:
     Attributes
     ----------
     parents : tuple of Slot
+    domain : Labels or Bins
+        Of the child.
     cpd : CPD
     table : float array
         Parents' axes, the child's last; read only.
@@ -75,6 +77,7 @@ class Rule:
     """
 
     parents: tuple[Slot, ...]
+    domain: Domain
     cpd: CPD
     table: np.ndarray
     key: Key
@@ -241,7 +244,7 @@ class Checked:
 
     def _rule(self, slots: tuple[Slot, ...], cpd: CPD, domain: Domain, where: str, key: Key) -> Rule:
         table = build_table(cpd, domain, tuple((s.text, s.domain) for s in slots), where)
-        return Rule(slots, cpd, table, key)
+        return Rule(slots, domain, cpd, table, key)
 
     def resolve(self, parent: Parent, where: str, heads: dict[str, str], own: dict[str, Attribute]) -> Slot:
         """Look a parent up.

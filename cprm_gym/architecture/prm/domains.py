@@ -5,6 +5,7 @@ A domain turns a value as a user writes it (a state's name, metres, radians) int
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 from dataclasses import dataclass
@@ -181,11 +182,23 @@ def state_index(domain: Domain, value: object, where: str) -> int:
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
         raise EvidenceError(f"{where}: bins take a number{_unit(domain)}, got {value!r}")
     number = float(value)
-    index = int(bin_indices(domain, np.array([number]))[0])
+    index = _bin_index(domain, number)
     if index < 0:
         what = "is not a finite number" if not math.isfinite(number) else "is outside the bins"
         raise EvidenceError(f"{where}: {number!r} {what}; allowed are {domain.edges[0]!r} to {domain.edges[-1]!r}{_unit(domain)}")
     return index
+
+
+def _bin_index(domain: Bins, x: float) -> int:
+    """Bin of one number; -1 where it is not finite or outside the bins."""
+    if not math.isfinite(x):
+        return -1
+    edges, last = domain.edges, len(domain) - 1
+    if domain.circular:
+        x = edges[0] + (x - edges[0]) % domain.period
+    if not domain.circular and not domain.clip and not edges[0] <= x <= edges[-1]:
+        return -1
+    return min(max(bisect.bisect_right(edges, x) - 1, 0), last)
 
 
 def bin_indices(domain: Bins, values: np.ndarray) -> np.ndarray:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from cprm_gym.architecture.prm.schema import Input, Model, canonical_tuple, parse_tuple
+from cprm_gym.architecture.prm.schema import Model, canonical_tuple, parse_tuple
 from cprm_gym.architecture.prm.slice_building import SliceBuilder
 from cprm_gym.architecture.prm.slices import (
     PREVIOUS,
@@ -18,7 +19,7 @@ from cprm_gym.architecture.prm.slices import (
     check_rows,
     topological_order,
 )
-from cprm_gym.errors import ModelError, did_you_mean
+from cprm_gym.errors import EvidenceError, ModelError, did_you_mean
 
 __all__ = [
     "PREVIOUS",
@@ -28,6 +29,7 @@ __all__ = [
     "GroundSlice",
     "GroundVariable",
     "Grounding",
+    "Situation",
     "check_rows",
     "topological_order",
     "unroll",
@@ -35,6 +37,25 @@ __all__ = [
 
 CACHED_SLICES = 1024
 """Ground slices that a `Grounding` remembers; the least recently used one is forgotten first."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What holds in a slice: relations, objects, and which of them are new.
+
+    Attributes
+    ----------
+    relations : tuple of str
+        Active tuples.
+    objects : tuple of str or None
+        Objects that exist; None for all.
+    entering : tuple of str
+        Objects and relation tuples that exist in this slice but not in the one before.
+    """
+
+    relations: tuple[str, ...] = ()
+    objects: tuple[str, ...] | None = None
+    entering: tuple[str, ...] = ()
 
 
 class Grounding:
@@ -77,6 +98,8 @@ class Grounding:
         for name, slots in (references or {}).items():
             self._set_references(name, slots)
         self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
+        self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
+        self._defaults: dict[GroundSlice, dict[str, int | None]] = {}
 
     def _set_references(self, name: str, slots: Mapping[str, Any]) -> None:
         checked = self.model.checked
@@ -99,7 +122,7 @@ class Grounding:
 
     def ground(
         self,
-        relations: Iterable[str | tuple[str, ...]] = (),
+        relations: Iterable[str | tuple[str, ...]] | Situation = (),
         first: bool = False,
         *,
         objects: Iterable[str] | None = None,
@@ -109,8 +132,9 @@ class Grounding:
 
         Parameters
         ----------
-        relations : iterable of str or tuple of str
-            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter.
+        relations : iterable of str or tuple of str, or Situation
+            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter. A
+            `Situation` says objects and entering as well.
         first : bool
             The slice has no predecessor.
         objects : iterable of str, optional
@@ -128,7 +152,10 @@ class Grounding:
         ModelError
             For an unknown tuple, a conflict of tuples that no rule decides, or a cycle.
         """
-        raw = (tuple(relations), first, None if objects is None else tuple(objects), tuple(entering))
+        if isinstance(relations, Situation):
+            raw: tuple[Any, ...] = (relations.relations, first, relations.objects, relations.entering)
+        else:
+            raw = (tuple(relations), first, None if objects is None else tuple(objects), tuple(entering))
         known = self._slices.get(raw)
         if known is not None:
             self._slices.move_to_end(raw)
@@ -186,13 +213,73 @@ class Grounding:
             raise ModelError(f"{self.where}: {text!r} enters but is neither an object nor an active relation of this slice")
         return text
 
-    def inputs(self, ground: GroundSlice) -> dict[str, Input]:
-        """The inputs of a slice by variable name, with their defaults."""
+    def situation(
+        self,
+        relations: Iterable[str | tuple[str, ...]] = (),
+        objects: Iterable[str] | None = None,
+        before: Situation | None = None,
+    ) -> Situation:
+        """What holds in the next slice, with what is new in it.
+
+        Parameters
+        ----------
+        relations : iterable of str or tuple of str
+        objects : iterable of str, optional
+            That exist; default all.
+        before : Situation, optional
+            Of the slice before; without it nothing counts as new (a first slice needs no telling).
+        """
+        raw = tuple(relations)
+        active = self._actives.get(raw)
+        if active is None:
+            active = tuple(sorted({self.canonical(r) for r in raw}))
+            if len(self._actives) >= CACHED_SLICES:
+                self._actives.clear()
+            self._actives[raw] = active
+        if before is not None and before.relations is active and objects is None and before.objects is None:
+            return before if not before.entering else Situation(active)
+        live = None if objects is None else self._live(tuple(objects))
+        if before is None:
+            return Situation(active, live)
+        old = {*before.relations, *(self.objects if before.objects is None else before.objects)}
+        new = tuple(x for x in (*(self.objects if live is None else live), *active) if x not in old)
+        return Situation(active, live, new)
+
+    @property
+    def static(self) -> tuple[str, ...]:
+        """Names of the variables that are drawn once and never again."""
         classes = self.model.checked.classes
-        out = {}
+        return tuple(f"{o}.{a.name}" for o, c in self.objects.items() for a in classes[c].attributes.values() if a.static)
+
+    def with_defaults(self, ground: GroundSlice, evidence: Mapping[str, Any]) -> dict[str, Any]:
+        """The evidence for a slice, with the defaults of inputs that it leaves out.
+
+        Raises
+        ------
+        EvidenceError
+            If an input has neither value nor default.
+        """
+        known = self._defaults.get(ground)
+        if known is None:
+            known = self._defaults_of(ground)
+            if len(self._defaults) >= CACHED_SLICES:
+                self._defaults.clear()
+            self._defaults[ground] = known
+        out = dict(evidence)
+        for name, state in known.items():
+            if out.get(name) is None:
+                if state is None:
+                    raise EvidenceError(f"input {name!r} is not given and has no default")
+                out[name] = state
+        return out
+
+    def _defaults_of(self, ground: GroundSlice) -> dict[str, int | None]:
+        classes = self.model.checked.classes
+        out: dict[str, int | None] = {}
         for name in ground.inputs:
             variable = ground.variables[name]
-            out[name] = classes[self.objects[variable.object_name]].inputs[variable.attribute]
+            default = classes[self.objects[variable.object_name]].inputs[variable.attribute].default
+            out[name] = None if default is None else variable.index(default)
         return out
 
 

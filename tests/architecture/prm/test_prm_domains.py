@@ -82,6 +82,15 @@ def test_an_index_outside_the_states_is_refused():
         state_index(BOOL, 2, "e")
 
 
+@given(st.floats(-60, 60) | st.sampled_from(DIST.edges), st.sampled_from([DIST, Bins(DIST.edges, clip=True), Bins.circle(7)]))
+def test_one_value_and_many_are_binned_alike(x, bins):
+    many = int(bin_indices(bins, np.array([x]))[0])
+    try:
+        assert state_index(bins, x, "e") == many
+    except EvidenceError:
+        assert many == -1
+
+
 def test_many_values_are_binned_at_once_and_bad_ones_marked():
     out = bin_indices(DIST, np.array([[1.0, 7.0], [math.nan, 11.0]]))
     assert out.tolist() == [[0, 2], [-1, -1]]

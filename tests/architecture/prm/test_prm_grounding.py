@@ -266,11 +266,24 @@ def test_an_aggregate_over_many_objects_is_a_chain_of_small_tables():
     assert "judge.count(players.x=yes)#12" in ground.variables
 
 
-def test_inputs_have_no_cpd_and_know_their_defaults():
+def test_inputs_have_no_cpd_and_take_their_defaults():
     world = scene(opponents=1)
     ground = world.ground()
     assert "ball.turn" not in ground.by_child
-    assert world.inputs(ground)["ball.turn"].default == 0.0
+    assert world.with_defaults(ground, {"o1.turn": -0.5}) == {"o1.turn": -0.5, "ball.turn": 2}
+    needy = PRMClass("C", (Attribute("x", BOOL),), inputs=(Input("act", BOOL),))
+    world = Grounding(Model("m", (needy,)), {"c": "C"})
+    with pytest.raises(EvidenceError, match=r"input 'c.act' is not given and has no default"):
+        world.with_defaults(world.ground(), {})
+
+
+def test_a_situation_says_what_is_new():
+    world = scene(opponents=2)
+    first = world.situation(["attended(o1)"], ["ball", "o1"])
+    then = world.situation(["attended(o1)", "attended(o2)"], None, first)
+    assert then.entering == ("o2", "attended(o2)")
+    assert world.situation(["attended(o2)", "attended(o1)"], None, then).entering == ()
+    assert world.ground(then).by_child["o2.dist"].parents == ()
 
 
 def test_evidence_for_a_ground_variable_is_refused_by_its_name():
