@@ -16,6 +16,7 @@ import numpy as np
 from cprm_gym.errors import CommandError, ParameterError
 from cprm_gym.simulator.kernels import audio, body, landmarks, senses
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LANDMARKS, LINE_NAMES
+from cprm_gym.simulator.senses import new_see
 from cprm_gym.simulator.player_types import TypeColumn
 from cprm_gym.simulator.state import BALL, PLAYERS, Count, PlayerBit, PlayMode
 
@@ -140,9 +141,10 @@ def _still_or_moving(name: str, row: Any, level: int, far: float) -> _Object:
 
 
 def _ball_and_players(r: _Reader, message: int) -> list[_Object]:
-    ball, rows = np.zeros(4), np.zeros((PLAYERS, 7))
-    levels, marks = np.zeros(PLAYERS, np.int8), np.zeros(PLAYERS, np.uint8)
-    level = senses.look(r.w, r.p, r.i, r.protocol, message, ball, rows, levels, marks)
+    out = new_see(1)
+    look_out = out.ball[0], out.players[0], out.players_level[0], out.players_flags[0]
+    level = senses.look(r.w, r.p, r.i, r.protocol, message, *look_out)
+    ball, rows, levels, marks = (array[r.i] for array in look_out)
     seen = []
     if level != senses.UNSEEN:
         name = r.words["close_ball" if level == senses.FELT else "ball"]

@@ -34,7 +34,7 @@ from cprm_gym.simulator.kernels.senses import (
     is_fresh,
     is_lost,
     message_of_arrays,
-    view_cone,
+    view_edge,
 )
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, LANDMARKS
 from cprm_gym.simulator.player_types import (
@@ -61,8 +61,7 @@ def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
     x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
     body, neck = w.body[i], w.neck[i]
     cosine, sine = math.cos(body + neck), math.sin(body + neck)
-    half_cone = 0.5 * view_cone(w, p, i)
-    edge = math.cos(half_cone) if half_cone < PI else -2.0
+    half_cone, edge = view_edge(w, p, i)
     behind = edge >= -_MARGIN
     modern, gaussian = protocol >= FOCUS_PROTOCOL, w.gaussian[i]
     low = w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]
@@ -72,10 +71,10 @@ def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
         angle = norm(body + neck + w.focus_direction[i])
         focus_x += w.focus_distance[i] * math.cos(angle)
         focus_y += w.focus_distance[i] * math.sin(angle)
-    limits = p.types[w.type[i]]
-    farthest = limits[T_FLAG_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
-    far = limits[T_FLAG_CHG_FAR_LENGTH] if modern else 20.0
-    too_far = limits[T_FLAG_CHG_TOO_FAR_LENGTH] if modern else 40.0
+    kind = w.type[i]
+    farthest = p.types[kind, T_FLAG_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
+    far = p.types[kind, T_FLAG_CHG_FAR_LENGTH] if modern else 20.0
+    too_far = p.types[kind, T_FLAG_CHG_TOO_FAR_LENGTH] if modern else 40.0
     near = p.visible_distance
     near_squared = near * near * (1.0 + _MARGIN)
     vx, vy = 0.0 - w.vel[i + 1, 0], 0.0 - w.vel[i + 1, 1]
@@ -100,25 +99,23 @@ def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
         else:
             focus_distance = math.sqrt((x + dx - focus_x) ** 2 + (y + dy - focus_y) ** 2) if focused else distance
             if gaussian:
-                sigma = distance * limits[T_LAND_DIST_NOISE_RATE] + focus_distance * limits[T_LAND_FOCUS_DIST_NOISE_RATE]
-                told = max(0.0, normal(w, SENSORS, i, SEE_FLAG_DISTANCE, draw, distance, sigma))
+                sigma = distance * p.types[kind, T_LAND_DIST_NOISE_RATE] + focus_distance * p.types[kind, T_LAND_FOCUS_DIST_NOISE_RATE]
+                told = max(0.0, normal(w, SENSORS, i, SEE_FLAG_DISTANCE, draw, distance, sigma) if draw >= 0 else distance)
             else:
                 told = seen_distance(distance, focus_distance, p.quantize_step_l)
-        row = rows[j]
-        row[0] = told
+        rows[j, 0] = told
         if protocol >= ROUNDING_PROTOCOL:
-            row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+            rows[j, 1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
         else:
-            row[1] = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
+            rows[j, 1] = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
         levels[j] = FELT
         if seen:
             levels[j] = TOLD
             if told <= far or not is_lost(w, i, SEE_FLAG, draw, told, far, too_far):
                 levels[j] = TOLD_MOVING
-                if distance != 0.0:
-                    changes(vx, vy, dx / distance, dy / distance, distance, told, gaussian, row)
+                rows[j, 2], rows[j, 3] = changes(vx, vy, dx, dy, distance, told, gaussian)
         if low:
-            forget_distances(row)
+            forget_distances(rows[j])
 
 
 @kernel

@@ -27,7 +27,6 @@ from cprm_gym.simulator.kernels.rounding import (
     banded_distance,
     face_degrees,
     face_direction,
-    rounded_degrees,
     seen_distance,
     told_degrees,
     truncated_degrees,
@@ -73,6 +72,16 @@ def view_cone(w, p, i):
     else:
         degrees = p.visible_angle * (0.5 if width == NARROW else 2.0 if width == WIDE else 1.0)
     return degrees * D2R
+
+
+@kernel
+def view_edge(w, p, i):
+    """Half the view cone (rad) of player `i` and its cosine; -2, which no direction has, for cones that miss nothing."""
+    half = 0.5 * view_cone(w, p, i)
+    if w.synchronous[i]:
+        width = w.view_width[i]
+        return half, 0.8660254037844387 if width == NARROW else 0.0 if width == WIDE else 0.5000000000000001
+    return half, math.cos(half) if half < PI else -2.0
 
 
 @kernel
@@ -146,47 +155,41 @@ def is_lost(w, i, purpose, draw, distance, far, too_far):
 
 
 @kernel
-def pointing_degrees(w, i, j, distance, draw):
+def pointing_degrees(w, i, j, distance, draw, protocol):
     """Direction (degrees) of the arm of player `j` as player `i` sees it."""
     x = w.arm_target[j, 0] - w.pos[j + 1, 0]
     y = w.arm_target[j, 1] - w.pos[j + 1, 1]
     share = distance / _VISUAL
     sigma = share * share * share * share * (PI - _POINT_SIGMA) + _POINT_SIGMA
     noise = normal(w, SENSORS, i, SEE_POINTING, draw, 0.0, sigma) if draw >= 0 else 0.0
-    return rounded_degrees(norm(face_direction(x, y, w.body[i], w.neck[i]) + noise))
+    return told_degrees(norm(face_direction(x, y, w.body[i], w.neck[i]) + noise), protocol)
 
 
 @kernel
-def tell_changes(w, i, j, dx, dy, distance, told, gaussian, row):
-    """Distance change (m / cycle) and direction change (rad / cycle) of object `j` into ``row[2:4]``."""
+def changes(vx, vy, dx, dy, distance, told, gaussian):
+    """Changes of distance (m / cycle) and direction (rad / cycle) of an object, seen at relative position (dx, dy) and told `distance`.
+
+    (vx, vy) is its relative velocity (SIMULATOR.md 6.1.5).
+    """
     if distance == 0.0:
-        return
-    vx = w.vel[j, 0] - w.vel[i + 1, 0]
-    vy = w.vel[j, 1] - w.vel[i + 1, 1]
-    changes(vx, vy, dx / distance, dy / distance, distance, told, gaussian, row)
-
-
-@kernel
-def changes(vx, vy, ex, ey, distance, told, gaussian, row):
-    """SIMULATOR.md 6.1.5: relative velocity (vx, vy), unit vector (ex, ey) towards the object."""
+        return 0.0, 0.0
+    ex, ey = dx / distance, dy / distance
     radial = vx * ex + vy * ey
     across = (vy * ex - vx * ey) / distance * R2D
+    turned = 0.0 if across == 0.0 else quantize(across, 0.1) * D2R
     if gaussian:
-        row[2] = quantize(radial * told / distance, 0.01)
-    else:
-        row[2] = told * quantize(radial / distance, 0.02)
-    row[3] = 0.0 if across == 0.0 else quantize(across, 0.1) * D2R
+        return quantize(radial * told / distance, 0.01), turned
+    return told * quantize(radial / distance, 0.02), turned
 
 
 @kernel
-def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, row):
+def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, players):
     """The rest of the row of player `j`, who is in view of player `i`: level and marks as a pair."""
+    far, too_far, team_far, team_too_far = 20.0, 40.0, 40.0, 60.0
+    kind = w.type[i]
     if protocol >= FOCUS_PROTOCOL:
-        limits = p.types[w.type[i]]
-        far, too_far = limits[T_UNUM_FAR_LENGTH], limits[T_UNUM_TOO_FAR_LENGTH]
-        team_far, team_too_far = limits[T_TEAM_FAR_LENGTH], limits[T_TEAM_TOO_FAR_LENGTH]
-    else:
-        far, too_far, team_far, team_too_far = 20.0, 40.0, 40.0, 60.0
+        team_far, team_too_far = p.types[kind, T_TEAM_FAR_LENGTH], p.types[kind, T_TEAM_TOO_FAR_LENGTH]
+        far, too_far = p.types[kind, T_UNUM_FAR_LENGTH], p.types[kind, T_UNUM_TOO_FAR_LENGTH]
     if told > team_far and is_lost(w, i, SEE_TEAM, draw, told, team_far, team_too_far):
         return FELT, IN_VIEW
     marks = IN_VIEW
@@ -196,26 +199,27 @@ def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, row):
         marks |= KICKING
     if w.arm_timer[j] < p.point_to_duration:
         marks |= POINTING
-        row[6] = pointing_degrees(w, i, j, distance, draw) * D2R
+        players[i, j, 6] = pointing_degrees(w, i, j, distance, draw, protocol) * D2R
     if told > far and is_lost(w, i, SEE_UNUM, draw, told, far, too_far):
         return TEAM_SEEN, marks
-    tell_changes(w, i, j + 1, dx, dy, distance, told, w.gaussian[i], row)
+    vx, vy = w.vel[j + 1, 0] - w.vel[i + 1, 0], w.vel[j + 1, 1] - w.vel[i + 1, 1]
+    players[i, j, 2], players[i, j, 3] = changes(vx, vy, dx, dy, distance, told, w.gaussian[i])
     body, neck = w.body[i], w.neck[i]
-    row[4] = told_degrees(norm(w.body[j] - body - neck), protocol) * D2R
-    row[5] = told_degrees(norm(w.body[j] + w.neck[j] - body - neck), protocol) * D2R
+    players[i, j, 4] = told_degrees(norm(w.body[j] - body - neck), protocol) * D2R
+    players[i, j, 5] = told_degrees(norm(w.body[j] + w.neck[j] - body - neck), protocol) * D2R
     return NAME_SEEN, marks
 
 
 @kernel
-def tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, row):
+def tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, ball):
     """The rest of the row of the ball, which is in view of player `i`: its level."""
     far, too_far = 20.0, 40.0
     if protocol >= FOCUS_PROTOCOL:
-        limits = p.types[w.type[i]]
-        far, too_far = limits[T_BALL_VEL_FAR_LENGTH], limits[T_BALL_VEL_TOO_FAR_LENGTH]
+        far, too_far = p.types[w.type[i], T_BALL_VEL_FAR_LENGTH], p.types[w.type[i], T_BALL_VEL_TOO_FAR_LENGTH]
     if told > far and is_lost(w, i, SEE_VELOCITY, draw, told, far, too_far):
         return TOLD
-    tell_changes(w, i, 0, dx, dy, distance, told, w.gaussian[i], row)
+    vx, vy = w.vel[0, 0] - w.vel[i + 1, 0], w.vel[0, 1] - w.vel[i + 1, 1]
+    ball[i, 2], ball[i, 3] = changes(vx, vy, dx, dy, distance, told, w.gaussian[i])
     return TOLD_MOVING
 
 
@@ -234,17 +238,16 @@ def look(w, p, i, protocol, tick, ball, players, levels, marks):
     protocol : version of the client, which decides focus and limits
     tick : 0 for the first message of the cycle, 1 for a second one, 2 for the one between commands and step; -1: without draws, so
         that nothing is lost that could be told
-    ball : (4,) distance, direction, distance change, direction change; m, rad, m / cycle, rad / cycle
-    players : (22, 7) the same, then body, head and arm directions relative to the observer's face, rad
-    levels, marks : (22,)
+    ball : (22, 4) distance, direction, distance change, direction change; m, rad, m / cycle, rad / cycle
+    players : (22, 22, 7) the same, then body, head and arm directions relative to the observer's face, rad
+    levels, marks : (22, 22)
 
-    Everything is rounded as the message is. The rows must be zero when called.
+    First axis: observers; only row `i` is written and must be zero when called. Everything is rounded as the message is.
     """
     x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
     body, neck = w.body[i], w.neck[i]
     cosine, sine = math.cos(body + neck), math.sin(body + neck)
-    half_cone = 0.5 * view_cone(w, p, i)
-    edge = math.cos(half_cone) if half_cone < PI else -2.0
+    half_cone, edge = view_edge(w, p, i)
     behind = edge >= -_MARGIN
     modern, gaussian = protocol >= FOCUS_PROTOCOL, w.gaussian[i]
     low = w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]
@@ -254,9 +257,9 @@ def look(w, p, i, protocol, tick, ball, players, levels, marks):
         angle = norm(body + neck + w.focus_direction[i])
         focus_x += w.focus_distance[i] * math.cos(angle)
         focus_y += w.focus_distance[i] * math.sin(angle)
-    limits = p.types[w.type[i]]
-    far_ball = limits[T_BALL_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
-    far_player = limits[T_PLAYER_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
+    kind = w.type[i]
+    far_ball = p.types[kind, T_BALL_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
+    far_player = p.types[kind, T_PLAYER_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
     near = p.visible_distance
     near_squared = near * near * (1.0 + _MARGIN)
     ball_level = UNSEEN
@@ -283,70 +286,109 @@ def look(w, p, i, protocol, tick, ball, players, levels, marks):
         else:
             focus_distance = math.sqrt((x + dx - focus_x) ** 2 + (y + dy - focus_y) ** 2) if focused else distance
             if gaussian:
-                sigma = distance * limits[T_DIST_NOISE_RATE] + focus_distance * limits[T_FOCUS_DIST_NOISE_RATE]
-                told = max(0.0, normal(w, SENSORS, i, SEE_DISTANCE, draw, distance, sigma))
+                sigma = distance * p.types[kind, T_DIST_NOISE_RATE] + focus_distance * p.types[kind, T_FOCUS_DIST_NOISE_RATE]
+                told = max(0.0, normal(w, SENSORS, i, SEE_DISTANCE, draw, distance, sigma) if draw >= 0 else distance)
             else:
                 told = seen_distance(distance, focus_distance, p.quantize_step)
-        row = players[j - 1] if j > 0 else ball
-        row[0] = told
         if protocol >= ROUNDING_PROTOCOL:
-            row[1] = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
+            angle = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
         else:
-            row[1] = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
+            angle = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
         if j == 0:
-            ball_level = tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, row) if seen else FELT
-        elif seen:
-            levels[j - 1], marks[j - 1] = tell_player(w, p, i, j - 1, protocol, draw, dx, dy, distance, told, row)
-        else:
-            levels[j - 1] = FELT
+            ball[i, 0], ball[i, 1] = told, angle
+            ball_level = tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, ball) if seen else FELT
+            if low:
+                forget_distances(ball[i])
+            continue
+        players[i, j - 1, 0], players[i, j - 1, 1] = told, angle
+        level, mark = FELT, 0
+        if seen:
+            level, mark = tell_player(w, p, i, j - 1, protocol, draw, dx, dy, distance, told, players)
+        levels[i, j - 1], marks[i, j - 1] = level, mark
         if low:
-            forget_distances(row)
+            forget_distances(players[i, j - 1])
     return ball_level
 
 
 # ---------------------------------------------------------------------------------------------- who: nobody without a name
 @kernel
-def comes_before(players, marks, a, b):
+def comes_before(players, marks, i, a, b):
     """Whether row `a` stands before row `b` among objects without a name: by what is told of them only."""
-    if players[a, 0] != players[b, 0]:
-        return players[a, 0] < players[b, 0]
-    if players[a, 1] != players[b, 1]:
-        return players[a, 1] < players[b, 1]
-    return marks[a] > marks[b]
+    if players[i, a, 0] != players[i, b, 0]:
+        return players[i, a, 0] < players[i, b, 0]
+    if players[i, a, 1] != players[i, b, 1]:
+        return players[i, a, 1] < players[i, b, 1]
+    return marks[i, a] > marks[i, b]
 
 
 @kernel
-def swap_rows(players, levels, marks, a, b):
+def swap_rows(players, levels, marks, i, a, b):
     """Exchange two rows."""
     for k in range(7):
-        players[a, k], players[b, k] = players[b, k], players[a, k]
-    levels[a], levels[b] = levels[b], levels[a]
-    marks[a], marks[b] = marks[b], marks[a]
+        players[i, a, k], players[i, b, k] = players[i, b, k], players[i, a, k]
+    levels[i, a], levels[i, b] = levels[i, b], levels[i, a]
+    marks[i, a], marks[i, b] = marks[i, b], marks[i, a]
 
 
 @kernel
-def fill_slots(players, levels, marks, i, first, second, level):
-    """Move the rows of `level` to the free slots of the block at `first`, then of the block at `second` (-1: none), nearest first.
+def fill_team_slots(players, levels, marks, i, start, count):
+    """Move the `count` rows of level 2 of the team at `start` to its first free slots, nearest first.
 
-    A slot is free unless a row of a higher level stands there or it is the observer's own.
+    A slot is free unless a player seen with his number stands there or it is the observer's own. The order is kept in a word of
+    eleven digits of five bits, the nearest lowest.
     """
-    blocks = 1 if second < 0 else 2
-    for slot_block in range(blocks):
-        start = first if slot_block == 0 else second
-        for slot in range(start, start + 11):
-            if levels[slot] > level or slot == i:
-                continue
-            best = -1
-            for block in range(slot_block, blocks):
-                low = slot if block == slot_block else second
-                high = start + 11 if block == slot_block else second + 11
-                for row in range(low, high):
-                    if levels[row] == level and (best < 0 or comes_before(players, marks, row, best)):
-                        best = row
-            if best < 0:
-                return
-            if best != slot:
-                swap_rows(players, levels, marks, slot, best)
+    order, n = np.int64(0), 0
+    for row in range(start, start + 11):
+        if levels[i, row] == TEAM_SEEN:
+            k = n
+            while k > 0 and comes_before(players, marks, i, row, (order >> (5 * k - 5)) & 31):
+                k -= 1
+            below = (np.int64(1) << (5 * k)) - 1
+            order = (order & below) | (np.int64(row) << (5 * k)) | ((order & ~below) << 5)
+            n += 1
+            if n == count:
+                break
+    slot = start
+    for k in range(count):
+        while levels[i, slot] == NAME_SEEN or slot == i:
+            slot += 1
+        row = (order >> (5 * k)) & 31
+        if row != slot:
+            if levels[i, slot] == TEAM_SEEN:       # waits in this slot: it is now found where `row` stood
+                for later in range(k + 1, count):
+                    if (order >> (5 * later)) & 31 == slot:
+                        order += (row - np.int64(slot)) << (5 * later)
+            swap_rows(players, levels, marks, i, slot, row)
+        slot += 1
+
+
+@kernel
+def nearest_unknown(players, levels, marks, i, low, high, best):
+    """The row of level 1 in ``low .. high - 1`` that stands before all others and before `best` (-1: none yet)."""
+    for row in range(low, high):
+        if levels[i, row] == FELT and (best < 0 or comes_before(players, marks, i, row, best)):
+            best = row
+    return best
+
+
+@kernel
+def fill_unknown_slots(players, levels, marks, i):
+    """Move the rows of level 1 to the slots free after `fill_team_slots`: the opponents' first, then the own team's, nearest first."""
+    opponents = 11 if i < 11 else 0
+    own = 11 - opponents
+    for k in range(PLAYERS):
+        slot = opponents + k if k < 11 else own + k - 11
+        if levels[i, slot] > FELT or slot == i:
+            continue
+        if k < 11:
+            best = nearest_unknown(players, levels, marks, i, slot, opponents + 11, -1)
+            best = nearest_unknown(players, levels, marks, i, own, own + 11, best)
+        else:
+            best = nearest_unknown(players, levels, marks, i, slot, own + 11, -1)
+        if best < 0:
+            return
+        if best != slot:
+            swap_rows(players, levels, marks, i, slot, best)
 
 
 @kernel
@@ -357,21 +399,16 @@ def hide_identities(i, players, levels, marks):
     order of distance.
     """
     left, right, unknown = 0, 0, 0
-    for j in range(PLAYERS):
-        if levels[j] == TEAM_SEEN:
-            if j < 11:
-                left += 1
-            else:
-                right += 1
-        elif levels[j] == FELT:
-            unknown += 1
+    for j in range(11):
+        left += levels[i, j] == TEAM_SEEN
+        right += levels[i, j + 11] == TEAM_SEEN
+        unknown += (levels[i, j] == FELT) + (levels[i, j + 11] == FELT)
     if left:
-        fill_slots(players, levels, marks, i, 0, -1, TEAM_SEEN)
+        fill_team_slots(players, levels, marks, i, 0, left)
     if right:
-        fill_slots(players, levels, marks, i, 11, -1, TEAM_SEEN)
+        fill_team_slots(players, levels, marks, i, 11, right)
     if unknown:
-        own = 0 if i < 11 else 11
-        fill_slots(players, levels, marks, i, 11 - own, own, FELT)
+        fill_unknown_slots(players, levels, marks, i)
 
 
 @kernel
@@ -384,17 +421,17 @@ def message_of_arrays(w, i):
 @kernel
 def see_world(w, p, fresh, ball, ball_level, players, players_level, players_flags):
     """The see arrays of one world; what is not seen is zero."""
+    players[:] = 0.0
+    ball[:] = 0.0
+    players_level[:] = 0
+    players_flags[:] = 0
     for i in range(PLAYERS):
-        players[i] = 0.0
-        ball[i] = 0.0
-        players_level[i] = 0
-        players_flags[i] = 0
         ball_level[i] = UNSEEN
         fresh[i] = is_fresh(w, i)
         if fresh[i]:
             protocol, tick = message_of_arrays(w, i)
-            ball_level[i] = look(w, p, i, protocol, tick, ball[i], players[i], players_level[i], players_flags[i])
-            hide_identities(i, players[i], players_level[i], players_flags[i])
+            ball_level[i] = look(w, p, i, protocol, tick, ball, players, players_level, players_flags)
+            hide_identities(i, players, players_level, players_flags)
 
 
 @kernel
