@@ -3,7 +3,7 @@
 ``"clip(6 * ball.distance, 0, 100)"`` is parsed through an allow-list and never executed as Python. The same tree is
 
 * interpreted in Python: `Expression.evaluate`;
-* compiled to byte code that one kernel runs for many copies at once: `compile_expression`;
+* compiled to byte code that one kernel runs for many copies at once: `Assembler`;
 * bounded: `Expression.bounds` encloses its values over ranges of its names.
 
 **Meaning.** Every value is a real number; comparisons, ``and``, ``or`` and ``not`` give 1 or 0, and anything but 0 counts as
@@ -20,21 +20,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from ...errors import ExpressionError, did_you_mean
+from .compiler import Assembler, Code
 from .interpreter import interpret
-from .language import CONSTANTS, FUNCTIONS, MAX_DEPTH, MAX_EXPONENT, MAX_LENGTH, MAX_NODES, Node, complaint, parse, unparse
+from .intervals import Interval, bound
+from .language import CONSTANTS, FUNCTIONS, Node, complaint, parse, unparse
 
-__all__ = [
-    "CONSTANTS",
-    "FUNCTIONS",
-    "MAX_DEPTH",
-    "MAX_EXPONENT",
-    "MAX_LENGTH",
-    "MAX_NODES",
-    "Expression",
-    "Node",
-    "parse",
-    "unparse",
-]
+__all__ = ["CONSTANTS", "FUNCTIONS", "Assembler", "Code", "Expression", "Interval", "Node", "parse", "unparse"]
 
 
 @functools.lru_cache(maxsize=4096)
@@ -88,6 +79,29 @@ class Expression:
             operands = ", ".join(f"{name} = {values[name]:g}" for name in self.names)
             raise ExpressionError(f"expression {self.text!r} has no finite value at {operands or 'no operands'}")
         return result
+
+    def bounds(self, ranges: Mapping[str, tuple[float, float]]) -> Interval:
+        """An enclosure of its values while every name stays within its range.
+
+        Parameters
+        ----------
+        ranges : mapping
+            Name -> (low, high), both finite.
+
+        Returns
+        -------
+        Interval
+            ``low``, ``high``, and ``total``: False when it may be undefined somewhere in the ranges.
+        """
+        for name in self.names:
+            if name not in ranges:
+                raise ExpressionError(f"expression {self.text!r}: no range for {name!r}.{did_you_mean(name, ranges)}")
+            low, high = ranges[name]
+            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+                raise ExpressionError(
+                    f"expression {self.text!r}: the range of {name!r} is (low, high), finite, got {ranges[name]}"
+                )
+        return bound(self.tree, ranges)
 
     def rename(self, rename: Callable[[str], str]) -> Expression:
         """The same expression with every name replaced by ``rename(name)``."""

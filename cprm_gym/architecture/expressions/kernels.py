@@ -13,6 +13,7 @@ import numpy as np
 from ...compilation import kernel_group
 
 kernel = kernel_group(__file__)
+inlined = kernel_group(__file__, no_cpython_wrapper=True, forceinline=True)
 
 NUMBER, LOAD = 0, 1
 NEG, NOT, ABS, SIGN, SQRT, EXP, LOG, FLOOR, CEIL, ROUND = 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
@@ -145,8 +146,8 @@ def logical(op, x, y):
     return 1.0 if y != 0.0 else 0.0
 
 
-@kernel
-def run(code, constants, begin, end, row, stack):
+@inlined
+def run_inlined(code, constants, begin, end, row, stack):
     """The value of ``code[begin:end]``; NaN where it is undefined.
 
     code : (N, 2) int32
@@ -186,6 +187,12 @@ def run(code, constants, begin, end, row, stack):
         if not np.isfinite(stack[top]):
             stack[top] = np.nan
     return stack[top]
+
+
+@kernel
+def run(code, constants, begin, end, row, stack):
+    """`run_inlined` as a call."""
+    return run_inlined(code, constants, begin, end, row, stack)
 
 
 @kernel

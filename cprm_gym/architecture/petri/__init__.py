@@ -1,6 +1,59 @@
-"""Extended Petri nets."""
+"""Extended Petri nets: frozen values that run in real time, in any number of copies, and can be analysed.
 
+The firing rule (dissertation §2.2 and §4.1, with its open questions decided)
+=============================================================================
+
+**Marking.** A discrete place holds tokens, an object place at most one object of its class. Continuous, input, belief and math
+places hold a real number that transitions never change.
+
+**Enabled.** A transition is enabled iff, in the current marking m,
+
+* every input place holds at least the weight of its arc, and every test arc finds at least its threshold; a place with both
+  needs the larger of the two. Test arcs reserve nothing;
+* every inhibitor arc finds *less* than its threshold (default 1). A test and an inhibitor arc of one threshold are exact
+  complements, on real-valued places too;
+* no place would exceed its capacity after consuming and producing. (``Semantics(capacity="weak")``: nor with the tokens
+  produced but none yet consumed.) An occupied object place is full. Capacity never clips.
+
+Set arcs never affect enabledness; the output arc beside a set arc still needs its room.
+
+**Firing.** First the command of an output transition is read, in the marking that enabled it. Then input tokens are consumed,
+output tokens produced, and set arcs applied, in this order; so a set value stands. The object of the one object input goes to
+each object output; setting an object place to 0 empties it. Math places that depend on what changed follow at once.
+
+**Priority.** Of several enabled transitions of one kind the highest priority fires first, at a tie the first declared (in a
+hierarchy: a net's own transitions before its modules', modules in order). The dissertation calls that order arbitrary: analysis
+explores every order, and execution reports each choice it made in which one firing disabled another (`Executor.conflicts`).
+``Semantics(choice="random")`` draws among equal priorities of immediate transitions by weight.
+
+**Time** is counted in cycles. An immediate transition (delay 0) fires in the instant in which it is enabled. A timed transition
+fires when it has been enabled for its delay: its clock starts at 0 when it becomes enabled, counts cycles, and is forgotten when
+it is disabled (*enabling memory*), by any firing in between too, or by one that takes and returns a token it needs.
+Options: ``memory="age"`` keeps the clock's value while disabled, ``memory="resampling"`` resets it at any firing,
+``Semantics(persistence="atomic")`` looks only at the marking after each firing. One clock per transition runs whatever its
+enabling degree (*single server*) and starts again after each firing; ``servers=k`` or ``INFINITE`` gives one per degree, the
+youngest stopping first.
+
+**One cycle**
+
+1. observations set input places; after inference, belief places are set; object places with a selection receive their object;
+2. math places are evaluated, each after those it reads. (When a selection reads math places, they are evaluated before it too.)
+   A value that is not finite is an error naming the place, its expression and the operands;
+3. immediate transitions fire until none is enabled. If that does not end, `LivelockError` names the circle of transitions;
+4. clocks of the timed transitions that are enabled now start or go on;
+5. timed transitions that are due fire, one at a time, each followed by immediate transitions until none is enabled. One that is
+   disabled by an earlier firing of the same instant does not fire;
+6. commands go out. Of two in one exclusive group the one of higher transition priority does, at a tie the first; the other is
+   reported as overruled, or is an error in strict mode.
+
+**Modules.** A module is a net with ports. Embedding it under an instance name gives its places the names ``instance.place``; only
+ports may be touched from outside: entries only receive tokens, exits only lose them. Two instances share nothing. A hierarchy
+means its flat net (`flatten`).
+"""
+
+from .commands import Commands
 from .compiled import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
+from .execution import Conflict, Executor, Snapshot
 from .modules import Instance, flatten, instances
 from .net import PetriNet
 from .places import (
@@ -18,6 +71,7 @@ from .places import (
     Semantics,
     Transition,
 )
+from .tracing import Firing, Trace
 from .values import FrozenMap
 
 __all__ = [
@@ -27,8 +81,12 @@ __all__ = [
     "Arcs",
     "Belief",
     "Command",
+    "Commands",
     "CompiledNet",
+    "Conflict",
     "Continuous",
+    "Executor",
+    "Firing",
     "FrozenMap",
     "Input",
     "Instance",
@@ -41,6 +99,8 @@ __all__ = [
     "Ports",
     "Selection",
     "Semantics",
+    "Snapshot",
+    "Trace",
     "Transition",
     "compile_net",
     "flatten",

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import NetError, did_you_mean
+from ..expressions import Expression
+from ..expressions.interpreter import interpret
 from .modules import flatten
 from .net import PetriNet, math_order
 from .places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
@@ -88,7 +90,7 @@ class CompiledNet:
     capacity : (P,) int64
         `UNBOUNDED` for none; 1 for object places.
     initial : (P,) float64
-        Initial marking: tokens, 0 or 1 for object places, values.
+        Initial marking: tokens, 0 for object places, values, math evaluated where it is defined.
     inputs, outputs, tests, inhibitors, sets : Arcs
     delay, priority : (T,) int64
         Delay 0: immediate.
@@ -204,13 +206,23 @@ class CompiledNet:
         return table
 
 
-def initial_value(place: AnyPlace) -> float:
-    """What a place holds in the initial marking; math places are evaluated later."""
-    if isinstance(place, Place):
-        return float(place.tokens)
-    if isinstance(place, (Continuous, Input, Belief)):
-        return float(place.value)
-    return place.default if isinstance(place, Math) else 0.0
+def initial_marking(net: PetriNet) -> NDArray[np.float64]:
+    """(P,) what each place of a flat net holds at first.
+
+    Math places have the value of their expression; where it is not defined yet, or reads an object, their default.
+    """
+    marking: dict[str, float] = {}
+    for place in net.places:
+        marking[place.name] = 0.0
+        if isinstance(place, Place):
+            marking[place.name] = float(place.tokens)
+        elif isinstance(place, (Continuous, Input, Belief)):
+            marking[place.name] = float(place.value)
+    for math_place in math_order(net.places, {p.name: p for p in net.places}):
+        expression = Expression(math_place.expression)
+        value = interpret(expression.tree, marking) if all(name in marking for name in expression.names) else np.nan
+        marking[math_place.name] = value if np.isfinite(value) else math_place.default
+    return np.array(list(marking.values()), np.float64)
 
 
 def compile_net(net: PetriNet) -> CompiledNet:
@@ -244,7 +256,7 @@ def compile_net(net: PetriNet) -> CompiledNet:
         source=net,
         kind=np.array([_KINDS[type(p)] for p in flat.places], np.int8),
         capacity=np.array([capacity(p) for p in flat.places], np.int64),
-        initial=np.array([initial_value(p) for p in flat.places], np.float64),
+        initial=initial_marking(flat),
         inputs=arcs("inputs"),
         outputs=arcs("outputs"),
         tests=arcs("tests"),

@@ -16,8 +16,11 @@ from .commands import Commands
 from .compiled import UNBOUNDED, CompiledNet, PlaceKind, compile_net
 from .net import PetriNet
 from .places import Belief, ObjectPlace
-from .program import build
+from .program import build, capacity_limit
 from .tracing import Firing, Trace
+
+Values = ArrayLike | Mapping[str, ArrayLike]
+"""An array with one column per name, or a mapping from names to numbers or (W,) arrays."""
 
 Objects = Mapping[str, Mapping[str, ArrayLike]]
 """Class -> attribute -> values of its objects, (n,) for all copies alike or (W, n); attribute ``present`` is a mask."""
@@ -112,7 +115,7 @@ class Executor:
             stack=np.zeros(layout.depth),
             score=np.zeros(max([1, *layout.sizes.values()])),
             conflict=np.zeros((256, 3), np.int64),
-            counts=np.zeros(5, np.int64),
+            counts=np.zeros(4, np.int64),
             loop=np.zeros(kernels.LOOP, np.int32),
             event=np.zeros((1024 if trace else 0, 4), np.int64),
             event_enabled=np.zeros((1024 if trace else 0, t), np.uint8),
@@ -167,7 +170,7 @@ class Executor:
     @property
     def cycle(self) -> NDArray[np.int64]:
         """(W,) cycles run since the last reset; a copy."""
-        return self._state.cycle.copy()
+        return np.array(self._state.cycle)
 
     @property
     def marking(self) -> NDArray[np.float64]:
@@ -185,8 +188,7 @@ class Executor:
 
     # -- the cycle ------------------------------------------------------------------------------------------------------------
 
-    def step(self, inputs: ArrayLike | Mapping[str, ArrayLike] | None = None, *, beliefs: ArrayLike | Mapping[str, ArrayLike] | None = None,
-             objects: Objects | None = None) -> Commands:  # fmt: skip
+    def step(self, inputs: Values | None = None, *, beliefs: Values | None = None, objects: Objects | None = None) -> Commands:
         """Run one cycle.
 
         Parameters
@@ -225,7 +227,7 @@ class Executor:
             self.see(objects)
         return self.run()
 
-    def observe(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> None:
+    def observe(self, inputs: Values) -> None:
         """Write observations into input places: the first part of `step`."""
         layout = self._layout
         if isinstance(inputs, Mapping):
@@ -237,7 +239,7 @@ class Executor:
             return
         self._write(inputs, "inputs", layout.inputs, layout.input_slots, layout.input_columns)
 
-    def believe(self, beliefs: ArrayLike | Mapping[str, ArrayLike]) -> None:
+    def believe(self, beliefs: Values) -> None:
         """Write belief places: the second part of `step`."""
         layout = self._layout
         if isinstance(beliefs, Mapping):
@@ -321,7 +323,9 @@ class Executor:
         values = np.asarray(data, np.float64)
         if values.shape != (self.copies, len(names)):
             if values.shape != (len(names),):
-                raise NetError(f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
+                raise NetError(
+                    f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}"
+                )
             values = np.repeat(values[None], self.copies, axis=0)
         if not kernels.write(self._state.row, slots, columns, values, self._failed):
             copy, i = self._failed
@@ -346,13 +350,13 @@ class Executor:
 
     def read(self, place: str) -> NDArray[np.float64]:
         """(W,) marking of a place: tokens, value, or for an object place 1 and 0; a copy."""
-        return self._state.row[:, self.net.place(place)].copy()
+        return np.array(self._state.row[:, self.net.place(place)])
 
     def holds(self, place: str) -> NDArray[np.int32]:
         """(W,) index of the object in an object place, -1 for none; a copy."""
         if place not in self._layout.objects:
             raise unknown_name("object place", place, self._layout.objects)
-        return self._state.held[:, self._layout.objects.index(place)].copy()
+        return np.array(self._state.held[:, self._layout.objects.index(place)])
 
     def write(self, place: str, value: ArrayLike, copies: ArrayLike | None = None) -> None:
         """Set the marking of a place from outside.
@@ -416,8 +420,6 @@ class Executor:
         if self.net.net.semantics.choice == "random":
             streams = np.random.SeedSequence(self._seed).spawn(self.copies)
             state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
-        if self._layout.math:
-            kernels.refresh_math(self._program, state, self._scratch)
         if self.trace is not None and mask is None:
             self.trace.clear()
 
@@ -427,18 +429,18 @@ class Executor:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a state of this net with this number of copies."""
-        for name, mine, theirs in zip(Snapshot._fields, self._state, snapshot):
-            if np.shape(theirs) != mine.shape:
-                raise NetError(f"snapshot: `{name}` must have shape {mine.shape}, got {np.shape(theirs)}")
-        for mine, theirs in zip(self._state, snapshot):
+        arrays = [np.asarray(array) for array in snapshot]
+        for name, mine, theirs in zip(Snapshot._fields, self._state, arrays):
+            if theirs.shape != mine.shape:
+                raise NetError(f"snapshot: `{name}` must have shape {mine.shape}, got {theirs.shape}")
+        for mine, theirs in zip(self._state, arrays):
             mine[...] = theirs
 
     # -- one transition by hand -----------------------------------------------------------------------------------------------
 
     def enabled(self, copy: int = 0) -> tuple[str, ...]:
         """Names of the transitions enabled in the marking of one copy, clocks aside."""
-        row = self._state.row[copy]
-        return tuple(name for t, name in enumerate(self.net.transition_names) if kernels.is_enabled(self._program, row, t))
+        return tuple(name for name in self.net.transition_names if not self.why_not(name, copy))
 
     def fire(self, transition: str, copy: int = 0) -> None:
         """Fire one transition of one copy by hand, whatever its clock says.
@@ -452,35 +454,28 @@ class Executor:
         reasons = self.why_not(transition, copy)
         if reasons:
             raise NotEnabled(f"transition {transition!r} is not enabled: {'; '.join(reasons)}")
-        row = self._state.row[copy]
-        for u in range(self.net.n_transitions):
-            self._scratch.enabled[u] = kernels.is_enabled(self._program, row, u)
-        self._scratch.counts[kernels.START] = 0
         scratch = self._scratch._replace(event=np.zeros((0, 4), np.int64))
-        status = kernels.fire(self._program, self._state, self._out, scratch, copy, t, kernels.IMMEDIATE)
+        self._out.winner[copy] = -1
+        status = kernels.fire_one(self._program, self._state, self._out, scratch, copy, t)
         if status != kernels.OK:
-            self._failed[:] = copy, self._scratch.counts[kernels.MATH]
+            self._failed[:] = copy, self._scratch.counts[kernels.DETAIL]
             self._raise(status)
 
     def why_not(self, transition: str, copy: int = 0) -> list[str]:
         """What keeps a transition of one copy from being enabled; empty when it is enabled."""
         t = self.net.transition(transition)
-        row, program = self._state.row[copy], self._program
+        row = self._state.row[copy]
+        consumed, produced = dict(self.net.inputs.of(t)), dict(self.net.outputs.of(t))
         reasons = []
-        for i in range(program.cond_start[t], program.cond_start[t + 1]):
-            place, low, high = program.cond_place[i], program.cond_low[i], program.cond_high[i]
+        span = self._program.transitions[t]
+        for place, _, low, high in self._program.conditions[span["cond"] : span["cond_end"]].tolist():
             name, has = self.net.place_names[place], row[place]
             if has < low:
                 reasons.append(f"{name} needs {low:g}, has {has:g}")
             elif has >= high:
-                full = self.net.capacity[place] != UNBOUNDED and high == self._room(t, int(place))
+                full = high == capacity_limit(self.net, t, place, consumed, produced)
                 reasons.append(f"{name} is full with {has:g}" if full else f"{name} must be below {high:g}, has {has:g}")
         return reasons
-
-    def _room(self, t: int, place: int) -> float:
-        consumed, produced = dict(self.net.inputs.of(t)).get(place, 0), dict(self.net.outputs.of(t)).get(place, 0)
-        back = 0 if self.net.net.semantics.capacity == "weak" else consumed
-        return float(self.net.capacity[place]) - produced + back + 1
 
     # -- errors ---------------------------------------------------------------------------------------------------------------
 
@@ -498,7 +493,8 @@ class Executor:
             name = self.net.transition_names[detail]
             raise NetError(
                 f"{where}: transition {name!r} has infinite servers and is enabled more often than it has clocks "
-                f"({np.diff(self._layout.clock_start)[detail]}); give its input places capacities"
+                f"({self._program.transitions['clock_end'][detail] - self._program.transitions['clock'][detail]}); "
+                f"give its input places capacities"
             )
         place = self.net.net.place(self._layout.math[detail])
         text = place.expression  # type: ignore[union-attr]
@@ -517,12 +513,12 @@ class Executor:
 
     def _raise_overruled(self) -> None:
         copy, loser = np.argwhere(self._out.overruled)[0]
-        command = int(self._program.command_of[loser])
-        winner = int(self._out.winner[copy, self._program.group_of[command]])
+        command, group = (int(self._program.transitions[key][loser]) for key in ("command", "group"))
+        winner = int(self._out.winner[copy, group])
         names, commands = self.net.transition_names, self._layout.commands
         raise CommandError(
-            f"net {self.net.net.name!r}, copy {copy}, cycle {self._state.cycle[copy] - 1}: transitions {names[self._out.source[copy, winner]]!r} "
-            f"and {names[loser]!r} emit {commands[winner]!r} and {commands[command]!r} in one cycle"
+            f"net {self.net.net.name!r}, copy {copy}, cycle {self._state.cycle[copy] - 1}: two commands in one cycle, "
+            f"{commands[winner]!r} of {names[self._out.source[copy, winner]]!r} and {commands[command]!r} of {names[loser]!r}"
         )
 
 

@@ -14,16 +14,17 @@ import numpy as np
 from ...compilation import kernel_group
 from ..expressions import kernels as expression_kernels
 
-kernel = kernel_group(__file__, Path(expression_kernels.__file__))
-run = expression_kernels.run
+_FILES = (__file__, Path(expression_kernels.__file__), Path(__file__).with_name("program.py"))
+kernel = kernel_group(*_FILES)
+inner = kernel_group(*_FILES, no_cpython_wrapper=True)  # called by other kernels only
+inlined = kernel_group(*_FILES, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
+run, run_inlined = expression_kernels.run, expression_kernels.run_inlined
 
-OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers: FULL, no room left in the trace
+OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers; FULL: no room left in the trace
 OFF = -1  # a clock that is not running; -2 - c: an age clock paused at c
 AGE = 1  # Memory.AGE
-IMMEDIATE, TIMED = 0, 1  # why a transition fired
-INTERMEDIATE, RANDOM, MOST, EARLY_MATH = 0, 1, 2, 3  # places in Program.options
+CONFLICTS, EVENTS, DETAIL, START = 0, 1, 2, 3  # places in Scratch.counts
 LOOP = 512  # firings kept of a livelock
-NO_PRIORITY = -(2**62)
 
 
 class State(NamedTuple):
@@ -54,18 +55,15 @@ class Scratch(NamedTuple):
     stack: np.ndarray  # of expressions
     score: np.ndarray  # (objects,)
     conflict: np.ndarray  # (n, 3) int64 transition fired, transition it disabled, how often
-    counts: np.ndarray  # conflicts found; events in the trace; firings in the loop; undefined math; whether clocks start now
+    counts: np.ndarray  # conflicts found; events in the trace; detail of an error; whether clocks may start now
     loop: np.ndarray  # (LOOP,) int32 firings of a livelock
-    event: np.ndarray  # (E, 4) int64 copy, cycle, transition, why; no rows: no trace
+    event: np.ndarray  # (E, 4) int64 copy, cycle, transition, timed; no rows: no trace
     event_enabled: np.ndarray  # (E, T) uint8 what was enabled
 
 
-CONFLICTS, EVENTS, LOOPED, MATH, START = 0, 1, 2, 3, 4
-
-
-@kernel
-def splitmix(random, w):
-    """A number in [0, 1) from the stream of copy `w`."""
+@inlined
+def draw(random, w):
+    """A number in [0, 1) from the stream of copy `w` (splitmix64)."""
     random[w] += np.uint64(0x9E3779B97F4A7C15)
     z = random[w]
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -74,105 +72,98 @@ def splitmix(random, w):
     return np.float64(z >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@kernel
-def is_enabled(p, row, t):
-    """Whether transition `t` may fire."""
-    for i in range(p.cond_start[t], p.cond_start[t + 1]):
-        m = row[p.cond_place[i]]
-        if m < p.cond_low[i] or m >= p.cond_high[i]:
+@inlined
+def meets(p, row, t):
+    """Whether the marking `row` enables transition `t`."""
+    for i in range(p.transitions[t].cond, p.transitions[t].cond_end):
+        m = row[p.conditions[i].place]
+        if m < p.conditions[i].low or m >= p.conditions[i].high:
             return False
     return True
 
 
-@kernel
-def evaluate(p, s, x, w, m):
-    """Set math place `m` of copy `w`; False when it is undefined."""
+@inner
+def evaluate(p, s, x, w, first, last):
+    """Set the math places ``lists[first:last]`` of copy `w`; False at the first that is undefined."""
     row = s.row[w]
-    for i in range(p.math_attr_start[m], p.math_attr_start[m + 1]):
-        if row[p.math_attr[i]] != row[p.math_attr[i]]:
-            row[p.math_slot[m]] = p.math_default[m]
-            return True
-    value = run(p.code, p.constants, p.code_start[m], p.code_start[m + 1], row, x.stack)
-    if value != value:
-        x.counts[MATH] = m
-        return False
-    row[p.math_slot[m]] = value
+    for i in range(first, last):
+        math = p.maths[p.lists[i]]
+        absent = False
+        for j in range(math.attr, math.attr_end):
+            absent |= row[p.lists[j]] != row[p.lists[j]]
+        value = math.default
+        if not absent:
+            value = run_inlined(p.code, p.constants, math.code, math.code_end, row, x.stack)
+        if value != value:
+            x.counts[DETAIL] = p.lists[i]
+            return False
+        row[math.slot] = value
     return True
 
 
-@kernel
-def evaluate_all(p, s, x, w):
-    """Set every math place of copy `w`, in order."""
-    for m in range(p.math_slot.shape[0]):
-        if not evaluate(p, s, x, w, m):
-            return UNDEFINED
-    return OK
-
-
-@kernel
-def hold(p, s, w, place, token):
-    """Put object `token` (-1: none) into an object place, and refresh what is known of it."""
-    o = p.object_of[place]
+@inner
+def hold(p, s, w, o, token):
+    """Put object `token` (-1: none) into object place `o`, and refresh what is known of it."""
     s.held[w, o] = token
-    s.row[w, place] = 1.0 if token >= 0 else 0.0
-    for i in range(p.attr_start[o], p.attr_start[o + 1]):
-        s.row[w, p.attr_slot[i]] = s.data[w, p.attr_column[i] + token] if token >= 0 else np.nan
+    s.row[w, p.objects[o].place] = 1.0 if token >= 0 else 0.0
+    for i in range(p.objects[o].attr, p.objects[o].attr_end):
+        s.row[w, p.attributes[i].slot] = s.data[w, p.attributes[i].column + token] if token >= 0 else np.nan
 
 
-@kernel
+@inner
 def select(p, s, x, w, z):
-    """Set the object place of selection `z`: the candidate of its rank among those with a score."""
-    c = p.select_class[z]
+    """The candidate that selection `z` chooses: the one of its rank among those with a score; -1 for none."""
+    chooser = p.selections[z]
     row = s.row[w]
-    best, where = p.select_best[z], p.select_where[z]
-    size = p.class_size[c]
     count = 0
-    for j in range(size):
+    for j in range(chooser.size):
         x.score[j] = np.nan
-        if s.data[w, p.class_present[c] + j] == 0.0:
+        if s.data[w, chooser.present + j] == 0.0:
             continue
-        for i in range(p.cand_start[c], p.cand_start[c + 1]):
-            row[p.cand_slot[i]] = s.data[w, p.cand_column[i] + j]
-        if where >= 0:
-            holds = run(p.code, p.constants, p.code_start[where], p.code_start[where + 1], row, x.stack)
-            if holds != holds or holds == 0.0:
-                continue
-        value = run(p.code, p.constants, p.code_start[best], p.code_start[best + 1], row, x.stack)
+        for i in range(chooser.cand, chooser.cand_end):
+            row[p.attributes[i].slot] = s.data[w, p.attributes[i].column + j]
+        holds = 1.0
+        if chooser.where >= 0:
+            holds = run(p.code, p.constants, chooser.where, chooser.where_end, row, x.stack)
+        if holds != holds or holds == 0.0:
+            continue
+        value = run(p.code, p.constants, chooser.best, chooser.best_end, row, x.stack)
         if value == value:
-            x.score[j] = p.select_sign[z] * value
+            x.score[j] = chooser.sign * value
             count += 1
     chosen = -1
-    if count >= p.select_rank[z]:
-        for _ in range(p.select_rank[z]):
+    if count >= chooser.rank:
+        for _ in range(chooser.rank):
+            if chosen >= 0:
+                x.score[chosen] = np.nan
             chosen = -1
-            for j in range(size):
+            for j in range(chooser.size):
                 if x.score[j] == x.score[j] and (chosen < 0 or x.score[j] > x.score[chosen]):
                     chosen = j
-            x.score[chosen] = np.nan
-    hold(p, s, w, p.select_place[z], chosen)
+    return chosen
 
 
-@kernel
+@inner
 def degree(p, row, t, full):
     """How often `t` is enabled at once; with `full` False only its need of tokens counts."""
-    for i in range(p.cond_start[t], p.cond_start[t + 1]):
-        place = p.cond_place[i]
-        if full and row[place] >= p.cond_high[i]:
+    for i in range(p.transitions[t].cond, p.transitions[t].cond_end):
+        m = row[p.conditions[i].place]
+        if full and m >= p.conditions[i].high:
             return 0
-        if (full or p.moved[place] == 1) and row[place] < p.cond_low[i]:
+        if (full or p.conditions[i].moved == 1) and m < p.conditions[i].low:
             return 0
-    if p.pre_start[t] == p.pre_start[t + 1]:
+    if p.transitions[t].pre == p.transitions[t].pre_end:
         return 1
     least = np.inf
-    for i in range(p.pre_start[t], p.pre_start[t + 1]):
-        least = min(least, np.floor(row[p.pre_place[i]] / p.pre_weight[i]))
+    for i in range(p.transitions[t].pre, p.transitions[t].pre_end):
+        least = min(least, np.floor(row[p.arcs[i].place] / p.arcs[i].value))
     return int(least)
 
 
-@kernel
+@inner
 def stop_clocks(p, s, w, t, keep):
-    """Stop the youngest clocks of `t` until at most `keep` run."""
-    low, high = p.clock_start[t], p.clock_start[t + 1]
+    """Stop the youngest clocks of `t` until at most `keep` run; returns how many run."""
+    low, high = p.transitions[t].clock, p.transitions[t].clock_end
     running = 0
     for k in range(low, high):
         running += s.clock[w, k] >= 0
@@ -182,82 +173,91 @@ def stop_clocks(p, s, w, t, keep):
             c = s.clock[w, k]
             if c >= 0 and (youngest < 0 or c < s.clock[w, youngest]):
                 youngest = k
-        c = s.clock[w, youngest]
-        s.clock[w, youngest] = -2 - c if p.memory[t] == AGE else OFF
+        s.clock[w, youngest] = -2 - s.clock[w, youngest] if p.transitions[t].memory == AGE else OFF
         running -= 1
     return running
 
 
-@kernel
+@inner
 def adjust_clocks(p, s, x, w, t, enabled):
     """Stop the clocks of a timed transition that is no longer enabled; start those it lacks, once clocks may start."""
-    low, high = p.clock_start[t], p.clock_start[t + 1]
-    if high - low == 1 and p.servers[t] == 1:
-        c = s.clock[w, low]
-        if not enabled:
-            if c >= 0:
-                s.clock[w, low] = -2 - c if p.memory[t] == AGE else OFF
-        elif c < 0 and x.counts[START] == 1:
-            s.clock[w, low] = 0 if c == OFF else -2 - c
-        return OK
-    wanted = degree(p, s.row[w], t, True) if enabled else 0
-    if wanted > high - low:
-        if p.servers[t] < 0:
-            return CLOCKS
-        wanted = high - low
+    low, high = p.transitions[t].clock, p.transitions[t].clock_end
+    wanted = 0
+    if enabled:
+        wanted = 1 if p.transitions[t].servers == 1 else degree(p, s.row[w], t, True)
+        if wanted > high - low:
+            if p.transitions[t].servers < 0:
+                x.counts[DETAIL] = t
+                return CLOCKS
+            wanted = high - low
     running = stop_clocks(p, s, w, t, wanted)
     if x.counts[START] == 1:
         for k in range(low, high):
-            if running < wanted and s.clock[w, k] < 0:
-                s.clock[w, k] = 0
+            c = s.clock[w, k]
+            if running < wanted and c < 0:
+                s.clock[w, k] = 0 if c == OFF else -2 - c
                 running += 1
     return OK
 
 
-@kernel
+@inlined
+def clocks_fit(p, s, x, w, t, enabled):
+    """Whether the clock of a transition with one server is as `adjust_clocks` would leave it."""
+    running = s.clock[w, p.transitions[t].clock] >= 0
+    return p.transitions[t].servers == 1 and (running == enabled or (enabled and x.counts[START] == 0))
+
+
+@inlined
+def is_due(p, s, w, t):
+    """Whether a clock of `t` has reached its delay."""
+    due = False
+    for k in range(p.transitions[t].clock, p.transitions[t].clock_end):
+        due |= s.clock[w, k] >= p.transitions[t].delay
+    return due
+
+
+@inner
 def note_conflict(x, t, u):
     """Count that firing `t` disabled `u` of the same priority."""
-    for i in range(x.counts[CONFLICTS]):
+    n = x.counts[CONFLICTS]
+    for i in range(n):
         if x.conflict[i, 0] == t and x.conflict[i, 1] == u:
             x.conflict[i, 2] += 1
             return
-    if x.counts[CONFLICTS] < x.conflict.shape[0]:
-        i = x.counts[CONFLICTS]
-        x.conflict[i, 0] = t
-        x.conflict[i, 1] = u
-        x.conflict[i, 2] = 1
+    if n < x.conflict.shape[0]:
+        x.conflict[n, 0] = t
+        x.conflict[n, 1] = u
+        x.conflict[n, 2] = 1
         x.counts[CONFLICTS] += 1
 
 
-@kernel
+@inner
 def emit(p, s, out, w, t):
     """Send out the command of `t`, unless one of its group with at least its priority is out already."""
-    c = p.command_of[t]
-    g = p.group_of[c]
-    old = out.winner[w, g]
+    tr = p.transitions[t]
+    old = out.winner[w, tr.group]
     if old >= 0:
         before = out.source[w, old]
-        if p.priority[t] <= p.priority[before]:
+        if tr.priority <= p.transitions[before].priority:
             out.overruled[w, t] = True
             return
         out.overruled[w, before] = True
         out.fired[w, old] = False
-    out.winner[w, g] = c
-    out.fired[w, c] = True
-    out.source[w, c] = t
-    for i in range(p.param_start[t], p.param_start[t + 1]):
-        source = p.param_source[i]
+    out.winner[w, tr.group] = tr.command
+    out.fired[w, tr.command] = True
+    out.source[w, tr.command] = t
+    for i in range(tr.param, tr.param_end):
+        source = p.parameters[i].source
+        value = p.parameters[i].value
         if source >= 0:
             value = s.row[w, source]
-        elif source == -1:
-            value = p.param_value[i]
-        else:
+        elif source < -1:
             value = s.held[w, -2 - source]
-        out.value[w, p.param_target[i]] = value
+        out.value[w, p.parameters[i].target] = value
 
 
-@kernel
-def record(s, x, w, t, why):
+@inner
+def record(s, x, w, t, timed):
     """Add a firing to the trace; False when there is no room."""
     i = x.counts[EVENTS]
     if i >= x.event.shape[0]:
@@ -265,208 +265,198 @@ def record(s, x, w, t, why):
     x.event[i, 0] = w
     x.event[i, 1] = s.cycle[w]
     x.event[i, 2] = t
-    x.event[i, 3] = why
-    x.event_enabled[i] = x.enabled
+    x.event[i, 3] = timed
+    for u in range(x.enabled.shape[0]):
+        x.event_enabled[i, u] = x.enabled[u]
     x.counts[EVENTS] += 1
     return True
 
 
-@kernel
-def is_due(p, s, w, t):
-    """Whether a clock of `t` has reached its delay."""
-    for k in range(p.clock_start[t], p.clock_start[t + 1]):
-        if s.clock[w, k] >= p.delay[t]:
-            return True
-    return False
-
-
-@kernel
-def move(p, s, x, w, t, why):
+@inner
+def move(p, s, x, w, t, timed):
     """Consume, produce, then set; between the first two, see whose clocks the missing tokens stop."""
     row = s.row[w]
-    token = np.int32(-1)
-    if p.carrier[t] >= 0:
-        token = s.held[w, p.carrier[t]]
-    for i in range(p.pre_start[t], p.pre_start[t + 1]):
-        place = p.pre_place[i]
-        if p.object_of[place] >= 0:
-            hold(p, s, w, place, -1)
+    tr = p.transitions[t]
+    token = -1
+    if tr.carrier >= 0:
+        token = s.held[w, tr.carrier]
+    for i in range(tr.pre, tr.pre_end):
+        if p.arcs[i].object >= 0:
+            hold(p, s, w, p.arcs[i].object, -1)
         else:
-            row[place] -= p.pre_weight[i]
-    if p.options[INTERMEDIATE] == 1:
-        for i in range(p.touched_start[t], p.touched_start[t + 1]):
-            u = p.touched[i]
-            rival = why == TIMED and u != t and p.priority[u] == p.priority[t] and is_due(p, s, w, u)
+            row[p.arcs[i].place] -= p.arcs[i].value
+    if p.options[0].intermediate == 1:
+        for i in range(tr.touched, tr.touched_end):
+            u = p.lists[i]
+            rival = timed and u != t and p.transitions[u].priority == tr.priority and is_due(p, s, w, u)
             stop_clocks(p, s, w, u, degree(p, row, u, False))
             if rival and not is_due(p, s, w, u):
                 note_conflict(x, t, u)
-    for i in range(p.post_start[t], p.post_start[t + 1]):
-        place = p.post_place[i]
-        if p.object_of[place] >= 0:
-            hold(p, s, w, place, token)
+    for i in range(tr.post, tr.post_end):
+        if p.arcs[i].object >= 0:
+            hold(p, s, w, p.arcs[i].object, token)
         else:
-            row[place] += p.post_weight[i]
-    for i in range(p.set_start[t], p.set_start[t + 1]):
-        place = p.set_place[i]
-        if p.object_of[place] >= 0:
-            hold(p, s, w, place, -1)
+            row[p.arcs[i].place] += p.arcs[i].value
+    for i in range(tr.set, tr.set_end):
+        if p.arcs[i].object >= 0:
+            hold(p, s, w, p.arcs[i].object, -1)
         else:
-            row[place] = p.set_value[i]
+            row[p.arcs[i].place] = p.arcs[i].value
 
 
-@kernel
-def fire(p, s, out, x, w, t, why):
+@inner
+def fire(p, s, out, x, w, t):
     """Fire the enabled transition `t` of copy `w` and bring everything it may have changed up to date."""
-    if x.event.shape[0] > 0 and not record(s, x, w, t, why):
+    tr = p.transitions[t]
+    timed = tr.delay > 0
+    if x.event.shape[0] > 0 and not record(s, x, w, t, timed):
         return FULL
-    if p.command_of[t] >= 0:
+    if tr.command >= 0:
         emit(p, s, out, w, t)
-    if p.delay[t] > 0:  # its oldest clock has done its work
-        oldest = p.clock_start[t]
-        for k in range(oldest + 1, p.clock_start[t + 1]):
+    if timed:  # its oldest clock has done its work
+        oldest = tr.clock
+        for k in range(oldest + 1, tr.clock_end):
             if s.clock[w, k] > s.clock[w, oldest]:
                 oldest = k
         s.clock[w, oldest] = OFF
-    move(p, s, x, w, t, why)
-    for i in range(p.remath_start[t], p.remath_start[t + 1]):
-        if not evaluate(p, s, x, w, p.remath[i]):
-            return UNDEFINED
+    move(p, s, x, w, t, timed)
+    if tr.remath < tr.remath_end and not evaluate(p, s, x, w, tr.remath, tr.remath_end):
+        return UNDEFINED
     row = s.row[w]
-    for i in range(p.affected_start[t], p.affected_start[t + 1]):
-        u = p.affected[i]
-        now = is_enabled(p, row, u)
-        rival = x.enabled[u] == 1 and not now and u != t and p.priority[u] == p.priority[t]
+    for i in range(tr.affected, tr.affected_end):
+        u = p.lists[i]
+        now = meets(p, row, u)
+        rival = x.enabled[u] == 1 and not now and u != t and p.transitions[u].priority == tr.priority
         x.enabled[u] = now
-        if p.delay[u] > 0:
-            if rival and why == TIMED and is_due(p, s, w, u):
-                note_conflict(x, t, u)
-            status = adjust_clocks(p, s, x, w, u, now)
-            if status != OK:
-                x.counts[MATH] = u
-                return status
-        elif rival and why == IMMEDIATE:
+        if rival and (p.transitions[u].delay > 0) == timed and (not timed or is_due(p, s, w, u)):
             note_conflict(x, t, u)
-    for i in range(p.resamplers.shape[0]):
-        u = p.resamplers[i]
-        for k in range(p.clock_start[u], p.clock_start[u + 1]):
+        if p.transitions[u].delay > 0 and not clocks_fit(p, s, x, w, u, now) and adjust_clocks(p, s, x, w, u, now) != OK:
+            return CLOCKS
+    for i in range(p.options[0].resampler, p.options[0].resampler_end):
+        u = p.lists[i]
+        for k in range(p.transitions[u].clock, p.transitions[u].clock_end):
             s.clock[w, k] = OFF
-        adjust_clocks(p, s, x, w, u, x.enabled[u] == 1)
+        if adjust_clocks(p, s, x, w, u, x.enabled[u] == 1) != OK:
+            return CLOCKS
     return OK
 
 
-@kernel
+@inner
 def next_immediate(p, s, x, w):
     """The enabled immediate transition that fires next, -1 for none."""
-    n = p.immediate.shape[0]
-    for i in range(n):
-        t = p.immediate[i]
-        if x.enabled[t] == 1:
-            if p.options[RANDOM] == 0:
-                return t
-            total = 0.0
-            for j in range(i, n):
-                u = p.immediate[j]
-                if p.priority[u] == p.priority[t] and x.enabled[u] == 1:
-                    total += p.weight[u]
-            left = splitmix(s.random, w) * total
-            for j in range(i, n):
-                u = p.immediate[j]
-                if p.priority[u] == p.priority[t] and x.enabled[u] == 1:
-                    t = u
-                    left -= p.weight[u]
-                    if left < 0.0:
-                        break
-            return t
-    return -1
+    first, last = p.options[0].immediate, p.options[0].immediate_end
+    while first < last and x.enabled[p.lists[first]] == 0:
+        first += 1
+    if first == last:
+        return -1
+    chosen = p.lists[first]
+    if p.options[0].random == 1:
+        priority = p.transitions[chosen].priority
+        total = 0.0
+        for i in range(first, last):
+            u = p.lists[i]
+            if x.enabled[u] == 1 and p.transitions[u].priority == priority:
+                total += p.transitions[u].weight
+        left = draw(s.random, w) * total
+        for i in range(first, last):
+            u = p.lists[i]
+            if x.enabled[u] == 1 and p.transitions[u].priority == priority and left >= 0.0:
+                chosen = u
+                left -= p.transitions[u].weight
+    return chosen
 
 
-@kernel
-def settle(p, s, out, x, w):
-    """Fire immediate transitions until none is enabled."""
-    count = 0
-    while True:
-        t = next_immediate(p, s, x, w)
-        if t < 0:
-            return OK
-        count += 1
-        if count > p.options[MOST]:
-            i = count - p.options[MOST] - 1
-            if i >= LOOP:
-                x.counts[LOOPED] = LOOP
-                return LIVELOCK
-            x.loop[i] = t
-        status = fire(p, s, out, x, w, t, IMMEDIATE)
-        if status != OK:
-            return status
-
-
-@kernel
+@inner
 def next_due(p, s, x, w):
     """The timed transition that is due next at this instant, -1 for none."""
-    for i in range(p.timed.shape[0]):
-        t = p.timed[i]
+    for i in range(p.options[0].timed, p.options[0].timed_end):
+        t = p.lists[i]
         if x.enabled[t] == 1 and is_due(p, s, w, t):
             return t
     return -1
 
 
-@kernel
-def cycle_of_one(p, s, out, x, w):
-    """One cycle of copy `w`, after its inputs and beliefs have been written."""
+@inner
+def prepare(p, s, out, x, w):
+    """The part of a cycle before the first firing: clocks advance, objects are selected, math is evaluated."""
     for k in range(s.clock.shape[1]):
         if s.clock[w, k] >= 0:
             s.clock[w, k] += 1
-    out.fired[w] = False
-    out.winner[w] = -1
-    out.overruled[w] = False
-    x.counts[START] = 0
-    for place in range(p.object_of.shape[0]):
-        o = p.object_of[place]
-        if o >= 0 and p.attr_start[o] < p.attr_start[o + 1]:
-            hold(p, s, w, place, s.held[w, o])
-    if p.options[EARLY_MATH] == 1 and evaluate_all(p, s, x, w) != OK:
-        return UNDEFINED
-    for z in range(p.select_object.shape[0]):
-        select(p, s, x, w, z)
-    if evaluate_all(p, s, x, w) != OK:
-        return UNDEFINED
+    for c in range(out.fired.shape[1]):
+        out.fired[w, c] = False
+    for g in range(out.winner.shape[1]):
+        out.winner[w, g] = -1
+    for t in range(out.overruled.shape[1]):
+        out.overruled[w, t] = False
+    for o in range(p.objects.shape[0]):
+        hold(p, s, w, o, s.held[w, o])
+    passes = 1 + p.options[0].early
+    for turn in range(passes):
+        if turn == passes - 1:
+            for z in range(p.selections.shape[0]):
+                hold(p, s, w, p.selections[z].object, select(p, s, x, w, z))
+        if not evaluate(p, s, x, w, p.options[0].math, p.options[0].math_end):
+            return UNDEFINED
     for t in range(x.enabled.shape[0]):
-        x.enabled[t] = is_enabled(p, s.row[w], t)
-    status = settle(p, s, out, x, w)
-    if status != OK:
-        return status
-    x.counts[START] = 1
-    for i in range(p.timed.shape[0]):
-        t = p.timed[i]
-        if adjust_clocks(p, s, x, w, t, x.enabled[t] == 1) != OK:
-            x.counts[MATH] = t
-            return CLOCKS
-    while True:
-        t = next_due(p, s, x, w)
-        if t < 0:
-            return OK
-        status = fire(p, s, out, x, w, t, TIMED)
-        if status == OK:
-            status = settle(p, s, out, x, w)
-        if status != OK:
-            return status
+        x.enabled[t] = meets(p, s.row[w], t)
+    return OK
+
+
+@inner
+def advance(p, s, out, x, w):
+    """One cycle of copy `w`, after its inputs and beliefs have been written."""
+    status = prepare(p, s, out, x, w)
+    x.counts[START] = 0
+    count = 0  # immediate firings in a row
+    while status == OK:
+        t = next_immediate(p, s, x, w)
+        if t >= 0:
+            count += 1
+            beyond = count - p.options[0].most - 1
+            if beyond >= LOOP:
+                return LIVELOCK
+            if beyond >= 0:
+                x.loop[beyond] = t
+        else:
+            count = 0
+            if x.counts[START] == 0:  # quiet for the first time: clocks of what is enabled now start
+                x.counts[START] = 1
+                for i in range(p.options[0].timed, p.options[0].timed_end):
+                    t = p.lists[i]
+                    now = x.enabled[t] == 1
+                    if not clocks_fit(p, s, x, w, t, now) and adjust_clocks(p, s, x, w, t, now) != OK:
+                        return CLOCKS
+            t = next_due(p, s, x, w)
+            if t < 0:
+                return OK
+        status = fire(p, s, out, x, w, t)
+    return status
 
 
 @kernel
 def cycle(p, s, out, x, failed):
-    """One cycle of every copy. Returns the first status that is not OK; ``failed[0]`` is then the copy, ``failed[1]`` the detail."""
+    """One cycle of every copy. Returns the first status that is not OK; ``failed`` is then the copy and the detail."""
     first = OK
     for w in range(s.row.shape[0]):
-        status = cycle_of_one(p, s, out, x, w)
+        status = advance(p, s, out, x, w)
+        if status == FULL:
+            return FULL
         if status == OK:
             s.cycle[w] += 1
         elif first == OK:
             first = status
             failed[0] = w
-            failed[1] = x.counts[MATH]
-            if status == FULL:
-                return FULL
+            failed[1] = x.counts[DETAIL]
     return first
+
+
+@kernel
+def fire_one(p, s, out, x, w, t):
+    """Fire `t` of copy `w` by hand."""
+    for u in range(x.enabled.shape[0]):
+        x.enabled[u] = meets(p, s.row[w], u)
+    x.counts[START] = 0
+    return fire(p, s, out, x, w, t)
 
 
 @kernel
@@ -481,11 +471,3 @@ def write(row, slots, columns, data, failed):
                 return False
             row[w, slots[i]] = value
     return True
-
-
-@kernel
-def refresh_math(p, s, x):
-    """Set the math places of every copy where they are defined, keep the others."""
-    for w in range(s.row.shape[0]):
-        for m in range(p.math_slot.shape[0]):
-            evaluate(p, s, x, w, m)

@@ -1,7 +1,8 @@
-"""What the execution kernel reads: the net's rules as flat lists, worked out once per net.
+"""What the execution kernel reads: the net's rules as flat records, worked out once per net.
 
-The conditions of all arcs and capacities of a transition become one list of ranges: it is enabled iff ``low <= m < high`` holds
-for each. What a firing can change (other transitions, math places) is worked out beforehand, so that a firing looks at those only.
+The conditions of all arcs and capacities of a transition become one list of ranges: it is enabled iff ``low <= m < high``
+holds for each. What a firing can change (other transitions, math places) is worked out beforehand, so that a firing looks at
+those only. A field ``x`` with a field ``x_end`` is a range of rows of another array.
 """
 
 from __future__ import annotations
@@ -14,91 +15,65 @@ from numpy.typing import NDArray
 
 from ...errors import NetError, did_you_mean
 from ..expressions import Expression
-from ..expressions.compiler import Assembler, Code
+from ..expressions.compiler import Assembler
 from .compiled import UNBOUNDED, CompiledNet, Memory, PlaceKind
 from .net import resolve_name
-from .places import INFINITE, ObjectPlace
-
-Ints = NDArray[np.int32]
-Reals = NDArray[np.float64]
+from .places import INFINITE, Input, ObjectPlace, Transition
 
 MAX_CLOCKS = 256
 """Clocks of a transition with infinitely many servers whose input places are unbounded."""
 
 
-class Program(NamedTuple):
-    """The rules of a net. A list per transition t is ``list[start[t]:start[t + 1]]``; T transitions, P places, S slots of a row."""
+def _record(ints: str, reals: str = "") -> np.dtype[Any]:
+    return np.dtype([(name, "i4") for name in ints.split()] + [(name, "f8") for name in reals.split()], align=True)
 
-    cond_start: Ints  # enabled iff low <= row[place] < high for all
-    cond_place: Ints
-    cond_low: Reals
-    cond_high: Reals
-    pre_start: Ints
-    pre_place: Ints
-    pre_weight: Reals
-    post_start: Ints
-    post_place: Ints
-    post_weight: Reals
-    set_start: Ints
-    set_place: Ints
-    set_value: Reals
-    object_of: Ints  # (P,) number of the object place, -1 for others
-    moved: NDArray[np.uint8]  # (P,) 1 for discrete and object places
-    carrier: Ints  # (T,) number of the object input whose object goes on, -1 for none
-    affected_start: Ints  # transitions whose enabledness a firing of t may change, t among them
-    affected: Ints
-    touched_start: Ints  # timed transitions that need tokens which t consumes
-    touched: Ints
-    remath_start: Ints  # math places that a firing of t may change, in order of evaluation
-    remath: Ints
-    resamplers: Ints  # transitions whose clocks any firing resets
-    immediate: Ints  # immediate transitions by priority, then declaration
-    timed: Ints  # timed ones
-    priority: NDArray[np.int64]
-    weight: Reals
-    delay: Ints
-    memory: NDArray[np.int8]
-    servers: Ints  # -1 for infinite
-    clock_start: Ints  # (T + 1,) slots of the clocks
-    code: Ints  # byte code of math, then of selections
-    constants: Reals
-    code_start: Ints
-    math_slot: Ints  # (M,) place that math m sets; its code is expression m
-    math_default: Reals
-    math_attr_start: Ints  # (M + 1,) slots of object attributes it reads
-    math_attr: Ints
-    attr_start: Ints  # (O + 1,) per object place: attribute slots to refresh when its object changes
-    attr_slot: Ints
-    attr_column: Ints  # first column of that attribute in the object data
-    select_object: Ints  # (Z,) object place that selection z sets
-    select_place: Ints
-    select_class: Ints
-    select_rank: Ints
-    select_sign: Reals
-    select_best: Ints  # number of the expression
-    select_where: Ints  # -1 for none
-    class_size: Ints  # (C,) objects of each class
-    class_present: Ints  # column of the presence mask
-    cand_start: Ints  # (C + 1,) per class: slots of the candidate's attributes
-    cand_slot: Ints
-    cand_column: Ints
-    command_of: Ints  # (T,) number of the command it emits, -1 for none
-    group_of: Ints  # (commands,)
-    param_start: Ints  # (T + 1,)
-    param_target: Ints  # column of the parameter
-    param_source: Ints  # slot it is read from; -1 constant; -2 - o index of the object in object place o
-    param_value: Reals
-    options: NDArray[np.int64]  # intermediate persistence, random choice, most firings, math before selection
+
+CONDITION = _record("place moved", "low high")  # moved: 1 for discrete and object places
+ARC = _record("place object", "value")  # object: number of the object place, -1 for others
+MATH = _record("slot code code_end attr attr_end", "default")  # attr: slots of object attributes it reads
+OBJECT = _record("place attr attr_end")  # attr: attribute slots to refresh when its object changes
+ATTRIBUTE = _record("slot column")  # slot of the row; first column of the attribute in the object data
+SELECTION = _record("object best best_end where where_end rank size present cand cand_end", "sign")
+PARAMETER = _record("target source", "value")  # source: slot; -1 the value; -2 - o index of the object in object place o
+TRANSITION = _record(
+    "cond cond_end pre pre_end post post_end set set_end "
+    "affected affected_end "  # transitions whose enabledness its firing may change, itself among them
+    "touched touched_end "  # timed transitions that need tokens which it consumes
+    "remath remath_end "  # math places that its firing may change, in order of evaluation
+    "clock clock_end param param_end "
+    "carrier "  # number of the object input whose object goes on, -1 for none
+    "command group "  # -1 for none
+    "delay memory servers priority",
+    "weight",
+)
+OPTIONS = _record("intermediate random most early immediate immediate_end timed timed_end resampler resampler_end math math_end")
+
+
+class Program(NamedTuple):
+    """The rules of a net, as arrays of the records above."""
+
+    transitions: NDArray[Any]
+    conditions: NDArray[Any]
+    arcs: NDArray[Any]
+    maths: NDArray[Any]
+    objects: NDArray[Any]
+    attributes: NDArray[Any]
+    selections: NDArray[Any]
+    parameters: NDArray[Any]
+    lists: NDArray[np.int32]  # numbers of transitions and math places, and slots
+    code: NDArray[np.int32]
+    constants: NDArray[np.float64]
+    options: NDArray[Any]  # one row
 
 
 class Layout(NamedTuple):
     """Names of what the arrays of an execution hold."""
 
     inputs: tuple[str, ...]  # observed quantities, the columns of the input array
-    input_slots: Ints  # place that ...
-    input_columns: Ints  # ... observes that column
+    input_slots: NDArray[np.int32]  # place that ...
+    input_columns: NDArray[np.int32]  # ... observes that column
     beliefs: tuple[str, ...]  # belief places, the columns of the belief array
-    belief_slots: Ints
+    belief_slots: NDArray[np.int32]
     objects: tuple[str, ...]  # object places
     attributes: Mapping[str, tuple[str, ...]]  # class -> attributes that the net reads
     columns: Mapping[tuple[str, str], int]  # (class, attribute) -> first column of the object data; attribute "" is presence
@@ -112,15 +87,6 @@ class Layout(NamedTuple):
     n_clocks: int
     depth: int  # of the expression stack
     math: tuple[str, ...]  # math places, in order of evaluation
-    clock_start: Ints
-
-
-def ragged(lists: Sequence[Iterable[Any]], dtype: type) -> tuple[Ints, NDArray[Any]]:
-    """Lists one after the other, and where each starts."""
-    rows = [list(row) for row in lists]
-    start = np.zeros(len(rows) + 1, np.int32)
-    np.cumsum([len(row) for row in rows], out=start[1:])
-    return start, np.array([x for row in rows for x in row], dtype)
 
 
 def build(net: CompiledNet, sizes: Mapping[str, int], exclusive: Sequence[Sequence[str]] = ()) -> tuple[Program, Layout]:
@@ -137,19 +103,41 @@ def build(net: CompiledNet, sizes: Mapping[str, int], exclusive: Sequence[Sequen
     return _Builder(net, sizes, exclusive).build()
 
 
+class _Rows:
+    """Rows of one array, appended in pieces."""
+
+    def __init__(self) -> None:
+        self.rows: list[Any] = []
+
+    def add(self, rows: Iterable[Any]) -> tuple[int, int]:
+        """Append rows; returns their range."""
+        start = len(self.rows)
+        self.rows += rows
+        return start, len(self.rows)
+
+
 class _Builder:
     def __init__(self, net: CompiledNet, sizes: Mapping[str, int], exclusive: Sequence[Sequence[str]]) -> None:
         self.net = net
         self.exclusive = exclusive
+        self.sizes = dict(sizes)
         self.scope = {p.name: p for p in net.net.places}
         self.object_places = [p for p in net.net.places if isinstance(p, ObjectPlace)]
         self.object_number = {p.name: i for i, p in enumerate(self.object_places)}
-        self.selections = [(p, p.select) for p in self.object_places if p.select is not None]
         self.slots = net.n_places
         self.held_slots: dict[tuple[str, str], int] = {}  # (object place, attribute) -> slot
         self.candidate_slots: dict[tuple[str, str], int] = {}  # (class, attribute) -> slot
         self.attributes: dict[str, dict[str, None]] = {p.class_name: {} for p in self.object_places}
-        self.sizes = dict(sizes)
+        self.assembler = Assembler(self.slot)
+        self.maths = [self.assembler.add(Expression(p.expression).tree) for p in net.math]
+        self.selections = [self.add_selection(p) for p in self.object_places if p.select is not None]
+        self.code = self.assembler.finish()
+        self.columns, self.n_columns = self.object_columns()
+        self.conditions = [self.ranges(t) for t in range(net.n_transitions)]
+        self.parameters = self.command_parameters()
+        self.commands = tuple(self.parameters)
+        self.groups = self.exclusive_groups()
+        self.lists = _Rows()
 
     # -- names ------------------------------------------------------------------------------------------------------------
 
@@ -160,107 +148,51 @@ class _Builder:
             return self.net.place_index[place]
         owner = self.scope[place]
         assert isinstance(owner, ObjectPlace)
-        return self._new_slot(self.held_slots, (place, attribute), owner.class_name, attribute)
+        return self.new_slot(self.held_slots, (place, attribute), owner.class_name, attribute)
 
-    def candidate_slot(self, class_name: str, name: str) -> int:
-        """Slot of a name in a selection: an attribute of the candidate, or as `slot`."""
-        head, _, attribute = name.partition(".")
-        if head != class_name.lower() or not attribute:
-            return self.slot(name)
-        return self._new_slot(self.candidate_slots, (class_name, attribute), class_name, attribute)
-
-    def _new_slot(self, table: dict[tuple[str, str], int], key: tuple[str, str], class_name: str, attribute: str) -> int:
+    def new_slot(self, table: dict[tuple[str, str], int], key: tuple[str, str], class_name: str, attribute: str) -> int:
         if key not in table:
             table[key] = self.slots
             self.slots += 1
             self.attributes[class_name][attribute] = None
         return table[key]
 
-    # -- parts ------------------------------------------------------------------------------------------------------------
+    def add_selection(self, place: ObjectPlace) -> tuple[ObjectPlace, int, int]:
+        """Compile the expressions of a selection; returns their numbers, -1 for no condition."""
+        select = place.select
+        assert select is not None
 
-    def build(self) -> tuple[Program, Layout]:
-        assembler = Assembler(self.slot)
-        for place in self.net.math:
-            assembler.add(Expression(place.expression).tree)
-        best, where = [], []
-        for _, select in self.selections:
+        def slot(name: str) -> int:
+            head, _, attribute = name.partition(".")
+            if head != select.candidate or not attribute:
+                return self.slot(name)
+            return self.new_slot(self.candidate_slots, (select.class_name, attribute), select.class_name, attribute)
 
-            def slot(name: str, class_name: str = select.class_name) -> int:
-                return self.candidate_slot(class_name, name)
+        best = self.assembler.add(Expression(select.best).tree, slot)
+        return place, best, self.assembler.add(Expression(select.where).tree, slot) if select.where else -1
 
-            best.append(assembler.add(Expression(select.best).tree, slot))
-            where.append(assembler.add(Expression(select.where).tree, slot) if select.where else -1)
-        code = assembler.finish()
-        classes, columns, n_columns = self.object_columns()
-        commands, groups, parameters, n_parameters = self.commands()
-        clock_start = self.clock_slots()
-        parts = {
-            **self.rules(),
-            **self.consequences(),
-            **self.objects(classes, columns),
-            **self.output(commands, groups, parameters),
-            **self.math_parts(code),
-            "select_object": np.array([self.object_number[p.name] for p, _ in self.selections], np.int32),
-            "select_place": np.array([self.net.place_index[p.name] for p, _ in self.selections], np.int32),
-            "select_class": np.array([classes.index(s.class_name) for _, s in self.selections], np.int32),
-            "select_rank": np.array([s.k for _, s in self.selections], np.int32),
-            "select_sign": np.array([-1.0 if s.minimize else 1.0 for _, s in self.selections], np.float64),
-            "select_best": np.array(best, np.int32),
-            "select_where": np.array(where, np.int32),
-            "clock_start": clock_start,
-            "options": self.options(),
-        }
-        net = self.net
-        inputs = list(dict.fromkeys(p.observes for p in net.net.places if hasattr(p, "observes")))
-        observing = [(net.place_index[p.name], inputs.index(p.observes)) for p in net.net.places if hasattr(p, "observes")]
-        beliefs = tuple(name for name, kind in zip(net.place_names, net.kind) if kind == PlaceKind.BELIEF)
-        layout = Layout(
-            inputs=tuple(inputs),
-            input_slots=np.array([slot for slot, _ in observing], np.int32),
-            input_columns=np.array([column for _, column in observing], np.int32),
-            beliefs=beliefs,
-            belief_slots=np.array([net.place_index[name] for name in beliefs], np.int32),
-            objects=tuple(p.name for p in self.object_places),
-            attributes={name: tuple(found) for name, found in self.attributes.items()},
-            columns=columns,
-            sizes={name: self.sizes.get(name, 0) for name in classes},
-            n_columns=n_columns,
-            commands=commands,
-            groups=groups,
-            parameters=parameters,
-            n_parameters=n_parameters,
-            n_slots=self.slots,
-            n_clocks=int(clock_start[-1]),
-            depth=code.depth,
-            math=tuple(p.name for p in net.math),
-            clock_start=clock_start,
-        )
-        return Program(**parts), layout
+    def object_columns(self) -> tuple[dict[tuple[str, str], int], int]:
+        """Where each attribute's block of columns starts in the object data."""
+        columns: dict[tuple[str, str], int] = {}
+        total = 0
+        title = f"net {self.net.net.name!r}"
+        for name, read in self.attributes.items():
+            if name not in self.sizes:
+                if read:
+                    raise NetError(
+                        f"{title} reads attributes of class {name!r}; say how many there are: objects={{{name!r}: 11}}"
+                    )
+                continue
+            for attribute in ("", *read):
+                columns[name, attribute] = total
+                total += self.sizes[name]
+        for name in self.sizes:
+            if name not in self.attributes:
+                known = f"{did_you_mean(name, self.attributes)} Its classes: {', '.join(self.attributes) or 'none'}"
+                raise NetError(f"{title} has no object place of class {name!r}.{known}")
+        return columns, total
 
-    def rules(self) -> dict[str, Any]:
-        """Conditions and effects of the transitions."""
-        net = self.net
-        conditions = [self.ranges(t) for t in range(net.n_transitions)]
-        parts: dict[str, Any] = {}
-        parts["cond_start"], parts["cond_place"] = ragged([list(r) for r in conditions], np.int32)
-        _, parts["cond_low"] = ragged([[low for low, _ in r.values()] for r in conditions], np.float64)
-        _, parts["cond_high"] = ragged([[high for _, high in r.values()] for r in conditions], np.float64)
-        for key, arcs, value in (("pre", net.inputs, "weight"), ("post", net.outputs, "weight"), ("set", net.sets, "value")):
-            parts[f"{key}_start"], parts[f"{key}_place"], parts[f"{key}_{value}"] = arcs.start, arcs.place, arcs.value
-        parts["object_of"] = np.array([self.object_number.get(name, -1) for name in net.place_names], np.int32)
-        parts["moved"] = net.moved.astype(np.uint8)
-        carrier = []
-        for t in net.net.transitions:
-            held = [self.object_number[p] for p in t.inputs if p in self.object_number]
-            carrier.append(held[0] if held and any(p in self.object_number for p in t.outputs) else -1)
-        parts["carrier"] = np.array(carrier, np.int32)
-        order = sorted(range(net.n_transitions), key=lambda t: (-int(net.priority[t]), t))
-        parts["immediate"] = np.array([t for t in order if net.delay[t] == 0], np.int32)
-        parts["timed"] = np.array([t for t in order if net.delay[t] > 0], np.int32)
-        parts["priority"], parts["weight"], parts["memory"] = net.priority, net.weight, net.memory
-        parts["delay"], parts["servers"] = net.delay.astype(np.int32), net.servers.astype(np.int32)
-        parts["resamplers"] = np.flatnonzero((net.memory == Memory.RESAMPLING) & (net.delay > 0)).astype(np.int32)
-        return parts
+    # -- rules ------------------------------------------------------------------------------------------------------------
 
     def ranges(self, t: int) -> dict[int, tuple[float, float]]:
         """Place -> (low, high): `t` is enabled iff every marking lies in its half-open range."""
@@ -277,175 +209,220 @@ class _Builder:
                 narrow(place, low=least)
         for place, threshold in net.inhibitors.of(t):
             narrow(place, high=threshold)
-        weak = net.net.semantics.capacity == "weak"
-        for place, amount in produced.items():
-            back = 0 if weak else consumed.get(place, 0)
-            if net.capacity[place] != UNBOUNDED and amount > back:
-                narrow(place, high=float(net.capacity[place]) - amount + back + 1)
+        for place in produced:
+            room = capacity_limit(net, t, place, consumed, produced)
+            if room < np.inf:
+                narrow(place, high=room)
         return found
 
-    def consequences(self) -> dict[str, Any]:
-        """What each firing may change."""
-        net = self.net
-        conditions = [set(self.ranges(t)) for t in range(net.n_transitions)]
-        reads = []  # per math place: the places it depends on, through other math places too
+    def math_reads(self) -> list[set[int]]:
+        """Per math place, the places it depends on, through other math places too."""
         closure: dict[str, set[int]] = {}
-        for place in net.math:
-            direct: set[int] = set()
+        for place in self.net.math:
+            found: set[int] = set()
             for name in Expression(place.expression).names:
                 owner = resolve_name(name, self.scope)[0]
-                direct.add(net.place_index[owner])
-                direct |= closure.get(owner, set())
-            closure[place.name] = direct
-            reads.append(direct)
-        math_slots = [net.place_index[p.name] for p in net.math]
+                found |= {self.net.place_index[owner]} | closure.get(owner, set())
+            closure[place.name] = found
+        return list(closure.values())
+
+    def consequences(self) -> list[tuple[list[int], list[int], list[int]]]:
+        """Per transition: those its firing affects, those whose tokens it touches, math places to evaluate again."""
+        net = self.net
+        reads = self.math_reads()
+        slots = [net.place_index[p.name] for p in net.math]
         readers: dict[int, list[int]] = {}
-        for t, places in enumerate(conditions):
-            for p in places:
+        needers: dict[int, list[int]] = {}
+        for t, ranges in enumerate(self.conditions):
+            for p, (low, _) in ranges.items():
                 readers.setdefault(p, []).append(t)
-        needs = [{p for p, (low, _) in self.ranges(t).items() if low > 0 and net.moved[p]} for t in range(net.n_transitions)]
-        affected, remath, touched = [], [], []
+                if low > 0 and net.moved[p] and net.delay[t] > 0:
+                    needers.setdefault(p, []).append(t)
+        found = []
         for t in range(net.n_transitions):
             consumed, produced = dict(net.inputs.of(t)), dict(net.outputs.of(t))
-            changed = {p for p in consumed.keys() | produced.keys() if consumed.get(p, 0) != produced.get(p, 0)}
-            changed |= {p for p, _ in net.sets.of(t)}
-            moved = changed | {p for p in consumed.keys() | produced.keys() if net.kind[p] == PlaceKind.OBJECT}
+            arcs = consumed.keys() | produced.keys()
+            changed = {p for p in arcs if consumed.get(p, 0) != produced.get(p, 0)} | {p for p, _ in net.sets.of(t)}
+            moved = changed | {p for p in arcs if net.kind[p] == PlaceKind.OBJECT}
             again = [m for m, read in enumerate(reads) if read & moved]
-            changed |= {math_slots[m] for m in again}
-            remath.append(again)
-            affected.append(sorted({t} | {u for p in changed for u in readers.get(p, ())}))
-            others = {u for p in consumed for u in readers.get(p, ()) if net.delay[u] > 0 and p in needs[u]}
-            touched.append(sorted(u for u in others if u != t or net.servers[u] != 1))
-        parts: dict[str, Any] = {}
-        parts["affected_start"], parts["affected"] = ragged(affected, np.int32)
-        parts["touched_start"], parts["touched"] = ragged(touched, np.int32)
-        parts["remath_start"], parts["remath"] = ragged(remath, np.int32)
-        return parts
+            changed |= {slots[m] for m in again}
+            affected = {t} | {u for p in changed for u in readers.get(p, ())}
+            touched = {u for p in consumed for u in needers.get(p, ()) if u != t or net.servers[u] != 1}
+            found.append((sorted(affected), sorted(touched), again))
+        return found
 
-    def clock_slots(self) -> Ints:
-        """Where each transition's clocks start: none for immediates, one per server for timed ones."""
+    def clock_count(self, t: int) -> int:
+        """Clocks of a transition: none for immediates, one per server for timed ones."""
         net = self.net
-        start = [0]
-        for t in range(net.n_transitions):
-            count = 0
-            if net.delay[t] > 0:
-                count = int(net.servers[t])
-                if count == INFINITE:
-                    bounds = [int(net.capacity[p] // w) for p, w in net.inputs.of(t)]
-                    count = max(1, min([*bounds, MAX_CLOCKS])) if bounds else 1
-            start.append(start[-1] + count)
-        return np.array(start, np.int32)
+        if net.delay[t] == 0:
+            return 0
+        if net.servers[t] != INFINITE:
+            return int(net.servers[t])
+        bounds = [int(net.capacity[p] // w) for p, w in net.inputs.of(t)]
+        return max(1, min([*bounds, MAX_CLOCKS])) if bounds else 1
 
-    def math_parts(self, code: Code) -> dict[str, Any]:
-        net = self.net
-        held = []
-        for place in net.math:
-            names = (resolve_name(name, self.scope) for name in Expression(place.expression).names)
-            held.append([self.held_slots[key] for key in names if key[1]])
-        start, slots = ragged(held, np.int32)
-        return {
-            "code": code.code, "constants": code.constants, "code_start": code.start,
-            "math_slot": np.array([net.place_index[p.name] for p in net.math], np.int32),
-            "math_default": np.array([p.default for p in net.math], np.float64),
-            "math_attr_start": start, "math_attr": slots,
-        }  # fmt: skip
+    # -- commands ---------------------------------------------------------------------------------------------------------
 
-    def object_columns(self) -> tuple[list[str], dict[tuple[str, str], int], int]:
-        """Where each attribute's block of columns starts in the object data."""
-        classes = [name for name in self.attributes]
-        columns: dict[tuple[str, str], int] = {}
-        total = 0
-        for name in classes:
-            if name not in self.sizes:
-                if self.attributes[name]:
-                    raise NetError(
-                        f"net {self.net.net.name!r} reads attributes of class {name!r}; say how many there are: objects={{{name!r}: 11}}"
-                    )
-                continue
-            for attribute in ("", *self.attributes[name]):
-                columns[name, attribute] = total
-                total += self.sizes[name]
-        for name in self.sizes:
-            if name not in classes:
-                raise NetError(
-                    f"net {self.net.net.name!r} has no object place of class {name!r}.{did_you_mean(name, classes)} "
-                    f"Its classes: {', '.join(classes) or 'none'}"
-                )
-        return classes, columns, total
-
-    def objects(self, classes: list[str], columns: Mapping[tuple[str, str], int]) -> dict[str, Any]:
-        held: list[list[tuple[int, int]]] = []
-        for place in self.object_places:
-            mine = [(slot, columns[place.class_name, attribute]) for (p, attribute), slot in self.held_slots.items() if p == place.name]
-            held.append(mine)
-        candidates = [[(slot, columns[key]) for key, slot in self.candidate_slots.items() if key[0] == name] for name in classes]
-        parts: dict[str, Any] = {}
-        parts["attr_start"], parts["attr_slot"] = ragged([[slot for slot, _ in row] for row in held], np.int32)
-        _, parts["attr_column"] = ragged([[column for _, column in row] for row in held], np.int32)
-        parts["cand_start"], parts["cand_slot"] = ragged([[slot for slot, _ in row] for row in candidates], np.int32)
-        _, parts["cand_column"] = ragged([[column for _, column in row] for row in candidates], np.int32)
-        parts["class_size"] = np.array([self.sizes.get(name, 0) for name in classes], np.int32)
-        parts["class_present"] = np.array([columns.get((name, ""), 0) for name in classes], np.int32)
-        return parts
-
-    def commands(self) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], dict[str, dict[str, int]], int]:
-        """Command names, groups of which one goes out, and the columns of the parameters."""
-        parameters: dict[str, dict[str, int]] = {}
+    def command_parameters(self) -> dict[str, dict[str, int]]:
+        """Command -> parameter -> column."""
+        found: dict[str, dict[str, int]] = {}
         total = 0
         for t in self.net.net.transitions:
             if t.emits is None:
                 continue
             wanted = sorted(t.emits.params)
-            if t.emits.name not in parameters:
-                parameters[t.emits.name] = {key: total + i for i, key in enumerate(wanted)}
+            if t.emits.name not in found:
+                found[t.emits.name] = {key: total + i for i, key in enumerate(wanted)}
                 total += len(wanted)
-            elif sorted(parameters[t.emits.name]) != wanted:
+            elif sorted(found[t.emits.name]) != wanted:
                 raise NetError(
                     f"net {self.net.net.name!r}, transition {t.name!r}: command {t.emits.name!r} with parameters {wanted}; "
-                    f"elsewhere it has {sorted(parameters[t.emits.name])}"
+                    f"elsewhere it has {sorted(found[t.emits.name])}"
                 )
+        return found
+
+    def exclusive_groups(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of which one command goes out; a command that is in none is its own."""
         groups = []
         grouped: set[str] = set()
         for group in self.exclusive:
-            mine = tuple(name for name in group if name in parameters)
+            mine = tuple(name for name in group if name in self.parameters)
             if grouped & set(mine):
-                raise NetError(f"command {sorted(grouped & set(mine))[0]!r} is in two exclusive groups")
+                raise NetError(f"command {min(grouped & set(mine))!r} is in two exclusive groups")
             grouped |= set(mine)
             if mine:
                 groups.append(mine)
-        groups += [(name,) for name in parameters if name not in grouped]
-        return tuple(parameters), tuple(groups), parameters, total
+        return tuple(groups) + tuple((name,) for name in self.parameters if name not in grouped)
 
-    def output(
-        self, commands: tuple[str, ...], groups: tuple[tuple[str, ...], ...], parameters: Mapping[str, Mapping[str, int]]
-    ) -> dict[str, Any]:
-        command_of = []
-        rows: list[list[tuple[int, int, float]]] = []
-        for t in self.net.net.transitions:
-            command_of.append(commands.index(t.emits.name) if t.emits else -1)
-            row = []
-            for key, source in t.emits.params.items() if t.emits else ():
-                column = parameters[t.emits.name][key] if t.emits else 0
-                if isinstance(source, str):
-                    number = self.object_number.get(source)
-                    row.append((column, self.net.place_index[source] if number is None else -2 - number, 0.0))
-                else:
-                    row.append((column, -1, float(source)))
-            rows.append(row)
-        start, target = ragged([[r[0] for r in row] for row in rows], np.int32)
-        return {
-            "command_of": np.array(command_of, np.int32),
-            "group_of": np.array([next(g for g, names in enumerate(groups) if c in names) for c in commands], np.int32),
-            "param_start": start, "param_target": target,
-            "param_source": ragged([[r[1] for r in row] for row in rows], np.int32)[1],
-            "param_value": ragged([[r[2] for r in row] for row in rows], np.float64)[1],
-        }  # fmt: skip
+    def command_rows(self, t: Transition) -> list[tuple[int, int, float]]:
+        """Rows of PARAMETER of a transition."""
+        rows = []
+        for key, source in t.emits.params.items() if t.emits else ():
+            column = self.parameters[t.emits.name][key] if t.emits else 0
+            if isinstance(source, str):
+                number = self.object_number.get(source)
+                rows.append((column, self.net.place_index[source] if number is None else -2 - number, 0.0))
+            else:
+                rows.append((column, -1, float(source)))
+        return rows
 
-    def options(self) -> NDArray[np.int64]:
-        semantics = self.net.net.semantics
-        maths = {p.name for p in self.net.math}
-        texts = [text for _, select in self.selections for text in (select.best, select.where) if text]
-        early = any(name in maths for text in texts for name in Expression(text).names)
-        return np.array(
-            [semantics.persistence == "intermediate", semantics.choice == "random", semantics.max_firings, early], np.int64
+    # -- the whole ----------------------------------------------------------------------------------------------------------
+
+    def build(self) -> tuple[Program, Layout]:
+        net = self.net
+        conditions, arcs, parameters, attributes = _Rows(), _Rows(), _Rows(), _Rows()
+        transitions: list[tuple[Any, ...]] = []
+        clock = 0
+        for t, (consequence, declared) in enumerate(zip(self.consequences(), net.net.transitions)):
+            row: list[Any] = [*conditions.add((p, net.moved[p], low, high) for p, (low, high) in self.conditions[t].items())]
+            for kind in (net.inputs, net.outputs, net.sets):
+                row += arcs.add((p, self.object_number.get(net.place_names[p], -1), value) for p, value in kind.of(t))
+            for part in consequence:
+                row += self.lists.add(part)
+            row += [clock, clock + self.clock_count(t)]
+            clock = row[-1]
+            row += parameters.add(self.command_rows(declared))
+            held = [self.object_number[p] for p in declared.inputs if p in self.object_number]
+            row.append(held[0] if held and any(p in self.object_number for p in declared.outputs) else -1)
+            command = self.commands.index(declared.emits.name) if declared.emits else -1
+            group = next((g for g, names in enumerate(self.groups) if command >= 0 and self.commands[command] in names), -1)
+            row += [command, group, net.delay[t], net.memory[t], net.servers[t], net.priority[t], net.weight[t]]
+            transitions.append(tuple(row))
+        maths = self.math_rows()
+        objects = []
+        for place in self.object_places:
+            mine = [(slot, self.columns[place.class_name, a]) for (p, a), slot in self.held_slots.items() if p == place.name]
+            objects.append((net.place_index[place.name], *attributes.add(mine)))
+        selections = self.selection_rows(attributes)
+        options = self.option_row()
+        program = Program(
+            transitions=np.array(transitions, TRANSITION),
+            conditions=np.array(conditions.rows, CONDITION),
+            arcs=np.array(arcs.rows, ARC),
+            maths=np.array(maths, MATH),
+            objects=np.array(objects, OBJECT),
+            attributes=np.array(attributes.rows, ATTRIBUTE),
+            selections=np.array(selections, SELECTION),
+            parameters=np.array(parameters.rows, PARAMETER),
+            lists=np.array(self.lists.rows, np.int32),
+            code=self.code.code,
+            constants=self.code.constants,
+            options=np.array([options], OPTIONS),
         )
+        return program, self.layout(clock)
+
+    def math_rows(self) -> list[tuple[Any, ...]]:
+        rows = []
+        for place, number in zip(self.net.math, self.maths):
+            names = (resolve_name(name, self.scope) for name in Expression(place.expression).names)
+            held = self.lists.add(self.held_slots[key] for key in names if key[1])
+            span = self.code.start[number : number + 2]
+            rows.append((self.net.place_index[place.name], *span, *held, place.default))
+        return rows
+
+    def selection_rows(self, attributes: _Rows) -> list[tuple[Any, ...]]:
+        rows = []
+        for place, best, where in self.selections:
+            select = place.select
+            assert select is not None
+            name = place.class_name
+            mine = [(slot, self.columns[key]) for key, slot in self.candidate_slots.items() if key[0] == name]
+            spans = [*self.code.start[best : best + 2], *(self.code.start[where : where + 2] if where >= 0 else (-1, -1))]
+            size = self.sizes[name]
+            row = (self.object_number[place.name], *spans, select.k, size, self.columns[name, ""], *attributes.add(mine))
+            rows.append((*row, -1.0 if select.minimize else 1.0))
+        return rows
+
+    def option_row(self) -> tuple[int, ...]:
+        net, semantics = self.net, self.net.net.semantics
+        order = sorted(range(net.n_transitions), key=lambda t: (-int(net.priority[t]), t))
+        maths = {p.name for p in net.math}
+        texts = [
+            text for place, _, _ in self.selections if place.select for text in (place.select.best, place.select.where) if text
+        ]
+        early = any(name in maths for text in texts for name in Expression(text).names)
+        return (
+            int(semantics.persistence == "intermediate"),
+            int(semantics.choice == "random"),
+            semantics.max_firings,
+            int(early),
+            *self.lists.add(t for t in order if net.delay[t] == 0),
+            *self.lists.add(t for t in order if net.delay[t] > 0),
+            *self.lists.add(t for t in order if net.delay[t] > 0 and net.memory[t] == Memory.RESAMPLING),
+            *self.lists.add(range(len(net.math))),
+        )
+
+    def layout(self, n_clocks: int) -> Layout:
+        net = self.net
+        observing = [p for p in net.net.places if isinstance(p, Input)]
+        inputs = tuple(dict.fromkeys(p.observes for p in observing))
+        beliefs = tuple(name for name, kind in zip(net.place_names, net.kind) if kind == PlaceKind.BELIEF)
+        return Layout(
+            inputs=inputs,
+            input_slots=np.array([net.place_index[p.name] for p in observing], np.int32),
+            input_columns=np.array([inputs.index(p.observes) for p in observing], np.int32),
+            beliefs=beliefs,
+            belief_slots=np.array([net.place_index[name] for name in beliefs], np.int32),
+            objects=tuple(p.name for p in self.object_places),
+            attributes={name: tuple(found) for name, found in self.attributes.items()},
+            columns=self.columns,
+            sizes={name: self.sizes.get(name, 0) for name in self.attributes},
+            n_columns=self.n_columns,
+            commands=self.commands,
+            groups=self.groups,
+            parameters=self.parameters,
+            n_parameters=sum(len(columns) for columns in self.parameters.values()),
+            n_slots=self.slots,
+            n_clocks=n_clocks,
+            depth=self.code.depth,
+            math=tuple(p.name for p in net.math),
+        )
+
+
+def capacity_limit(net: CompiledNet, t: int, place: int, consumed: Mapping[int, float], produced: Mapping[int, float]) -> float:
+    """The marking of `place` must be below this for `t` to fit its tokens in; infinite where no capacity stands in the way."""
+    amount = produced.get(place, 0)
+    back = 0 if net.net.semantics.capacity == "weak" else consumed.get(place, 0)
+    if net.capacity[place] == UNBOUNDED or amount <= back:
+        return float("inf")
+    return float(net.capacity[place]) - amount + back + 1

@@ -66,7 +66,7 @@ class Trace:
     def _reason(self, t: int, enabled: NDArray[np.uint8]) -> str:
         if self._delay[t] > 0:
             return f"timed: enabled for its delay of {self._delay[t]} cycles"
-        rivals = [u for u in np.flatnonzero(enabled) if u != t and self._delay[u] == 0]
+        rivals = [u for u in np.flatnonzero(enabled).tolist() if u != t and self._delay[u] == 0]
         if not rivals:
             return "immediate: the only one enabled"
         equal = [self._names[u] for u in rivals if self._priority[u] == self._priority[t]]
@@ -81,7 +81,7 @@ class Trace:
     def replay(self, executor: Executor) -> None:
         """Run `executor`, of the same net and copies, through the recorded cycles and check that the same happens.
 
-        The external places are set to what was recorded before each cycle, so its state at the end is that at the recording's end.
+        Each cycle starts from the state recorded before it; what external places were set to is part of that.
 
         Raises
         ------
@@ -96,7 +96,9 @@ class Trace:
                 executor.run()
                 again = mine._cycles[-1][1]
                 if not np.array_equal(again, events):
-                    raise NetError(f"replay differs in cycle {int(before.cycle[0])}: {self._show(events)}, now {self._show(again)}")
+                    raise NetError(
+                        f"replay differs in cycle {int(before.cycle[0])}: {self._show(events)}, now {self._show(again)}"
+                    )
         finally:
             executor.trace = kept
 
