@@ -30,7 +30,7 @@ IDLE, RUNNING = "caller idle", "caller waits"
 TITLES = {
     "start": "a token in begin marks ongoing in the same instant",
     "exclusive end": "every run that ends, ends in exactly one outcome, and ongoing is empty in that instant",
-    "clean": "at the end every inside place is as it was at the start and no clock is left",
+    "clean": "at the end every inside place is as at the start (or begin overwrites it) and no clock is left",
     "interruption": "an interrupt is answered in time, in an outcome declared for it, and leaves nothing",
     "idle interrupt": "an interrupt while idle does what the ports declare",
     "no spontaneous activity": "without begin nothing fires",
@@ -339,10 +339,16 @@ class _Judge:
     def inside(self) -> list[int]:
         """Columns of the places that must be as at the start when a run is over."""
         ports = self.ports
-        open_ = {*ports.outcomes, *ports.interrupts, *ports.inputs, *ports.outputs, *ports.parameters, ports.ongoing}
-        n = len(self.space.system.compiled.initial)
-        own = [p.name for p in self.flat.places][:n]
-        return [self.space.system.place(name) for name in own if name in self.space.system.places and name not in open_]
+        free = {*ports.outcomes, *ports.interrupts, *ports.inputs, *ports.outputs, *ports.parameters, ports.ongoing}
+        free |= self.overwritten()
+        known = set(self.space.system.places)
+        return [self.space.system.place(p.name) for p in self.flat.places if p.name in known and p.name not in free]
+
+    def overwritten(self) -> set[str]:
+        """Places that every transition which takes the token of begin sets without looking at them: what they held is forgotten."""
+        starts = [t for t in self.flat.transitions if self.ports.begin in t.inputs]
+        sets = [set(t.sets) - {*t.inputs, *t.tests, *t.inhibitors} for t in starts]
+        return set.intersection(*sets) if sets else set()
 
     def clean(self) -> Clause:
         """Nothing is left at the end."""

@@ -107,7 +107,7 @@ class StateSpace:
         if (m < 0).any() or (m > self.layout.mask.astype(np.int64)).any():
             return -1
         row = self.layout.pack(m)[None]
-        return max(int(packed.find(self.words, self.table, self.bits, row, 0, packed.hash_row(row, 0))), -1)
+        return max(int(packed.find(self.words, self.table, self.bits, row, 0, np.uint64(packed.hash_row(row, 0)))), -1)
 
     def path(self, i: int) -> tuple[str, ...]:
         """A shortest firing sequence from the initial marking to marking `i`, checked by replay."""

@@ -317,3 +317,48 @@ def expand(net, rows, parents, kinds, offsets, targets, labels, table, out, step
     progress[1] = nodes
     progress[2] = at
     return code
+
+
+@kernel
+def conflicts(net, rows, kinds, offsets, targets, labels, own, expanded, found, where):
+    """Pairs of immediate transitions of equal priority whose order matters.
+
+    Parameters
+    ----------
+    own : int
+        Labels below are the net's transitions.
+    found : (T, T) int8, given as zeros
+        ``found[t, u]``: bit 1 if firing t disables u, bit 2 if both orders end in different markings.
+    where : (T, T) int64
+        A node at which it happens.
+    """
+    for i in range(expanded):
+        if kinds[i] != FIRING:
+            continue
+        for a in range(offsets[i], offsets[i + 1]):
+            t = labels[a]
+            if t >= own:
+                continue
+            for b in range(offsets[i], offsets[i + 1]):
+                u = labels[b]
+                if u >= own or u == t or found[t, u] & 1:
+                    continue
+                j = targets[a]
+                if not holds(net, u, rows[j]) or cells_hold(net, u, rows[j]) == 0:
+                    found[t, u] |= 1
+                    where[t, u] = i
+                elif u > t and found[t, u] == 0:
+                    k = targets[b]
+                    if j >= expanded or k >= expanded:
+                        continue
+                    x = -1
+                    y = -2
+                    for e in range(offsets[j], offsets[j + 1]):
+                        if labels[e] == u:
+                            x = targets[e]
+                    for e in range(offsets[k], offsets[k + 1]):
+                        if labels[e] == t:
+                            y = targets[e]
+                    if x != y:
+                        found[t, u] |= 2
+                        where[t, u] = i

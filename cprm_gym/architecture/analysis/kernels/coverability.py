@@ -1,0 +1,109 @@
+"""The coverability graph of Karp and Miller (1969)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cprm_gym.compilation import kernel_group
+
+kernel = kernel_group(__file__)
+
+OMEGA = 1 << 40
+"""As many tokens as you like."""
+_MIX = np.uint64(0xD6E8FEB86659FD93)
+_S32 = np.uint64(32)
+
+
+@kernel
+def find(nodes, table, row):
+    """Number of a node, or -1 - slot where it belongs in the table."""
+    h = np.uint64(0x9E3779B97F4A7C15)
+    for p in range(row.shape[0]):
+        h = (h ^ np.uint64(row[p])) * _MIX
+        h ^= h >> _S32
+    mask = table.shape[0] - 1
+    slot = np.int64(h & np.uint64(mask))
+    while table[slot] != 0:
+        i = table[slot] - 1
+        equal = True
+        for p in range(row.shape[0]):
+            if nodes[i, p] != row[p]:
+                equal = False
+                break
+        if equal:
+            return i
+        slot = (slot + 1) & mask
+    return -1 - slot
+
+
+@kernel
+def accelerate(nodes, parents, i, row, pumpable):
+    """Put OMEGA where the way from a covered predecessor to `row` can be repeated; walks up from node `i`."""
+    a = i
+    while a >= 0:
+        covered = True
+        grows = False
+        for p in range(row.shape[0]):
+            if nodes[a, p] > row[p]:
+                covered = False
+                break
+            if nodes[a, p] < row[p]:
+                if not pumpable[p]:
+                    covered = False
+                    break
+                grows = True
+        if covered and grows:
+            for p in range(row.shape[0]):
+                if nodes[a, p] < row[p]:
+                    row[p] = OMEGA
+        a = parents[a]
+
+
+@kernel
+def grow(pre, post, need, inhibit, sets, pumpable, nodes, parents, by, table, state, row, chunk):
+    """Expand nodes until nothing is left (returns 0), `chunk` are done (1) or the arrays are full (2).
+
+    Parameters
+    ----------
+    nodes : (capacity, P) int64; parents, by : (capacity,) int64, by which transition
+    table : (2 ** b,) int64
+    state : (2,) int64
+        Next node to expand, number of nodes.
+    row : (P,) int64 scratch
+    """
+    room = min(nodes.shape[0], table.shape[0] // 2) - pre.shape[0]
+    last = state[0] + chunk
+    places = pre.shape[1]
+    while state[0] < state[1]:
+        if state[0] >= last:
+            return 1
+        if state[1] > room:
+            return 2
+        i = state[0]
+        for t in range(pre.shape[0]):
+            able = True
+            for p in range(places):
+                m = nodes[i, p]
+                if m < need[t, p] or (inhibit[t, p] != 0 and m >= inhibit[t, p]):
+                    able = False
+                    break
+            if not able:
+                continue
+            for p in range(places):
+                m = nodes[i, p]
+                if sets[t, p] >= 0:
+                    m = sets[t, p]
+                elif m < OMEGA:
+                    m += post[t, p] - pre[t, p]
+                row[p] = m
+            accelerate(nodes, parents, i, row, pumpable)
+            at = find(nodes, table, row)
+            if at < 0:
+                table[-1 - at] = state[1] + 1
+                for p in range(places):
+                    nodes[state[1], p] = row[p]
+                parents[state[1]] = i
+                by[state[1]] = t
+                state[1] += 1
+        state[0] = i + 1
+    return 0
