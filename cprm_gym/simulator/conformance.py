@@ -1,0 +1,77 @@
+"""Proof by replay: recorded runs of a real server, and whole matches, played again by the simulator and compared.
+
+`run` takes files of every kind (scenarios, runs of random commands, statistics, match logs) or directories of them and returns a
+`Report` that prints per file the cycles compared, the largest error per quantity and each mismatch. ``cprm-gym conformance``
+is this function.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from cprm_gym.errors import LogError
+from cprm_gym.simulator.conformance_recording import read_recording
+from cprm_gym.simulator.conformance_report import Check, Mismatch, Report, Result
+from cprm_gym.simulator.conformance_scenario import ScenarioReplay
+
+__all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_scenario", "run"]
+
+_RECORDINGS = (".jsonl", ".jsonl.gz")
+_MATCHES = (".rcg", ".rcg.gz")
+
+
+def replay_scenario(path: str | os.PathLike[str]) -> Result:
+    """Replay one recording (``.jsonl``, ``.jsonl.gz``).
+
+    Raises
+    ------
+    LogError
+        When the file cannot be read.
+    """
+    recording = read_recording(path)
+    result = Result(str(path), recording.scenario)
+    ScenarioReplay(recording, result).run()
+    return result
+
+
+def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The recordings and matches among `paths`, directories searched through.
+
+    Raises
+    ------
+    LogError
+        For a path that does not exist, a file of another kind, or a directory with nothing to replay.
+    """
+    found: list[Path] = []
+    for given in paths:
+        path = Path(given)
+        if path.is_dir():
+            inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS + _MATCHES))
+            if not inside:
+                raise LogError(f"{path}: no recordings (*{', *'.join(_RECORDINGS)}) or matches (*{', *'.join(_MATCHES)}) in it")
+            found += inside
+        elif not path.exists():
+            raise LogError(f"{path}: no such file or directory")
+        elif path.name.endswith(_RECORDINGS + _MATCHES):
+            found.append(path)
+        else:
+            raise LogError(f"{path}: not a recording (*{', *'.join(_RECORDINGS)}) or a match (*{', *'.join(_MATCHES)})")
+    return found
+
+
+def run(paths: Iterable[str | os.PathLike[str]]) -> Report:
+    """Replay files and directories of files.
+
+    Parameters
+    ----------
+    paths : iterable of path
+        Recordings (``.jsonl.gz``), game logs (``.rcg.gz``, whose command log ``.rcl.gz`` lies beside them), or directories.
+
+    Raises
+    ------
+    LogError
+        When a path does not exist or a file cannot be read.
+    """
+    return Report([replay_scenario(path) for path in files_in(paths)])

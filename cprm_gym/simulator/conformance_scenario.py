@@ -1,0 +1,427 @@
+"""Replaying a recorded scenario: every step from the recorded state, and every case freely from its beginning.
+
+A step is loaded, given the recorded commands in the recorded order, run and compared. Draws that the recording tells (success of a tackle
+or a stretched catch) are forced. If the outcome differs, the step is run again with other random streams: a draw that nobody recorded
+must be able to come out as it did. What differs between the streams and never agrees with the record (a random angle of
+two players at one place) is counted as left to chance; everything else must agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cprm_gym.simulator.command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from cprm_gym.simulator.conformance_recording import (
+    KEYS,
+    MODES,
+    ROW,
+    Recording,
+    compare_arm,
+    compare_state,
+    hidden_of,
+    load_extras,
+    load_hidden,
+    load_mode,
+    load_objects,
+    near_post,
+    put_back,
+    snapshot_copy,
+)
+from cprm_gym.simulator.conformance_report import Result
+from cprm_gym.simulator.conformance_texts import Listener, compare_messages, said_by_referee
+from cprm_gym.simulator.conformance_trainer import execute_trainer, recover, set_play_mode
+from cprm_gym.simulator.state import BALL, LEFT, RIGHT
+
+TRIES = 64
+"""Streams tried before a step counts as different."""
+LOOSE, EXACT = 1e-9, 1e-12
+"""Tolerance in general and near collisions, and of runs of random commands elsewhere."""
+
+
+@dataclass(slots=True)
+class _Row:
+    """One step of a recording with what belongs to it."""
+
+    case: str
+    step: dict[str, Any]
+    exact: bool
+    hidden_before: dict[str, list[Any]] = field(default_factory=dict)
+
+    @property
+    def cycle(self) -> int:
+        return int(self.step["T"])
+
+
+class ScenarioReplay:
+    """Replays one recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    result : Result
+        Gets everything that is found.
+    """
+
+    def __init__(self, recording: Recording, result: Result) -> None:
+        self.recording, self.result = recording, result
+        self.simulator = recording.simulator()
+        self.parameters = self.simulator.parameters
+        self.names = self.simulator.team_names = team_names(recording)
+        self.fields: list[str] = recording.header.get("hid_fields", [])
+        self.exact = recording.scenario.startswith("monkey")
+        self.noisy = bool(self.parameters.ball_rand or self.parameters.player_rand)
+        self.listener = Listener(recording)
+        self._keys = np.random.SeedSequence(20240607).generate_state(4 * TRIES, np.uint64).reshape(TRIES, 4)
+        self._last: dict[str, Any] | None = None
+        self._started = False
+
+    @property
+    def world(self) -> Any:
+        """The one world, a record that can be read and written."""
+        return self.simulator.world[0]
+
+    # --- cases
+
+    def run(self) -> None:
+        """Every case step by step, then freely from its beginning, if its physics leaves nothing to chance."""
+        for case in _cases(self.recording):
+            self.begin(case)
+            start, last, listener = snapshot_copy(self.simulator), self._last, self.listener.copy()
+            lucky = self.result.chance
+            self.run_steps(case, free=False)
+            if not self.noisy and not self.exact and self.result.chance == lucky:
+                end, end_last, end_listener = snapshot_copy(self.simulator), self._last, self.listener
+                put_back(self.simulator, start)
+                self._last, self.listener = last, listener
+                self.run_steps(case, free=True)
+                put_back(self.simulator, end)
+                self._last, self.listener = end_last, end_listener
+
+    def begin(self, case: dict[str, Any]) -> None:
+        """Set a case up: the trainer's work, then exactly the recorded initial state."""
+        world, first = self.world, case["steps"][0]
+        init = completed(case)
+        if self._started:
+            self._idle(case["t0"])
+        else:
+            name = init.get("pm") or case.get("change_mode") or first["state"]["pm"]
+            if first.get("trainer") and not init.get("pm"):
+                name = "before_kick_off"
+            world["mode"] = MODES[name]
+            world["kick_off_side"] = LEFT
+            self._started = True
+        for row, key in enumerate(KEYS):
+            if key in init["pl"]:
+                world["body_staged"][row] = world["body"][row]
+        world["time"], world["stoppage"] = case["t0"], 0
+        load_objects(world, init)
+        for key, x, y, body, vx, vy in case.get("setup", ()):
+            what = ("ball",) if key == "ball" else ("player", self.names[0 if key[0] == "l" else 1], float(key[1:]))
+            execute_trainer(self.simulator, PlayerCommand("move", (what, x, y, body, vx, vy)), self.names)
+        if case.get("recover"):
+            recover(self.simulator)
+        load_objects(world, init)
+        if "ex" in init:
+            load_extras(world, init, self.parameters.point_to_duration)
+        if case.get("change_mode"):
+            set_play_mode(self.simulator, MODES[case["change_mode"]])
+            load_objects(world, init)
+        world["announced"] = 0
+        if "init_hid" in case:
+            for key, values in case["init_hid"].items():
+                load_hidden(world, ROW[key], self.fields, values, self.parameters.point_to_duration)
+        self._last = None
+
+    def _idle(self, until: int) -> None:
+        """Let the cycles between two cases pass, in which nobody did anything that was recorded."""
+        gap = until - int(self.world["time"])
+        if gap > 0:
+            self.listener.forget()
+            if self._last is not None:
+                load_objects(self.world, self._last)
+        for _ in range(max(gap, 0)):
+            self.simulator.advance()
+
+    def run_steps(self, case: dict[str, Any], free: bool) -> None:
+        """Run the steps of a case, each from the recorded state before it or from the own one."""
+        hidden = case.get("init_hid", {})
+        for step in case["steps"]:
+            row = _Row(f"{case['case']} step {step['i']}{' (free)' if free else ''}", step, self.exact, hidden)
+            if not free and self._last is not None:
+                self._load(self._last, hidden)
+            first = step is case["steps"][0]
+            if first and (case.get("loads_first") or (self.exact and step.get("trainer") == ["(start)"])):
+                self._skip(row)   # the kick-off draws types and places: nothing to compare, everything to load
+            else:
+                self._run_step(row)
+            hidden = step.get("hid", {})
+            self._last = step["state"] if "state" in step else None
+            if self._last is not None and "aux" in step:
+                self._load_aux(step)
+
+    def _load(self, state: dict[str, Any], hidden: dict[str, list[Any]]) -> None:
+        """Overwrite what is visible with the recorded state; the rest is carried along."""
+        world = self.world
+        arms = world["arm_target"].copy()
+        load_objects(world, state)
+        load_mode(world, state)
+        load_extras(world, state, self.parameters.point_to_duration)
+        close = np.abs(world["arm_target"] - arms).max(axis=1) < 1e-7
+        world["arm_target"][close] = arms[close]
+        world["time"] = state["t"]
+        for key, values in hidden.items():
+            load_hidden(world, ROW[key], self.fields, values, self.parameters.point_to_duration)
+
+    def _load_aux(self, step: dict[str, Any]) -> None:
+        """Overwrite the hidden state that a run of random commands records after its step."""
+        world, aux = self.world, step["aux"]
+        if "stop" in aux:
+            world["stoppage"] = aux["stop"]
+        for key, value in aux.get("catch_ban", {}).items() if isinstance(aux.get("catch_ban"), dict) else ():
+            world["catch_ban"][ROW[key]] = value
+        for key, value in aux.get("moves_since_catch", {}).items() if isinstance(aux.get("moves_since_catch"), dict) else ():
+            world["moves_since_catch"][ROW[key]] = value
+
+    def _skip(self, row: _Row) -> None:
+        """Run a step and load its outcome without comparing it."""
+        self._perform(row)
+        self._load(row.step["state"], row.step.get("hid", {}))
+
+    # --- one step
+
+    def _run_step(self, row: _Row) -> None:
+        before = snapshot_copy(self.simulator)
+        key = before["key"][0].copy()
+        best: tuple[int, Result, Any] | None = None
+        worlds: list[Any] = []
+        for number, outcome in enumerate(self._outcomes(row.step)):
+            if number:
+                put_back(self.simulator, before)
+                self.world["key"] = self._keys[number]
+            found = Result("", "")
+            self._perform(row, outcome)
+            self._compare(row, found, frozenset())
+            if best is None or found.failed < best[0]:
+                best = found.failed, found, snapshot_copy(self.simulator)
+            if not found.failed:
+                break
+            worlds.append(snapshot_copy(self.simulator))
+            if number == 3 and not _differing(worlds):
+                break   # nothing is drawn here
+        assert best is not None
+        failed, found, after = best
+        put_back(self.simulator, after)
+        if failed and (chance := _differing(worlds)):
+            self.result.chance += len(chance)
+            found = Result("", "")
+            self._compare(row, found, chance)
+        self.world["key"] = key
+        self.listener.advance(row.step)
+        self.result.cycles += 1
+        merge(self.result, found)
+
+    def _outcomes(self, step: dict[str, Any]) -> Iterator[int]:
+        """What to force a tackle or catch to be that the recording does not tell: first nothing, then each way, then more draws."""
+        yield 0
+        open_draw = "random_possible" not in step and any(
+            word in text for text in (step.get("cmd") or {}).values() for word in ("(tackle", "(catch")
+        )
+        if open_draw:
+            yield 1
+            yield -1
+        for _ in range(TRIES - 3):
+            yield 0
+
+    def _perform(self, row: _Row, outcome: int = 0) -> None:
+        """Trainer, commands in order, step."""
+        simulator, world, step = self.simulator, self.world, row.step
+        world["announced"], world["announced_done"] = 0, 0
+        for text in step.get("trainer") or ():
+            execute_trainer(simulator, parse_trainer(text), self.names)
+        if "pre" in step:
+            load_objects(world, step["pre"])
+        world["forced_tackle"] = world["forced_catch"] = outcome
+        self._force(step)
+        commands = step.get("cmd") or {}
+        for player in step.get("order") or list(commands):
+            self._command(player, commands.get(player, ""))
+        simulator.advance()
+        for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
+            world[name] = 0
+
+    def _force(self, step: dict[str, Any]) -> None:
+        world = self.world
+        for event in step.get("random_possible") or ():
+            row = ROW[event["p"]]
+            if event["e"] == "tackle":
+                world["forced_tackle"][row] = 1 if event["ok"] else -1
+            elif event["e"] == "catch_stretch":
+                world["forced_catch"][row] = 1 if event["ok"] else -1
+            elif event["e"] == "foul":
+                texts = [str(text) for text in event["outcome"]]
+                world["forced_foul"][row] = 1 if texts else -1
+
+    def _command(self, player: str, text: str) -> None:
+        """Execute the commands of one player's datagrams."""
+        row, world = ROW[player], self.world
+        side = LEFT if player[0] == "l" else RIGHT
+        for command in parse_commands(text).commands:
+            record = command_record(command, side, self.names)
+            if record is not None:
+                self.simulator.command_phase(0, row + 1, record)
+            elif command.name == "synch_see":
+                world["synchronous"][row], world["view_quality"][row] = 1, 1
+            elif command.name == "gaussian_see":
+                world["gaussian"][row] = 1
+            elif command.name == "ear":
+                set_ear(world, row, side, command.args, self.names)
+
+    # --- comparison
+
+    def _compare(self, row: _Row, result: Result, skip: frozenset[int]) -> None:
+        world, step = self.world, row.step
+        self.listener.adopt_counts(world, step)
+        if "state" in step:
+            state = step["state"]
+            compare_state(result, row.case, row.cycle, world, state, self._tolerance(row), skip)
+            for key, extra in state.get("ex", {}).items():
+                if ROW[key] + 1 not in skip:
+                    duration = self.parameters.point_to_duration
+                    compare_arm(result, row.case, row.cycle, key, extra, world, ROW[key], duration)
+        for key, values in (step.get("hid") or {}).items():
+            if ROW[key] + 1 not in skip:
+                got = hidden_of(world, ROW[key], self.fields, self.parameters.point_to_ban, self.parameters.point_to_duration)
+                for name, told, own in zip(self.fields, values, got):
+                    result.equal(row.case, row.cycle, key, name, told, own)
+        self._compare_aux(row, result)
+        if not skip:
+            expected, said = self.listener.announcements(step), said_by_referee(self.simulator)
+            if expected is not None:
+                result.equal(row.case, row.cycle, "referee", "announcements", expected, said)
+        compare_messages(result, row.case, row.cycle, self.simulator, step, skip)
+
+    def _compare_aux(self, row: _Row, result: Result) -> None:
+        world, aux = self.world, row.step.get("aux")
+        if not aux:
+            return
+        result.equal(row.case, row.cycle, "game", "stoppage", aux["stop"], int(world["stoppage"]))
+        dashed = [key for index, key in enumerate(KEYS) if world["enabled"][index] and world["dash_cycles"][index] >= 0]
+        result.equal(row.case, row.cycle, "game", "dashed", sorted(aux["dashed"]), sorted(dashed))
+
+    def _tolerance(self, row: _Row) -> Any:
+        """Tolerance of an object: loose where the server itself displaces by arbitrary 1e-10."""
+        if not row.exact:
+            return lambda number: LOOSE
+        hidden, state = row.step.get("hid", {}), row.step["state"]
+        fields = self.fields
+        column = fields.index("collision") if "collision" in fields else -1
+        touched = {ROW[key] + 1 for key, values in hidden.items() if column >= 0 and values[column]}
+        if any("b" in hidden[KEYS[number - 1]][column] for number in touched):
+            touched.add(BALL)
+        width = self.parameters.goal_width
+        for key, values in state["pl"].items():
+            if near_post(values[1:3], 2.0, width):
+                touched.add(ROW[key] + 1)
+        if near_post(state["ball"], 4.0, width):
+            touched.add(BALL)
+        return lambda number: LOOSE if number in touched else EXACT
+
+
+def completed(case: dict[str, Any]) -> dict[str, Any]:
+    """The initial state of a case, with what the recording leaves open taken from the state after its first step.
+
+    Between cases the recording's trainer parks players without listing it: some are missing, others have the angle they had before. A
+    player who is not placed and sends nothing neither moves nor turns in the first step.
+    """
+    init, first = case["init"], case["steps"][0]
+    placed = {values[0] for values in case.get("setup", ())}
+    # what the recording's own "recover" left is known better than the effort of a type that was changed meanwhile
+    rested = [None] * 4 if case.get("recover") else None
+    players = {key: values[:7] + (rested or values[7:]) for key, values in init["pl"].items()}
+    for key, after in first.get("state", {}).get("pl", {}).items():
+        if key not in players:
+            players[key] = after[:7] + (rested or after[7:])
+        elif not first.get("trainer"):
+            players[key] = [after[0], *players[key][1:]]
+        if key not in placed and key not in (first.get("cmd") or {}):
+            players[key] = players[key][:5] + after[5:7] + players[key][7:]
+    return {**init, "pl": players}
+
+
+def team_names(recording: Recording) -> tuple[str, str]:
+    """The teams' names, as far as the recording tells."""
+    left, right = recording.header.get("team_names", ("L", "R"))
+    return str(left), str(right)
+
+
+def set_ear(world: Any, row: int, side: int, args: tuple[Any, ...], names: tuple[str, str]) -> None:
+    """Execute ``(ear ...)``: on or off, whose speech, which form; what is not said means both."""
+    on, team, mode = args
+    bits = {None: 3, "complete": 1, "partial": 2}[mode]
+    if team is None:
+        columns = [0, 1]
+    else:
+        whose = side_of_team(team, side, names)
+        if whose is None:
+            return
+        columns = [0 if whose == side else 1]
+    for column in columns:
+        old = int(world["ear"][row, column])
+        world["ear"][row, column] = old | bits if on else old & ~bits
+
+
+def merge(result: Result, found: Result) -> None:
+    """Add what one step found to the file's result."""
+    result.compared += found.compared
+    for name, count in found.counts.items():
+        result.counts[name] = result.counts.get(name, 0) + count
+    for name, error in found.errors.items():
+        if not error <= result.errors.get(name, -1.0):
+            result.errors[name] = error
+    for mismatch in found.mismatches:
+        result.add(mismatch)
+
+
+def _differing(worlds: list[Any]) -> frozenset[int]:
+    """Object numbers whose motion or angles differ among `worlds`."""
+    numbers: set[int] = set()
+    for other in worlds[1:]:
+        for name in ("pos", "vel"):
+            numbers.update(np.flatnonzero((worlds[0][name][0] != other[name][0]).any(axis=1)).tolist())
+        for name in ("body", "tackle_cycles", "foul_cycles", "card_count"):
+            numbers.update((np.flatnonzero(worlds[0][name][0] != other[name][0]) + 1).tolist())
+    return frozenset(numbers)
+
+
+def _cases(recording: Recording) -> Iterator[dict[str, Any]]:
+    """The cases; rows that follow a case without steps are its steps."""
+    pending: dict[str, Any] | None = None
+    for record in recording.records:
+        if record["rec"] == "case":
+            if pending is not None:
+                yield pending
+                pending = None
+            if "steps" in record:
+                yield record
+            else:
+                pending = {**record, "steps": []}
+        elif record["rec"] == "row" and pending is not None:
+            pending["steps"].append(record)
+    if pending is not None and pending["steps"]:
+        yield _with_init(pending)
+
+
+def _with_init(case: dict[str, Any]) -> dict[str, Any]:
+    """A case whose initial state is not recorded: its first step is executed from the set-up, loaded and not compared."""
+    if "init" in case:
+        return case
+    first = case["steps"][0]["state"]
+    players = {key: values[:3] + [0.0, 0.0] + values[5:] for key, values in first["pl"].items()}
+    for key, x, y, body, vx, vy in case["setup"]:
+        if key in players:
+            players[key] = [players[key][0], x, y, vx, vy, body, *players[key][6:]]
+    return {**case, "init": {"ball": first["ball"], "pl": players}, "loads_first": True}
