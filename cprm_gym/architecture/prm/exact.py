@@ -278,9 +278,12 @@ class ExactEngine:
         NeedsVariable, CostError, ModelError
         """
         transition = self.transition(belief, info, readings, status)
+        self.check(transition, readings.hard.shape[1])
+        return self.run(belief, info, readings, transition)
+
+    def run(self, belief: Belief, info: SliceInfo, readings: Readings, transition: Transition) -> Outcome:
+        """Run a compiled step."""
         width = readings.hard.shape[1]
-        if self.memory_limit < np.inf:
-            self.check(transition, width)
         soft = soft_array(transition, info, readings)
         messages, marginals, zeros = [], [], []
         increment = np.zeros(width)

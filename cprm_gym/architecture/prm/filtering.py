@@ -26,7 +26,7 @@ import numpy as np
 from cprm_gym.architecture.prm import smoothing
 from cprm_gym.architecture.prm.conflicts import explain, soften
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
-from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine
+from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, Outcome
 from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.merging import replace_agents
 from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
@@ -484,13 +484,19 @@ class Filter:
         order = [outcome.info.row[name] for name in first.names]
         chosen = np.flatnonzero(agents)
         part = Readings(readings.hard[order][:, chosen], {n: s[chosen] for n, s in readings.soft.items()})
-        return replace_agents(self.engine, outcome, first, part, chosen, order)
+        if isinstance(outcome, Outcome):
+            return replace_agents(getattr(self.engine, "factored", self.engine), outcome, first, part, chosen, order)
+        return getattr(self.engine, "sampled", self.engine).replace_agents(outcome, first, part, chosen, outcome.status[order])
 
     def _impossible(self, outcome: Any, before: Any, info: SliceInfo, readings: Readings, active: Any) -> Any:
         """Apply the policy for readings of probability zero."""
         agents = np.flatnonzero(outcome.impossible)
-        if self.on_impossible == "raise" or not hasattr(outcome, "transition"):
-            raise explain(self.engine, before, info, readings, outcome, agents, self.step_count)
+        if self.on_impossible == "raise":
+            raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
+        if not isinstance(outcome, Outcome):
+            if self.on_impossible == "restart":
+                return self._begin_anew(self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active)
+            return self.engine.advance(before, info, readings, forgive=agents)
         if self.on_impossible == "restart":
             again = self._begin_anew(outcome, readings, outcome.impossible, active)
             if not again.impossible.any():
@@ -505,7 +511,7 @@ class Filter:
                 again = self._begin_anew(again, changed, outcome.impossible, active)
             if not again.impossible.any():
                 return again
-        raise explain(self.engine, before, info, readings, outcome, agents, self.step_count)
+        raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
 
 
 def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, Any]) -> Any:

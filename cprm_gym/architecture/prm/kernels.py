@@ -240,3 +240,67 @@ def run_plan(ops, loops, shifts, counter, heap, values, message_at, message, col
             else:
                 for i in range(outputs[p, 2]):
                     marginals[row, column + i] = heap[at + i]
+
+
+@kernel
+def draw(table, rows, likelihood, uniforms, weights, out):
+    """Draw a variable for every particle from ``P(x | parents) L(x)`` and multiply its weight by the sum over x.
+
+    Parameters
+    ----------
+    table : (R, K) float
+        Rows of the CPD.
+    rows : (W, P) int
+        Row that each particle's parents select.
+    likelihood : (W, K) float
+        Likelihood of the readings that depend on this variable alone.
+    uniforms : (W, P) float
+        In [0, 1).
+    weights : (W, P) float, multiplied
+    out : (W, P) int, overwritten
+    """
+    card = table.shape[1]
+    for w in range(rows.shape[0]):
+        for p in range(rows.shape[1]):
+            row = rows[w, p]
+            total = 0.0
+            for k in range(card):
+                total += table[row, k] * likelihood[w, k]
+            threshold = uniforms[w, p] * total
+            reached = 0.0
+            value = card - 1
+            for k in range(card):
+                reached += table[row, k] * likelihood[w, k]
+                if reached > threshold:
+                    value = k
+                    break
+            out[w, p] = value
+            weights[w, p] *= total
+
+
+@kernel
+def histogram(values, weights, out):
+    """Add each particle's weight to the entry of its value: ``out[w, values[w, p]] += weights[w, p]``."""
+    for w in range(values.shape[0]):
+        for p in range(values.shape[1]):
+            out[w, values[w, p]] += weights[w, p]
+
+
+@kernel
+def systematic(weights, offsets, out):
+    """Systematic resampling: ancestors of evenly spaced points in the cumulated weights.
+
+    weights : (W, P) float, each row sums to one
+    offsets : (W,) float in [0, 1)
+    out : (W, N) int, overwritten
+    """
+    count = out.shape[1]
+    for w in range(weights.shape[0]):
+        reached = weights[w, 0]
+        ancestor = 0
+        for n in range(count):
+            point = (n + offsets[w]) / count
+            while reached < point and ancestor < weights.shape[1] - 1:
+                ancestor += 1
+                reached += weights[w, ancestor]
+            out[w, n] = ancestor

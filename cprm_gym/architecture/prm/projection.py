@@ -84,10 +84,7 @@ class ProjectionEngine(ExactEngine):
     def advance(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
         """Project what has to be projected, then go on by one slice."""
         transition = self.transition(belief, info, readings, status)
-        key = belief.layout, info, transition.status.tobytes()
-        if key not in self._choices:
-            self._choices[key] = self._choose(belief, info, transition)
-        chosen = self._choices.fetch(key, dict)
+        chosen = self.choice(belief, info, transition)
         if not chosen:
             return super().advance(belief, info, readings, status)
         projected, loss = self.project(belief, chosen)
@@ -149,6 +146,11 @@ class ProjectionEngine(ExactEngine):
         return Belief(made, tuple(messages), belief.hard), loss
 
     # ------------------------------------------------------------------------------------------------- choosing
+
+    def choice(self, belief: Belief, info: SliceInfo, transition: Transition) -> dict[int, Choice]:
+        """Pieces to project before a step and how; made once for a layout, a slice and a budget."""
+        key = belief.layout, info, transition.status.tobytes(), self.max_flops
+        return self._choices.fetch(key, lambda: self._choose(belief, info, transition))
 
     def _choose(self, belief: Belief, info: SliceInfo, transition: Transition) -> dict[int, Choice]:
         """Pieces to project before this step, and their clusters."""

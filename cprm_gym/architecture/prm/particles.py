@@ -1,0 +1,474 @@
+"""A particle filter that is factored by independent component.
+
+Each connected component of the belief has its own particles and one weight for each; components that a relation links are
+joined, those that come apart keep what they have. One weight for all objects of a scene would leave no particle alive.
+A variable is drawn from its CPD times the likelihood of the readings that depend on it alone, so a particle dies only where
+several variables must fit one reading.
+
+References
+----------
+Gordon, Salmond and Smith 1993; Doucet, Godsill and Andrieu 2000 (locally optimal proposal); Kitagawa 1996 (systematic resampling).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cprm_gym.architecture.prm import kernels
+from cprm_gym.architecture.prm.evidence import Readings
+from cprm_gym.architecture.prm.factors import Factor, contract_all
+from cprm_gym.architecture.prm.jointree import connected
+from cprm_gym.architecture.prm.slices import PREVIOUS, GroundCPD
+from cprm_gym.architecture.prm.static import one_hot
+from cprm_gym.architecture.prm.transitions import ABSORBED, BARREN, HELD, Kind, SliceInfo, TableStore
+from cprm_gym.errors import ModelError, ParameterError, did_you_mean
+
+
+class Particles(NamedTuple):
+    """The belief of a particle filter. Its arrays are never changed.
+
+    Attributes
+    ----------
+    info : SliceInfo or None
+    values : dict of str to (W, P) int array
+        Of the hidden variables.
+    parts : tuple of tuple of str
+        Independent components.
+    weights : tuple of (W, P) float arrays
+        For each component; rows sum to one.
+    hard : (V, W) int array
+        Readings of the slice.
+    """
+
+    info: SliceInfo | None
+    values: dict[str, np.ndarray]
+    parts: tuple[tuple[str, ...], ...]
+    weights: tuple[np.ndarray, ...]
+    hard: np.ndarray
+
+
+@dataclass
+class Estimate:
+    """What one step of the particle filter gave; the same questions as `exact.Outcome`.
+
+    Attributes
+    ----------
+    belief : Particles
+        After resampling.
+    weighted : Particles
+        Before resampling: posteriors are taken from these.
+    """
+
+    belief: Particles
+    weighted: Particles
+    info: SliceInfo
+    readings: Readings
+    status: np.ndarray
+    increment: np.ndarray
+    report: dict[str, Any] = field(default_factory=dict)
+    engine: str = "particles"
+    exact_step: bool = False
+
+    @property
+    def loss(self) -> np.ndarray:
+        """Nothing was projected."""
+        return np.zeros(self.readings.hard.shape[1])
+
+    @property
+    def impossible(self) -> np.ndarray:
+        """(W,) bool array: where no particle fits the readings."""
+        return ~np.isfinite(self.increment)
+
+    def suspects(self, agent: int) -> list[str]:
+        """Observed variables of the components without a surviving particle."""
+        names = self.report["dead"].get(agent, ())
+        return [n for n in names if self.readings.hard[self.info.row[n], agent] >= 0 or n in self.readings.soft]
+
+    def marginal(self, name: str) -> np.ndarray:
+        """P(variable | readings so far), (W, card)."""
+        return self.joint((name,))
+
+    def joint(self, names: Sequence[str]) -> np.ndarray:
+        """Joint posterior, (W, card, ...)."""
+        info, width = self.info, self.readings.hard.shape[1]
+        for name in names:
+            if name not in info.row:
+                raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
+        needed: dict[str, None] = {}
+        factors = []
+        queue = list(names)
+        while queue:
+            name = queue.pop()
+            if name in needed:
+                continue
+            needed[name] = None
+            row = info.row[name]
+            if self.status[row] == HELD:
+                factors.append(Factor((name,), one_hot(self.readings.hard[row], int(info.cards[row]))))
+            elif self.status[row] in (ABSORBED, BARREN):
+                cpd = info.slice.by_child[name]
+                table = np.broadcast_to(cpd.table, (width, *cpd.table.shape)).copy()
+                seen = np.flatnonzero(self.readings.hard[row] >= 0)
+                table[seen] = 0.0
+                table[seen, ..., self.readings.hard[row, seen]] = 1.0
+                factors.append(Factor((*(p for p, _ in cpd.parents), name), table))
+                queue += [p for p, _ in cpd.parents]
+        for part, weights in zip(self.weighted.parts, self.weighted.weights):
+            inside = [n for n in needed if n in part]
+            if inside:
+                factors.append(count(self.weighted.values, inside, weights, [int(info.cards[info.row[n]]) for n in inside]))
+        table = contract_all(factors, names).table
+        total = table.sum(axis=tuple(range(1, table.ndim)), keepdims=True)
+        return np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
+
+
+def count(values: dict[str, np.ndarray], names: Sequence[str], weights: np.ndarray, cards: Sequence[int]) -> Factor:
+    """Weighted counts of the joint values of some variables of one component."""
+    index = np.zeros(weights.shape, np.int64)
+    for name, card in zip(names, cards):
+        index = index * card + values[name]
+    out = np.zeros((len(weights), prod(cards)))
+    kernels.histogram(index, weights, out)
+    return Factor(tuple(names), out.reshape(len(weights), *cards))
+
+
+def effective_size(weights: np.ndarray) -> np.ndarray:
+    """``1 / sum w^2`` of normalised weights, (W,)."""
+    squares = (weights**2).sum(axis=1)
+    return np.divide(1.0, squares, out=np.zeros(len(squares)), where=squares > 0)
+
+
+class ParticleEngine:
+    """Particle filter.
+
+    Parameters
+    ----------
+    particles : int
+        For each component and agent.
+    seed : int, SeedSequence or Generator
+    threshold : float
+        A component is resampled where its effective sample size falls below this share of the particles.
+    """
+
+    name = "particles"
+
+    def __init__(self, particles: int = 1000, seed: Any = None, threshold: float = 0.5) -> None:
+        if particles < 2:
+            raise ParameterError(f"`particles` is at least 2, got {particles!r}")
+        self.count, self.threshold = int(particles), threshold
+        self.rng = np.random.default_rng(seed)
+        self.store = TableStore()
+        self.temporal: frozenset[tuple[str, str]] = frozenset()
+
+    def start(self, width: int) -> Particles:
+        """The belief before the first slice."""
+        return Particles(None, {}, (), (), np.zeros((0, width), np.int64))
+
+    def snapshot(self) -> dict[str, Any]:
+        """State of the random numbers."""
+        return dict(self.rng.bit_generator.state)
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up the random numbers where a snapshot left them."""
+        self.rng.bit_generator.state = state
+
+    def note(self, kind: Kind) -> None:
+        """Draw variables of this kind: some slice has them as parents in the previous slice."""
+        self.temporal |= {(kind.class_name, kind.attribute)}
+
+    def learn(self, info: SliceInfo) -> None:
+        """Note the kinds of all previous-slice parents of a slice."""
+        for cpd in info.slice.cpds:
+            for parent, lag in cpd.parents:
+                if lag == PREVIOUS and parent in info.row:
+                    self.note(info.kinds[info.row[parent]])
+
+    def advance(self, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray | None = None,
+                forgive: np.ndarray | None = None) -> Estimate:
+        """Go on by one slice.
+
+        Parameters
+        ----------
+        belief : Particles
+        info : SliceInfo
+        readings : Readings
+        status : int array, optional
+        forgive : int array, optional
+            Agents whose components keep their weights where no particle fits the readings.
+        """
+        if status is None:
+            status = info.status(readings.hard, readings.soft, self.temporal)
+        return self.finish([_Step(self, belief, info, readings, status, self.count).run()], info, readings, status, forgive)
+
+    def finish(self, blocks: Sequence[_Step], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None) -> Estimate:
+        """Normalise, estimate and resample the particles of one or more blocks."""
+        parts = blocks[0].parts
+        values = {n: np.concatenate([b.values[n] for b in blocks], axis=1) for n in blocks[0].values}
+        increment = blocks[0].constant.copy()
+        weights, sizes = [], []
+        dead: dict[int, list[str]] = {int(a): list(blocks[0].constant_names) for a in np.flatnonzero(~np.isfinite(increment))}
+        for k in range(len(parts)):
+            w = np.concatenate([b.weights[k] for b in blocks], axis=1) / len(blocks)
+            prior = np.concatenate([b.prior[k] for b in blocks], axis=1) / len(blocks)
+            total = w.sum(axis=1)
+            lost = np.flatnonzero(total <= 0)
+            for a in lost:
+                if forgive is not None and a in forgive:
+                    w[a], total[a] = prior[a], 1.0
+                else:
+                    dead.setdefault(int(a), []).extend(blocks[0].readers[k])
+            with np.errstate(divide="ignore"):
+                increment += np.log(total)
+            w = np.divide(w, total[:, None], out=prior.copy(), where=total[:, None] > 0)
+            weights.append(w)
+            sizes.append(effective_size(w))
+        if forgive is not None:
+            increment[forgive] = np.where(np.isfinite(increment[forgive]), increment[forgive], 0.0)
+        weighted = Particles(info, values, parts, tuple(weights), readings.hard)
+        belief = self.resample(weighted, sizes)
+        ess = np.stack(sizes, axis=1) if sizes else np.zeros((readings.hard.shape[1], 0))
+        report = {"ess": ess, "components": parts, "particles": weights[0].shape[1] if weights else 0, "dead": dead}
+        return Estimate(belief, weighted, info, readings, status, increment, report)
+
+    def resample(self, belief: Particles, sizes: Sequence[np.ndarray]) -> Particles:
+        """Systematic resampling of the components and agents whose effective sample size is too small."""
+        values = dict(belief.values)
+        weights = []
+        for part, w, size in zip(belief.parts, belief.weights, sizes):
+            agents = np.flatnonzero(size < self.threshold * w.shape[1])
+            if len(agents):
+                ancestors = np.empty((len(agents), w.shape[1]), np.int64)
+                kernels.systematic(w[agents], self.rng.random(len(agents)), ancestors)
+                w = w.copy()
+                w[agents] = 1.0 / w.shape[1]
+                for name in part:
+                    kept = values[name].copy()
+                    kept[agents] = np.take_along_axis(values[name][agents], ancestors, axis=1)
+                    values[name] = kept
+            weights.append(w)
+        return belief._replace(values=values, weights=tuple(weights))
+
+    def replace_agents(self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, status: np.ndarray) -> Estimate:
+        """The estimate with some agents begun anew."""
+        anew = self.advance(self.start(len(agents)), first, readings, status)
+        increment = estimate.increment.copy()
+        increment[agents] = anew.increment
+        mixed = [_mix(getattr(estimate, which), getattr(anew, which), agents) for which in ("belief", "weighted")]
+        report = {**estimate.report, "components": mixed[0].parts}
+        return Estimate(mixed[0], mixed[1], estimate.info, estimate.readings, estimate.status, increment, report)
+
+
+def _mix(old: Particles, new: Particles, agents: np.ndarray) -> Particles:
+    """Particles that are `new` for some agents; components are joined where the two divide the variables differently."""
+    groups = connected([*old.parts, *new.parts])
+    values = {n: v.copy() for n, v in old.values.items()}
+    for name, drawn in new.values.items():
+        if name in values:
+            values[name][agents] = drawn
+    parts, weights = [], []
+    for group in groups:
+        mine = [k for k in group if k < len(old.parts)]
+        theirs = [k - len(old.parts) for k in group if k >= len(old.parts)]
+        if not mine:
+            continue
+        w = np.prod([old.weights[k] for k in mine], axis=0)
+        if theirs:
+            w[agents] = np.prod([new.weights[k] for k in theirs], axis=0)
+        total = w.sum(axis=1, keepdims=True)
+        weights.append(np.divide(w, total, out=np.full(w.shape, 1.0 / w.shape[1]), where=total > 0))
+        parts.append(tuple(n for k in mine for n in old.parts[k]))
+    return old._replace(values=values, parts=tuple(parts), weights=tuple(weights))
+
+
+class _Step:
+    """One block of particles through one step."""
+
+    def __init__(self, engine: ParticleEngine, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int) -> None:
+        self.rng, self.belief, self.info, self.readings, self.status, self.number = engine.rng, belief, info, readings, status, number
+        self.width = readings.hard.shape[1]
+        self.values: dict[str, np.ndarray] = {}
+        self.old: dict[str, np.ndarray] = {}
+        self.constant = np.zeros(self.width)
+        self.constant_names: list[str] = []
+        self.owner = {n: k for k, part in enumerate(belief.parts) for n in part}
+        self.drawn = {n for n, row in info.row.items() if status[row] not in (HELD, ABSORBED, BARREN)}
+        self._divide()
+
+    def _divide(self) -> None:
+        """Independent components of the step."""
+        scopes: list[tuple[Any, ...]] = []
+        self.family: list[GroundCPD] = []
+        for cpd in self.info.slice.cpds:
+            if self.status[self.info.row[cpd.child]] == BARREN:
+                continue
+            scopes.append(tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, "")))
+            self.family.append(cpd)
+        fixed = [n for n in self.info.atemporal if n in self.owner]
+        scopes += [tuple(self._node(n, -1, n)) for n in fixed]
+        self.part_of: dict[str, int] = {}
+        parts: list[tuple[str, ...]] = []
+        sources: list[list[int]] = []
+        self.readers: list[list[str]] = []
+        self.home: list[int] = [-1] * len(self.family)
+        for indices in connected(scopes):
+            tokens = list(dict.fromkeys(v for i in indices for v in scopes[i]))
+            names = [v for v in tokens if isinstance(v, str)]
+            names += [n for t in tokens if not isinstance(t, str) for n in fixed if self.owner[n] == t[1] and n not in names]
+            if not tokens:
+                continue
+            for i in indices:
+                if i < len(self.family):
+                    self.home[i] = len(parts)
+            self.readers.append([self.family[i].child for i in indices if i < len(self.family)])
+            parts.append(tuple(names))
+            sources.append([t[1] for t in tokens if not isinstance(t, str)])
+        self.parts = tuple(parts)
+        self._bring_in(sources)
+
+    def _node(self, name: str, lag: int, child: str) -> list[Any]:
+        """Where a variable stands: a name of this slice, an old component, or nowhere if it is observed."""
+        info = self.info
+        if lag != PREVIOUS and name in info.row and not info.fixed[info.row[name]]:
+            return [name] if name in self.drawn else []
+        if lag != PREVIOUS and name not in self.owner:
+            return [name] if name in self.drawn else []
+        if name in self.owner:
+            return [("old", self.owner[name])]
+        before = self.belief.info
+        if before is None or name not in before.row:
+            raise ModelError(f"CPD of {child!r} has parent {name!r} in the previous slice, where there is no such variable")
+        if (self.belief.hard[before.row[name]] >= 0).all():
+            return []
+        from cprm_gym.architecture.prm.transitions import NeedsVariable
+
+        raise NeedsVariable(before.kinds[before.row[name]], name, atemporal=lag != PREVIOUS)
+
+    def _bring_in(self, sources: Sequence[Sequence[int]]) -> None:
+        """Old particles and weights of each new component; old components that meet are paired at random."""
+        self.prior: list[np.ndarray] = []
+        self.weights: list[np.ndarray] = []
+        for olds in sources:
+            weight = np.full((self.width, self.number), 1.0 / self.number)
+            product = np.ones((self.width, self.number))
+            for k in olds:
+                old = self.belief.weights[k]
+                names = self.belief.parts[k]
+                if old.shape[1] == self.number and len(olds) == 1:
+                    for n in names:
+                        self.old[n] = self.belief.values[n]
+                    weight = old.copy()
+                    continue
+                ancestors = np.empty((self.width, self.number), np.int64)
+                kernels.systematic(old, self.rng.random(self.width), ancestors)
+                ancestors = self.rng.permuted(ancestors, axis=1)
+                for n in names:
+                    self.old[n] = np.take_along_axis(self.belief.values[n], ancestors, axis=1)
+            self.prior.append(weight)
+            self.weights.append(weight * product)
+
+    def run(self) -> _Step:
+        """Draw and weigh."""
+        order = {n: i for i, n in enumerate(self.info.slice.order())}
+        lone, others = self._lone_readings()
+        for name in self.info.atemporal:
+            if name in self.owner and name in self.old:
+                self.values[name] = self.old[name]
+        for i in sorted(range(len(self.family)), key=lambda i: order[self.family[i].child]):
+            if self.family[i].child in self.drawn and self.family[i].child not in self.values:
+                self._draw(self.family[i], self.home[i], lone.get(self.family[i].child))
+        for i in others:
+            self._weigh(self.family[i], self.home[i])
+        for name in self.info.atemporal:
+            row = self.info.row[name]
+            if name in self.owner and ((self.readings.hard[row] >= 0).any() or name in self.readings.soft):
+                likelihood = self._likelihood(name)
+                home = next(k for k, part in enumerate(self.parts) if name in part)
+                self.weights[home] *= np.take_along_axis(likelihood, self.values[name], axis=1)
+        return self
+
+    def _likelihood(self, name: str) -> np.ndarray:
+        """Hard and soft evidence on a drawn variable, (W, card)."""
+        row = self.info.row[name]
+        likelihood = one_hot(self.readings.hard[row], int(self.info.cards[row]))
+        if name in self.readings.soft:
+            likelihood = likelihood * self.readings.soft[name]
+        return likelihood
+
+    def _lone_readings(self) -> tuple[dict[str, np.ndarray], list[int]]:
+        """Likelihood of each drawn variable from the readings that depend on it alone; the families of the other readings."""
+        lone: dict[str, np.ndarray] = {}
+        others = []
+        for i, cpd in enumerate(self.family):
+            if cpd.child in self.drawn:
+                if (self.readings.hard[self.info.row[cpd.child]] >= 0).any() or cpd.child in self.readings.soft:
+                    own = self._likelihood(cpd.child)
+                    lone[cpd.child] = lone[cpd.child] * own if cpd.child in lone else own
+                continue
+            hidden = [(p, lag) for p, lag in cpd.parents if self._node(p, lag, cpd.child)]
+            if len(hidden) == 1 and hidden[0][1] == 0 and hidden[0][0] in self.drawn and not self.info.fixed[self.info.row[hidden[0][0]]]:
+                parent = hidden[0][0]
+                table = self._at_readings(cpd, hidden[0])
+                lone[parent] = lone[parent] * table if parent in lone else table
+            else:
+                others.append(i)
+        return lone, others
+
+    def _observed(self, name: str, lag: int) -> np.ndarray:
+        """(W,) values of an observed variable."""
+        if lag == PREVIOUS:
+            assert self.belief.info is not None
+            return self.belief.hard[self.belief.info.row[name]]
+        return self.readings.hard[self.info.row[name]]
+
+    def _at_readings(self, cpd: GroundCPD, keep: tuple[str, int]) -> np.ndarray:
+        """A reading's CPD as a likelihood of its only hidden parent, (W, card); ones where it is missing."""
+        axis = cpd.parents.index(keep)
+        moved = np.moveaxis(cpd.table, axis, -1)
+        index = tuple(self._observed(p, lag) for p, lag in cpd.parents if (p, lag) != keep)
+        values = self.readings.hard[self.info.row[cpd.child]]
+        table = np.asarray(moved[(*index, np.maximum(values, 0))])
+        return np.where((values >= 0)[:, None], table, 1.0)
+
+    def _rows(self, cpd: GroundCPD) -> np.ndarray:
+        """Row of a CPD that each particle selects, (W, P)."""
+        rows = np.zeros((self.width, self.number), np.int64)
+        for (name, lag), card in zip(cpd.parents, cpd.table.shape):
+            if self._node(name, lag, cpd.child):
+                drawn = self.values.get(name) if lag != PREVIOUS else None
+                value = drawn if drawn is not None else self.old[name]
+            else:
+                value = self._observed(name, lag)[:, None]
+            rows = rows * card + value
+        return rows
+
+    def _draw(self, cpd: GroundCPD, home: int, likelihood: np.ndarray | None) -> None:
+        """Draw one variable for all particles."""
+        card = cpd.table.shape[-1]
+        out = np.empty((self.width, self.number), np.int64)
+        if likelihood is None:
+            likelihood = np.ones((self.width, card))
+        uniforms = self.rng.random((self.width, self.number))
+        kernels.draw(np.ascontiguousarray(cpd.table).reshape(-1, card), self._rows(cpd), np.ascontiguousarray(likelihood), uniforms,
+                     self.weights[home], out)
+        self.values[cpd.child] = out
+
+    def _weigh(self, cpd: GroundCPD, home: int) -> None:
+        """Multiply weights by the probability of a reading."""
+        values = self.readings.hard[self.info.row[cpd.child]]
+        seen = values >= 0
+        if not seen.any():
+            return
+        table = cpd.table.reshape(-1, cpd.table.shape[-1])
+        if home < 0:
+            rows = self._rows(cpd)[:, 0]
+            with np.errstate(divide="ignore"):
+                self.constant += np.where(seen, np.log(table[rows, np.maximum(values, 0)]), 0.0)
+            self.constant_names.append(cpd.child)
+            return
+        chance = table[self._rows(cpd), np.maximum(values, 0)[:, None]]
+        self.weights[home] *= np.where(seen[:, None], chance, 1.0)
