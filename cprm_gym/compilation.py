@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import config, event
+from numba.core import config, event, types
 
 _announced = False
 
@@ -94,11 +94,28 @@ def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., An
         previous = config.CACHE_DIR
         config.CACHE_DIR = str(cache_root() / "kernels" / keys[source])
         try:
-            return numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function)
+            return _widen_integers(numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function))
         finally:
             config.CACHE_DIR = previous
 
     return decorate
+
+
+def _plain(kind: types.Type) -> types.Type:
+    """`kind` as a type of arguments: constants lose their value, whole numbers become int64 (uint64 stays)."""
+    kind = types.unliteral(kind)
+    return types.int64 if isinstance(kind, types.Integer) and kind != types.uint64 else kind
+
+
+def _widen_integers(dispatcher: Any) -> Any:
+    """Let compiled callers share one version of a kernel: numba would compile one for each constant and width of integer."""
+    template = dispatcher.get_call_template
+
+    def get_call_template(args: Iterable[types.Type], kws: dict[str, types.Type]) -> Any:
+        return template(tuple(map(_plain, args)), {name: _plain(kind) for name, kind in kws.items()})
+
+    dispatcher.get_call_template = get_call_template
+    return dispatcher
 
 
 class _Announcement(event.Listener):  # type: ignore[misc]
