@@ -121,7 +121,7 @@ class System:
         if len(over):
             p = over[0]
             raise NetError(f"net {name!r}, place {places[p]!r}: {marking[p]} tokens are above the capacity {capacity[p]}")
-        _add_capacities(inhibit, pre, post, sets, capacity, weak_capacity)
+        _add_capacities(inhibit, pre, post, capacity, weak_capacity)
         if priority is None:
             group = np.zeros(t_count, np.int64)
         else:
@@ -236,13 +236,14 @@ def selected_places(c: CompiledNet) -> np.ndarray:
     return np.array([isinstance(p, ObjectPlace) and p.select is not None for p in c.net.places], bool)
 
 
-def _add_capacities(
-    inhibit: np.ndarray, pre: np.ndarray, post: np.ndarray, sets: np.ndarray, capacity: np.ndarray, weak: bool
-) -> None:
-    """Write each capacity as inhibitor threshold of the transitions that may exceed it, in place."""
+def _add_capacities(inhibit: np.ndarray, pre: np.ndarray, post: np.ndarray, capacity: np.ndarray, weak: bool) -> None:
+    """Write each capacity as inhibitor threshold of the transitions that may exceed it, in place.
+
+    What a transition produces needs its room even where a set arc then overwrites it.
+    """
     for p in np.flatnonzero(capacity >= 0):
         gain = post[:, p].astype(np.int64) - (0 if weak else pre[:, p])
-        for t in np.flatnonzero((post[:, p] > 0) & ((gain > 0) | weak) & (sets[:, p] == KEEP)):
+        for t in np.flatnonzero((post[:, p] > 0) & ((gain > 0) | weak)):
             threshold = capacity[p] - gain[t] + 1
             if threshold < 1:
                 threshold = NEVER

@@ -1,0 +1,179 @@
+"""The exploration with clocks and environment against the micro-cases of the literature and against execution."""
+
+import random
+
+import numpy as np
+import pytest
+from structure_nets import random_net
+
+from cprm_gym.architecture.analysis.cycles import explore_cycles, timed_system
+from cprm_gym.architecture.analysis.kernels import cycles as kernels
+from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place, Transition
+from cprm_gym.errors import LivelockError, NetError
+
+
+def firings(net, transition):
+    """Cycles at which a transition fires in some run, over the first 20 cycles, following a shortest run to each of its firings."""
+    space = explore_cycles(net)
+    label = [t.name for t in space.system.transitions].index(transition)
+    found = set()
+    for edge in np.flatnonzero(space.graph.labels == label):
+        node = int(space.graph.sources[edge])
+        found.add(space.steps([*space.edges_to(node), int(edge)])[-1].cycle)
+    return found
+
+
+def test_figure_2_5_fires_a_b_d_c_d():
+    net = PetriNet(
+        "fig_2_5",
+        (Place("a", tokens=1), Place("b"), Place("c"), Place("d"), Place("end")),
+        (
+            Transition("A", ("a",), ("b",)),
+            Transition("B", ("b",), ("c", "d"), delay=2),
+            Transition("C", ("c",), ("d",), delay=3),
+            Transition("D", ("d",), ("end",)),
+        ),
+    )
+    space = explore_cycles(net)
+    last = int(np.flatnonzero(space.markings[:, -1] == 2)[0])
+    assert [(s.cycle, s.what) for s in space.run(last)] == [(0, "A"), (2, "B"), (2, "D"), (5, "C"), (5, "D")]
+
+
+@pytest.mark.parametrize(("memory", "cycle"), [("enabling", 9), ("age", 6)])
+def test_a_clock_disabled_in_between_is_forgotten_or_kept(memory, cycle):
+    """Delay 5, enabled at 0, disabled at 3, enabled again at 4."""
+    net = PetriNet(
+        "pause",
+        (Place("p", tokens=1), Place("q"), Place("go", tokens=1), Place("wait"), Place("back", tokens=1)),
+        (
+            Transition("b", ("p",), ("q",), tests=("go",), delay=5, memory=memory),
+            Transition("off", ("go", "back"), ("wait",), delay=3),
+            Transition("on", ("wait",), ("go",), delay=1),
+        ),
+    )
+    assert firings(net, "b") == {cycle}
+
+
+@pytest.mark.parametrize(("tokens", "persistence", "cycle"), [(1, "intermediate", 8), (1, "atomic", 5), (2, "intermediate", 5), (2, "atomic", 5)])
+def test_taking_and_returning_a_token_restarts_the_clock_under_intermediate_persistence(tokens, persistence, cycle):
+    from cprm_gym.architecture.petri import Semantics
+
+    net = PetriNet(
+        "borrow",
+        (Place("p", tokens=tokens), Place("q"), Place("once", tokens=1), Place("b_once", tokens=1)),
+        (
+            Transition("b", ("b_once",), ("q",), tests=("p",), delay=5),
+            Transition("borrow", ("p", "once"), ("p",), delay=3),
+        ),
+        semantics=Semantics(persistence=persistence),
+    )
+    assert firings(net, "b") == {cycle}
+
+
+def test_a_timeout_beats_slower_work_on_one_token():
+    net = PetriNet(
+        "timeout",
+        (Place("p", tokens=1), Place("q")),
+        (Transition("timeout", ("p",), ("q",), delay=4), Transition("work", ("p",), ("q",), delay=7)),
+    )
+    assert firings(net, "timeout") == {4}
+    assert firings(net, "work") == set()
+
+
+def test_two_delays_due_at_once_follow_the_declared_order_and_are_reported():
+    net = PetriNet(
+        "tie",
+        (Place("p", tokens=1), Place("q")),
+        (Transition("first", ("p",), ("q",), delay=6), Transition("second", ("p",), ("q",), delay=6)),
+    )
+    space = explore_cycles(net)
+    assert firings(net, "first") == {6}
+    assert firings(net, "second") == set()
+    assert space.ties[0, 1]
+    assert not space.ties[1, 0]
+
+
+def test_an_immediate_transition_pre_empts_a_timed_one():
+    net = PetriNet(
+        "vanishing", (Place("p", tokens=1), Place("q")), (Transition("b", ("p",), (), delay=1), Transition("a", ("p",), ("q",)))
+    )
+    assert firings(net, "a") == {0}
+    assert firings(net, "b") == set()
+
+
+def test_test_and_inhibitor_arc_of_one_threshold_leave_no_gap_and_no_overlap():
+    net = PetriNet(
+        "decide",
+        (Place("p", tokens=1), Place("near"), Place("far"), Input("distance")),
+        (
+            Transition("kick", ("p",), ("near",), inhibitors={"distance": 0.7}),
+            Transition("run", ("p",), ("far",), tests={"distance": 0.7}),
+        ),
+    )
+    space = explore_cycles(net)
+    ends = {tuple(space.marking(i)) for i in range(space.n_nodes) if space.kinds[i] == kernels.OVER}
+    assert ends == {("near",), ("far",)}
+
+
+def test_places_that_show_the_same_observation_agree():
+    net = PetriNet(
+        "same",
+        (Place("p", tokens=1), Place("q"), Input("a", observes="ball.seen"), Input("b", observes="ball.seen")),
+        (Transition("never", ("p",), ("q",), tests={"a": 1}, inhibitors={"b": 1}),),
+    )
+    assert firings(net, "never") == set()
+    assert len(timed_system(net).variables) == 1
+
+
+def test_bounds_cut_away_what_cannot_be():
+    net = PetriNet("bounds", (Place("p", tokens=1), Input("x")), (Transition("t", ("p",), tests={"x": 5}),))
+    assert "t" in {s.what for i in range(explore_cycles(net).n_nodes) for s in explore_cycles(net).run(i)}
+    space = explore_cycles(timed_system(net, bounds={"x": (0, 4)}))
+    assert not (space.graph.labels == 0).any()
+
+
+def test_several_servers_are_refused_by_name():
+    net = PetriNet("servers", (Place("p", tokens=3),), (Transition("slow", ("p",), delay=2, servers=3),))
+    with pytest.raises(NetError, match="'slow'.*3 servers"):
+        explore_cycles(net)
+
+
+def test_every_run_of_random_nets_is_among_those_explored():
+    """Execution follows one order, analysis every order: each marking at the end of a cycle must be one that analysis foresees."""
+    followed = 0
+    for seed in range(150):
+        net = random_net(seed)
+        space = explore_cycles(net)
+        assert space.complete
+        executor = Executor(net)
+        draw = random.Random(seed)
+        columns = [executor.net.place(name) for name in space.system.places]
+        here = np.zeros(space.n_nodes, bool)
+        here[0] = True
+        for _ in range(25):
+            inputs = {"seen": draw.choice([-2.0, 0.0, 1.0, 3.0])}
+            beliefs = {"bearing": draw.choice([-4.0, -1.0, 0.0, 1.0, 2.0])}
+            try:
+                executor.step(inputs, beliefs=beliefs)
+            except LivelockError:
+                break
+            marking = executor.marking[0, columns].astype(np.int16)
+            here = boundary_after(space, here) & (space.markings == marking).all(axis=1)
+            assert here.any(), f"net {seed}: {dict(zip(space.system.places, marking))} was not foreseen"
+            followed += 1
+    assert followed > 1000
+
+
+def boundary_after(space, here):
+    """The ends of cycles that can be reached from the nodes `here` without crossing another."""
+    graph, over = space.graph, space.kinds == kernels.OVER
+    front = np.array([graph.targets[graph.offsets[i]] if over[i] else i for i in np.flatnonzero(here)], np.int64)
+    seen = np.zeros(space.n_nodes, bool)
+    seen[front] = True
+    while len(front):
+        edges = np.concatenate([np.arange(graph.offsets[i], graph.offsets[i + 1]) for i in front])
+        targets = np.unique(graph.targets[edges])
+        fresh = targets[~seen[targets]]
+        seen[fresh] = True
+        front = fresh[~over[fresh]]
+    return seen & over
