@@ -1,0 +1,95 @@
+"""A CPRM as a soccer controller: percepts in, commands out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..architecture.cprm import CPRM, Controller
+from ..envs.controller import Action, Observation, no_action
+from ..errors import ControllerError
+from ..simulator.state import CommandKind
+from .percepts import Percepts
+
+BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
+    "dash": (CommandKind.DASH, ("power", "direction")),
+    "turn": (CommandKind.TURN, ("moment",)),
+    "kick": (CommandKind.KICK, ("power", "direction")),
+    "tackle": (CommandKind.TACKLE, ("direction", "foul")),
+    "catch": (CommandKind.CATCH, ("direction",)),
+    "move": (CommandKind.MOVE, ("x", "y")),
+}
+"""Name of a net's command -> kind and parameters, in the order of ``params``. One of them goes out per cycle."""
+INERTIA_MOMENT = 5.0
+"""Of the default player type (SIMULATOR.md 4.1)."""
+
+
+class SoccerAgent:
+    """Plays with a CPRM, one copy per world.
+
+    Parameters
+    ----------
+    cprm : CPRM
+        Its net emits the commands of `BODY_COMMANDS`, and ``turn_neck(moment)`` and ``change_view(width)``.
+    percepts : callable
+        Observation -> named quantities.
+    **options
+        Passed on to `Controller`.
+    """
+
+    def __init__(self, cprm: CPRM, percepts: Callable[[Observation], Percepts], **options: Any) -> None:
+        self.cprm = cprm
+        self.percepts = percepts
+        self.options = options
+        self.controller: Controller | None = None
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes; the copies are made at the first one."""
+        count = len(observation["level"])
+        if self.controller is None or self.controller.copies != count:
+            exclusive = [[name for name in BODY_COMMANDS if name in _emitted(self.cprm)]]
+            self.controller = Controller(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
+            self._turned = np.zeros(count)
+            worlds = None
+        self.controller.reset(worlds)
+        self._turned[slice(None) if worlds is None else worlds] = 0.0
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every copy."""
+        if self.controller is None:
+            raise ControllerError("act before reset: the controller does not know how many worlds there are")
+        percepts = self.percepts(observation)
+        # his own motion: the turn that was commanded, and the way that the body makes in a cycle
+        percepts["body.turned"] = self._turned
+        along = np.cos(np.radians(percepts["body.speed_direction"]))
+        percepts["body.advanced"] = percepts["body.speed"] * along
+        commands = self.controller.step(percepts)
+        count = self.controller.copies
+        action = no_action(count)
+        self._turned = np.zeros(count)
+        for name, (kind, parameters) in BODY_COMMANDS.items():
+            if name not in commands.fired:
+                continue
+            fired = commands.fired[name]
+            action["type"][fired] = kind
+            for i, key in enumerate(parameters):
+                if key in commands.values[name]:
+                    action["params"][fired, i] = commands.values[name][key][fired]
+            if name == "turn":
+                moment = commands.values[name]["moment"]
+                self._turned = np.where(fired, moment / (1.0 + INERTIA_MOMENT * percepts["body.speed"]), 0.0)
+        if "turn_neck" in commands.fired:
+            fired = commands.fired["turn_neck"]
+            action["turn_neck"][fired, 0] = commands.values["turn_neck"]["moment"][fired]
+        if "change_view" in commands.fired:
+            fired = commands.fired["change_view"]
+            action["view"][fired] = np.rint(commands.values["change_view"]["width"][fired]).astype(np.int64)
+        return action
+
+
+def _emitted(cprm: CPRM) -> set[str]:
+    from ..architecture.petri import compile_net
+
+    return {t.emits.name for t in compile_net(cprm.net).net.transitions if t.emits is not None}

@@ -1,0 +1,27 @@
+"""The CPRM agents by the task that they play."""
+
+from __future__ import annotations
+
+from ..envs.controller import Controller
+from ..envs.tasks import Task
+from ..errors import unknown_name
+
+AGENTS: dict[str, str] = {"GoToBall": "seeker"}
+"""Task -> module of this package that has ``make_controller(task, agent)``."""
+
+
+def make_controller(task: Task, agent: str) -> Controller:
+    """The CPRM agent that plays a task.
+
+    Raises
+    ------
+    UnknownName
+        Listing the tasks for which there is an agent.
+    """
+    if task.name not in AGENTS:
+        raise unknown_name("task of the controller 'cprm':", task.name, AGENTS)
+    from importlib import import_module
+
+    factory = import_module(f".{AGENTS[task.name]}", __package__)
+    controller: Controller = factory.make_controller(task, agent)
+    return controller

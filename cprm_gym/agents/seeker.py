@@ -1,0 +1,45 @@
+"""The seeker: goes to the ball, looks for it again when it is lost, and stays at it."""
+
+from __future__ import annotations
+
+from ..architecture.cprm import CPRM, Observe
+from ..architecture.petri import PetriNet, Place, Transition
+from ..envs.tasks import Task
+from .models import BALL_MODEL
+from .percepts import ball_percepts
+from .play import SoccerAgent
+from .skills.go_to_ball import GO_TO_BALL
+
+SEEKER_NET = PetriNet(
+    "seeker",
+    places=(Place("intend", capacity=1, tokens=1), Place("arrived", capacity=1)),
+    modules={"go": GO_TO_BALL},
+    transitions=(
+        Transition("set_out", ("intend",), ("go.begin",)),
+        Transition("arrive", ("go.at_ball",), ("arrived",)),
+        Transition("search_again", ("go.lost_ball",), ("intend",)),
+        Transition("give_way", ("go.aborted",), ("intend",)),
+        Transition("follow", ("arrived",), ("intend",), delay=1),
+    ),
+)
+"""High level: one module, started again when it loses the ball, and a cycle after it has arrived."""
+
+SEEKER = CPRM(
+    "seeker",
+    net=SEEKER_NET,
+    model=BALL_MODEL,
+    objects={"ball": "Ball"},
+    observations=(
+        Observe("ball.turned", "body.turned"),
+        Observe("ball.advanced", "body.advanced"),
+        Observe("ball.seen", "ball.seen", when="body.fresh"),
+        Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
+        Observe("ball.seen_dir", "ball.direction", when="ball.seen"),
+    ),
+)
+"""Net, belief about the ball, and the links between them."""
+
+
+def make_controller(task: Task, agent: str) -> SoccerAgent:
+    """The seeker as a controller."""
+    return SoccerAgent(SEEKER, ball_percepts)

@@ -1,0 +1,439 @@
+"""CPRM: a Petri net that acts and a relational model that infers, each seeing the other in its own terms (dissertation §2.3.1, §2.3.4).
+
+The net sees variables as places (`Belief` places: a view of a posterior), the model sees places as variables (`Observe`: a variable whose
+reading is an expression over percepts and places), and relations follow object tokens (`Cluster`: while its object places hold objects,
+the relation is active on them). `CPRM` is the value; `Controller` runs it for many agents at once. Neither knows what is being
+controlled.
+
+One cycle: percepts set input places -> every `period` cycles the relations that the object places ask for are switched, the model
+is told its observations and inference runs -> belief places -> object selection -> math -> immediate transitions -> clocks -> timed
+transitions -> commands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError, NetError, did_you_mean
+from .petri import Belief, ObjectPlace, PetriNet, compile_net
+from .petri.commands import Commands
+from .petri.execution import Executor
+from .petri.values import FrozenMap
+from .prm.filtering import Filter
+from .prm.formulas import Formula
+from .prm.grounding import Grounding
+from .prm.schema import Model
+from .prm.views import View
+
+Percepts = Mapping[str, NDArray[Any]]
+"""Name -> (W,) numbers: what the agents perceive in a cycle."""
+
+
+@dataclass(frozen=True)
+class Observe:
+    """A variable, or an input, of the model that is read from percepts and places.
+
+    Parameters
+    ----------
+    variable : str
+        ``"ball.seen_dist"``.
+    value : str
+        Expression over percepts and places of the net. A place is read as the cycle before left it, since a place that follows from a
+        belief must not be counted as fresh evidence for it. Named states take their index.
+    when : str
+        Expression; the variable is observed where it is true. Empty: always.
+    """
+
+    variable: str
+    value: str
+    when: str = ""
+
+    def __post_init__(self) -> None:
+        for text in (self.value, self.when):
+            if text:
+                Formula(text)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Object places that switch a relation: it is active on the objects that they hold (§2.3.4).
+
+    Parameters
+    ----------
+    relation : str
+    places : tuple of str
+        For each role, in the relation's order, an object place of the net, or ``"=name"`` for a fixed object.
+    """
+
+    relation: str
+    places: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.places, str):
+            raise ModelError(f"cluster {self.relation!r}: `places` takes a tuple, got the string {self.places!r}; write ({self.places!r},)")
+        object.__setattr__(self, "places", tuple(self.places))
+
+
+@dataclass(frozen=True)
+class CPRM:
+    """Net, model and the links between them.
+
+    Parameters
+    ----------
+    name : str
+    net : PetriNet
+    model : Model, optional
+        Without one the net must have no belief places.
+    objects : mapping of str to str
+        Object -> class; the order within a class is that of the indices in object places.
+    observations : tuple of Observe
+    clusters : tuple of Cluster
+    period : int
+        t_B: cycles between inferences; a slice of the model is that long.
+
+    Raises
+    ------
+    ModelError, NetError
+        When a link names what is not there; the message says what is.
+    """
+
+    name: str
+    net: PetriNet
+    model: Model | None = None
+    objects: Mapping[str, str] = field(default_factory=FrozenMap)
+    observations: tuple[Observe, ...] = ()
+    clusters: tuple[Cluster, ...] = ()
+    period: int = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "objects", FrozenMap(self.objects))
+        object.__setattr__(self, "observations", tuple(self.observations))
+        object.__setattr__(self, "clusters", tuple(self.clusters))
+        if isinstance(self.period, bool) or not isinstance(self.period, int) or self.period < 1:
+            raise ModelError(f"cprm {self.name!r}: `period` is a number of cycles from 1, got {self.period!r}")
+        _check_links(self)
+
+
+def _check_links(cprm: CPRM) -> None:
+    """Refuse links to places, variables, relations and objects that do not exist."""
+    where = f"cprm {cprm.name!r}"
+    net = compile_net(cprm.net)
+    beliefs = [p for p in net.net.places if isinstance(p, Belief)]
+    if cprm.model is None:
+        if beliefs or cprm.observations or cprm.clusters:
+            raise ModelError(f"{where}: belief places, observations and clusters need a model, and there is none")
+        return
+    ground = Grounding(cprm.model, cprm.objects).ground((), first=True)
+    for place in beliefs:
+        owner = place.variable.partition(".")[0]
+        held = next((p for p in net.net.places if isinstance(p, ObjectPlace) and p.name == owner), None)
+        names = {f"{o}.{place.variable.partition('.')[2]}" for o, c in cprm.objects.items() if held and c == held.class_name}
+        for variable in names or {place.variable}:
+            if variable not in ground.variables:
+                raise ModelError(f"{where}, belief place {place.name!r}: unknown variable {variable!r}.{did_you_mean(variable, ground.variables)}")
+            view_of(place).check(ground.variables[variable])
+    for link in cprm.observations:
+        if link.variable not in ground.variables:
+            hint = did_you_mean(link.variable, ground.variables)
+            raise ModelError(f"{where}: observation of unknown variable {link.variable!r}.{hint}")
+    relations = {r.name: r for r in cprm.model.relations}
+    places = {p.name: p for p in net.net.places if isinstance(p, ObjectPlace)}
+    for cluster in cprm.clusters:
+        if cluster.relation not in relations:
+            raise ModelError(f"{where}: cluster of unknown relation {cluster.relation!r}.{did_you_mean(cluster.relation, relations)}")
+        roles = relations[cluster.relation].roles
+        if len(roles) != len(cluster.places):
+            raise ModelError(f"{where}: relation {cluster.relation!r} has {len(roles)} roles, its cluster names {len(cluster.places)} places")
+        for place_name in cluster.places:
+            if place_name.startswith("="):
+                if place_name[1:] not in cprm.objects:
+                    raise ModelError(f"{where}: cluster {cluster.relation!r} names unknown object {place_name[1:]!r}")
+            elif place_name not in places:
+                raise NetError(f"{where}: cluster {cluster.relation!r} names {place_name!r}, which is not an object place of the net")
+
+
+def view_of(place: Belief) -> View:
+    """The view of a belief place as the model knows it."""
+    return View.parse(f"{place.view}({place.state})" if place.state else place.view)
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One cycle of one agent, from what it perceived to what it did.
+
+    Attributes
+    ----------
+    cycle : int
+    percepts : dict of str to float
+    evidence : dict of str to float or None
+        What the model was told; None where not observed.
+    beliefs : dict of str to float
+        Belief places.
+    relations : tuple of str
+        Active in the model.
+    marking : dict of str to float
+        Places that hold something, after the cycle.
+    fired : tuple of str
+        Transitions in the order of firing.
+    enabled : tuple of str
+        Transitions enabled at some firing but not fired.
+    commands : dict of str to dict of str to float
+    """
+
+    cycle: int
+    percepts: Mapping[str, float]
+    evidence: Mapping[str, float | None]
+    beliefs: Mapping[str, float]
+    relations: tuple[str, ...]
+    marking: Mapping[str, float]
+    fired: tuple[str, ...]
+    enabled: tuple[str, ...]
+    commands: Mapping[str, Mapping[str, float]]
+
+
+class Controller:
+    """A CPRM that runs for `copies` agents.
+
+    Parameters
+    ----------
+    cprm : CPRM
+    copies : int
+        W.
+    exclusive : sequence of sequences of str
+        Groups of commands of which one goes out per cycle (`Executor`).
+    engine : str or engine
+        How the model is filtered (`Filter`).
+    on_impossible : str
+        What happens to readings of probability zero; by default the agent's belief begins anew.
+    trace : bool
+        Keep what `explain` tells.
+    seed : int, optional
+    """
+
+    def __init__(
+        self,
+        cprm: CPRM,
+        copies: int = 1,
+        *,
+        exclusive: Sequence[Sequence[str]] = (),
+        engine: Any = "exact",
+        on_impossible: str = "restart",
+        trace: bool = False,
+        seed: int | None = None,
+    ) -> None:
+        self.cprm = cprm
+        self.copies = copies
+        compiled = compile_net(cprm.net)
+        self._by_class = {c: tuple(o for o, k in cprm.objects.items() if k == c) for c in cprm.objects.values()}
+        counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
+        self.executor = Executor(compiled, copies, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
+        self.places = set(self.executor.net.place_names)
+        self._links = [(o.variable, Formula(o.value), Formula(o.when) if o.when else None) for o in cprm.observations]
+        self._beliefs = [(p.name, p.variable, view_of(p)) for p in self.executor.belief_places]
+        self._owner = {
+            p.name: p.class_name for p in self.executor.net.net.places if isinstance(p, ObjectPlace)
+        }
+        # agents whose tokens or phases differ have other relations or slices: then each filters alone, over the same ground slices
+        shared = (not cprm.clusters and cprm.period == 1) or copies == 1
+        self.filters: list[Filter] = []
+        if cprm.model is not None:
+            grounding = Grounding(cprm.model, cprm.objects)
+            ground = grounding.ground((), first=True)
+            self._variables = ground.variables
+            count = 1 if shared else copies
+            self.filters = [
+                Filter(grounding, copies if shared else 1, engine, on_impossible=on_impossible, seed=seed) for _ in range(count)
+            ]
+        self._trace = trace
+        self._percepts: Percepts = {}
+        self._evidence: dict[str, Any] = {}
+        self._active: list[tuple[str, ...]] = [()] * len(self.filters)
+        self._cycle = np.zeros(copies, np.int64)
+
+    # ------------------------------------------------------------------ life
+
+    def reset(self, copies: NDArray[Any] | None = None) -> None:
+        """Bring net and belief of agents back to their beginning.
+
+        Parameters
+        ----------
+        copies : (W,) bool array, optional
+            Which agents; all if not given.
+        """
+        mask = np.ones(self.copies, bool) if copies is None else np.asarray(copies, bool)
+        self.executor.reset(mask)
+        self._cycle[mask] = 0
+        if len(self.filters) == 1:
+            self.filters[0].reset(None if mask.all() else mask)
+        else:
+            for k in np.flatnonzero(mask):
+                self.filters[k].reset()
+
+    # ------------------------------------------------------------------ the cycle
+
+    def step(self, percepts: Percepts, objects: Mapping[str, Mapping[str, Any]] | None = None) -> Commands:
+        """Run one cycle.
+
+        Parameters
+        ----------
+        percepts : mapping of str to (W,) numbers
+            Everything that input places observe and observations read; more may be given.
+        objects : mapping, optional
+            Class -> attribute -> (n,) or (W, n) numbers of the candidates of object places (`Executor.see`).
+
+        Returns
+        -------
+        Commands
+
+        Raises
+        ------
+        UnknownName, NetError
+            When a percept that is needed is missing, or is not a finite number.
+        """
+        self._percepts = percepts
+        inputs = {name: self._needed(percepts, name) for name in self.executor.input_names}
+        self.executor.observe(inputs)
+        due = self._cycle % self.cprm.period == 0
+        if self.filters and due.any():
+            self._infer(percepts, due)
+        if objects is not None:
+            self.executor.see(objects)
+        commands = self.executor.run()
+        self._cycle += 1
+        return commands
+
+    def _needed(self, percepts: Percepts, name: str) -> Any:
+        if name not in percepts:
+            raise NetError(f"cprm {self.cprm.name!r}: the net observes {name!r}, which is not among the percepts {', '.join(percepts) or 'none'}")
+        return percepts[name]
+
+    def _infer(self, percepts: Percepts, due: NDArray[np.bool_]) -> None:
+        """One slice of the model for the agents that are due: observations, relations, posterior, belief places."""
+        evidence = self._read(percepts)
+        self._evidence = evidence
+        if len(self.filters) == 1:
+            self._active = [self.relations(0)]
+            result = self.filters[0].step(evidence, active=self._active[0])
+            values = {name: view(result[self._held(variable, 0)], self._variables[self._held(variable, 0)])
+                      for name, variable, view in self._beliefs if self._held(variable, 0)}  # fmt: skip
+            self.executor.believe(values)
+            return
+        table = {name: self.executor.read(name) for name, _, _ in self._beliefs}
+        for k, one in enumerate(self.filters):
+            if not due[k]:
+                continue
+            self._active[k] = self.relations(k)
+            own = {name: value[k : k + 1] for name, value in evidence.items()}
+            result = one.step(own, active=self._active[k])
+            for name, variable, view in self._beliefs:
+                held = self._held(variable, k)
+                table[name][k] = float(view(result[held], self._variables[held])[0]) if held else self._default_of(name)
+        self.executor.believe(table)
+
+    def _default_of(self, belief: str) -> float:
+        place = self.executor.net.net.place(belief)
+        return float(place.value) if isinstance(place, Belief) else 0.0
+
+    def _held(self, variable: str, copy: int) -> str:
+        """The variable that a belief place means: of the object that an object place holds, or itself; empty when it holds none."""
+        owner, _, attribute = variable.partition(".")
+        if owner not in self._owner:
+            return variable
+        index = int(self.executor.holds(owner)[copy])
+        return f"{self._by_class[self._owner[owner]][index]}.{attribute}" if index >= 0 else ""
+
+    def relations(self, copy: int) -> tuple[str, ...]:
+        """Active relation tuples that the object places of an agent ask for."""
+        active = []
+        for cluster in self.cprm.clusters:
+            names = []
+            for place in cluster.places:
+                if place.startswith("="):
+                    names.append(place[1:])
+                    continue
+                index = int(self.executor.holds(place)[copy])
+                if index < 0:
+                    break
+                names.append(self._by_class[self._owner[place]][index])
+            else:
+                active.append(f"{cluster.relation}({','.join(names)})")
+        return tuple(dict.fromkeys(active))
+
+    def _read(self, percepts: Percepts) -> dict[str, Any]:
+        """What the model is told: name -> masked (W,) numbers."""
+        evidence: dict[str, Any] = {}
+        for variable, value, when in self._links:
+            observed = np.ones(self.copies, bool) if when is None else self._evaluate(when, percepts) >= 0.5
+            numbers = self._evaluate(value, percepts)
+            states = numbers if self._variables[variable].edges is not None else np.rint(numbers).astype(np.int64)
+            if observed.all():
+                evidence[variable] = states
+            elif observed.any():
+                evidence[variable] = np.ma.MaskedArray(states, ~observed)
+            else:
+                evidence[variable] = np.full(self.copies, -1, np.int64)
+        return evidence
+
+    def _evaluate(self, formula: Formula, percepts: Percepts) -> NDArray[np.float64]:
+        values = {name: self._value(name, percepts) for name in formula.names}
+        return formula(values, self.copies)
+
+    def _value(self, name: str, percepts: Percepts) -> NDArray[np.float64]:
+        if name in percepts:
+            return np.broadcast_to(np.asarray(percepts[name], np.float64), (self.copies,))
+        if name in self.places:
+            return self.executor.read(name)
+        known = [*percepts, *self.places]
+        raise NetError(f"cprm {self.cprm.name!r}: {name!r} is neither a percept nor a place.{did_you_mean(name, known)}")
+
+    # ------------------------------------------------------------------ explanations
+
+    def explain(self, copy: int = 0) -> Decision:
+        """The last decision of an agent; the controller must have been made with ``trace=True`` for what fired.
+
+        Raises
+        ------
+        NetError
+            When there is no such agent, or nothing has been decided yet.
+        """
+        if not 0 <= copy < self.copies or not self._percepts:
+            raise NetError(f"cprm {self.cprm.name!r}: no decision of agent {copy!r} to explain; there are agents 0 to {self.copies - 1}")
+        executor, cycle = self.executor, int(self._cycle[copy]) - 1
+        fired: list[str] = []
+        enabled: set[str] = set()
+        if executor.trace is not None:
+            for firing in executor.trace.firings(copy=copy, cycle=cycle):
+                fired.append(firing.transition)
+                enabled.update(firing.enabled)
+        row = executor.marking[copy]
+        told = {name: _shown(value, copy if len(np.shape(value)) else 0) for name, value in self._evidence.items()}
+        commands = {
+            name: {key: float(v[copy]) for key, v in executor._commands.values[name].items()}
+            for name, out in executor._commands.fired.items() if out[copy]
+        }  # fmt: skip
+        return Decision(
+            cycle=cycle,
+            percepts={name: float(np.broadcast_to(np.asarray(v, float), (self.copies,))[copy]) for name, v in self._percepts.items()},
+            evidence=told,
+            beliefs={name: float(executor.read(name)[copy]) for name, _, _ in self._beliefs},
+            relations=self._active[0 if len(self.filters) == 1 else copy] if self.filters else (),
+            marking={name: float(value) for name, value in zip(executor.net.place_names, row) if value != 0.0},
+            fired=tuple(fired),
+            enabled=tuple(sorted(enabled - set(fired))),
+            commands=commands,
+        )
+
+
+def _shown(value: Any, copy: int) -> float | None:
+    entry = value[copy]
+    if np.ma.is_masked(entry) or (isinstance(entry, np.integer) and entry < 0):
+        return None
+    return float(entry)
+
+
+__all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "view_of"]
