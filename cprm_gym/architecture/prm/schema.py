@@ -17,12 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cprm_gym.architecture.prm.aggregates import Aggregate
 from cprm_gym.architecture.prm.cpds import CPD, Dense, Uniform, as_cpd
 from cprm_gym.architecture.prm.domains import Domain, as_domain, state_index
 from cprm_gym.errors import CprmError, ModelError
+
+if TYPE_CHECKING:
+    from cprm_gym.architecture.prm.diffusion import DiffusionReport
 
 PREVIOUS_PREFIX = "prev."
 RESERVED = ("prev", "static")
@@ -325,6 +328,12 @@ class Model:
     def checked(self) -> Any:
         """The resolved model (`checking.Checked`)."""
         return self._checked  # type: ignore[attr-defined]
+
+    def diffusion_report(self, steps: int = 20) -> DiffusionReport:
+        """How much the bins alone spread a belief: each motion against the chain of its bins (`diffusion`)."""
+        from cprm_gym.architecture.prm.diffusion import diffusion_report
+
+        return diffusion_report(self, steps)
 
     def with_cpds(self, learned: Mapping[tuple[str, ...], Dense]) -> Model:
         """The same model with other CPDs.
