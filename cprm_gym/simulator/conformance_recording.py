@@ -289,7 +289,7 @@ def hidden_of(world: Any, row: int, fields: list[str], ban: int, duration: int) 
     values["arm_movable"], values["arm_expires"] = max(ban - timer, 0), max(duration - timer, 0)
     values["focus"] = KEYS[attention - 1] if attention else ""
     values["tackle_expires"], values["foul_charged"] = int(world["tackle_cycles"][row]), int(world["foul_cycles"][row])
-    values["collision"] = "".join(letter for letter, bit in _LETTERS if world["collided"][row] & bit)
+    values["collision"] = "".join(letter for letter, bit in _LETTERS if int(world["collided"][row]) >> 4 & bit)
     values["card"] = ("none", "yellow", "red")[min(int(world["card_count"][row]), 2)]
     return [values[name] for name in fields]
 

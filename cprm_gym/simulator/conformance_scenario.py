@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.simulator.command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from cprm_gym.simulator.command_text import command_record, parse_commands, parse_trainer, side_of_team
 from cprm_gym.simulator.conformance_recording import (
     KEYS,
     MODES,
@@ -104,9 +104,10 @@ class ScenarioReplay:
     def begin(self, case: dict[str, Any]) -> None:
         """Set a case up: the trainer's work, then exactly the recorded initial state."""
         world, first = self.world, case["steps"][0]
+        self.listener.begin(case)
         init = completed(case)
         if self._started:
-            self._idle(case["t0"])
+            self._idle(case["t0"], first)
         else:
             name = init.get("pm") or case.get("change_mode") or first["state"]["pm"]
             if first.get("trainer") and not init.get("pm"):
@@ -119,9 +120,7 @@ class ScenarioReplay:
                 world["body_staged"][row] = world["body"][row]
         world["time"], world["stoppage"] = case["t0"], 0
         load_objects(world, init)
-        for key, x, y, body, vx, vy in case.get("setup", ()):
-            what = ("ball",) if key == "ball" else ("player", self.names[0 if key[0] == "l" else 1], float(key[1:]))
-            execute_trainer(self.simulator, PlayerCommand("move", (what, x, y, body, vx, vy)), self.names)
+        world["collided"] = 0
         if case.get("recover"):
             recover(self.simulator)
         load_objects(world, init)
@@ -136,7 +135,7 @@ class ScenarioReplay:
                 load_hidden(world, ROW[key], self.fields, values, self.parameters.point_to_duration)
         self._last = None
 
-    def _idle(self, until: int) -> None:
+    def _idle(self, until: int, first: dict[str, Any]) -> None:
         """Let the cycles between two cases pass, in which nobody did anything that was recorded."""
         gap = until - int(self.world["time"])
         if gap > 0:
@@ -145,6 +144,15 @@ class ScenarioReplay:
                 load_objects(self.world, self._last)
         for _ in range(max(gap, 0)):
             self.simulator.advance()
+        if gap > 0:
+            self._unlock(first)
+
+    def _unlock(self, first: dict[str, Any]) -> None:
+        """Free players who, in the state after the next step, are not frozen any more: more cycles passed while the clock stood."""
+        world = self.world
+        for key in first.get("state", {}).get("pl", {}):
+            if "t" not in first["state"].get("ex", {}).get(key, {}).get("st", ""):
+                world["tackle_cycles"][ROW[key]], world["busy"][ROW[key]] = 0, 0
 
     def run_steps(self, case: dict[str, Any], free: bool) -> None:
         """Run the steps of a case, each from the recorded state before it or from the own one."""
@@ -198,12 +206,12 @@ class ScenarioReplay:
         key = before["key"][0].copy()
         best: tuple[int, Result, Any] | None = None
         worlds: list[Any] = []
-        for number, outcome in enumerate(self._outcomes(row.step)):
+        for number, (outcome, order) in enumerate(self._outcomes(row.step)):
             if number:
                 put_back(self.simulator, before)
                 self.world["key"] = self._keys[number]
             found = Result("", "")
-            self._perform(row, outcome)
+            self._perform(row, outcome, order)
             self._compare(row, found, frozenset())
             if best is None or found.failed < best[0]:
                 best = found.failed, found, snapshot_copy(self.simulator)
@@ -224,19 +232,24 @@ class ScenarioReplay:
         self.result.cycles += 1
         merge(self.result, found)
 
-    def _outcomes(self, step: dict[str, Any]) -> Iterator[int]:
-        """What to force a tackle or catch to be that the recording does not tell: first nothing, then each way, then more draws."""
-        yield 0
-        open_draw = "random_possible" not in step and any(
-            word in text for text in (step.get("cmd") or {}).values() for word in ("(tackle", "(catch")
-        )
-        if open_draw:
-            yield 1
-            yield -1
-        for _ in range(TRIES - 3):
-            yield 0
+    def _outcomes(self, step: dict[str, Any]) -> Iterator[tuple[int, list[str]]]:
+        """What may have happened that the recording does not tell: outcome of tackles and catches, order of the players' commands.
 
-    def _perform(self, row: _Row, outcome: int = 0) -> None:
+        Nothing forced, then each outcome, then other orders; every try also draws anew.
+        """
+        commands = list(step.get("cmd") or {})
+        order = step.get("order") or commands
+        yield 0, order
+        texts = (step.get("cmd") or {}).values()
+        if "random_possible" not in step and any("(tackle" in text or "(catch" in text for text in texts):
+            yield 1, order
+            yield -1, order
+        shuffles = np.random.default_rng(7)
+        for number in range(TRIES - 3):
+            mixed = [commands[index] for index in shuffles.permutation(len(commands))]
+            yield 0, order if "order" in step or number % 2 else mixed
+
+    def _perform(self, row: _Row, outcome: int = 0, order: list[str] | None = None) -> None:
         """Trainer, commands in order, step."""
         simulator, world, step = self.simulator, self.world, row.step
         world["announced"], world["announced_done"] = 0, 0
@@ -247,7 +260,7 @@ class ScenarioReplay:
         world["forced_tackle"] = world["forced_catch"] = outcome
         self._force(step)
         commands = step.get("cmd") or {}
-        for player in step.get("order") or list(commands):
+        for player in order or list(commands):
             self._command(player, commands.get(player, ""))
         simulator.advance()
         for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
@@ -284,7 +297,7 @@ class ScenarioReplay:
 
     def _compare(self, row: _Row, result: Result, skip: frozenset[int]) -> None:
         world, step = self.world, row.step
-        self.listener.adopt_counts(world, step)
+        self.listener.adopt(self.simulator, step)
         if "state" in step:
             state = step["state"]
             compare_state(result, row.case, row.cycle, world, state, self._tolerance(row), skip)
@@ -302,7 +315,7 @@ class ScenarioReplay:
             expected, said = self.listener.announcements(step), said_by_referee(self.simulator)
             if expected is not None:
                 result.equal(row.case, row.cycle, "referee", "announcements", expected, said)
-        compare_messages(result, row.case, row.cycle, self.simulator, step, skip)
+        compare_messages(result, row.case, row.cycle, self.simulator, step, self.listener, skip)
 
     def _compare_aux(self, row: _Row, result: Result) -> None:
         world, aux = self.world, row.step.get("aux")
