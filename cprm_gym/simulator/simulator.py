@@ -20,6 +20,7 @@ from cprm_gym.simulator.kernels import landmarks as landmark_kernels
 from cprm_gym.simulator.kernels import senses as eye_kernels
 from cprm_gym.simulator.kernels import step as kernels
 from cprm_gym.simulator.kernels.random import draw_uniforms
+from cprm_gym.simulator.officials import Officials
 from cprm_gym.simulator.parameters import Rules, ServerParameters, pack
 from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
 from cprm_gym.simulator.senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
@@ -50,7 +51,7 @@ def no_commands(*shape: int) -> npt.NDArray[Any]:
     return commands
 
 
-class Simulator:
+class Simulator(Officials):
     """`worlds` matches of 2D soccer.
 
     Parameters

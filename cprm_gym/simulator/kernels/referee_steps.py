@@ -67,10 +67,11 @@ SAY_WITHOUT_A_TEAM = int(Announcement.TIME_UP_WITHOUT_A_TEAM)
 def team_exists(w, side):
     """Some player of `side` takes part, or did until he was sent off."""
     start = 0 if side == LEFT else 11
+    players = 0
     for i in range(start, start + 11):
         if w.enabled[i] or w.bits[i] & BIT_DISCARD:
-            return True
-    return False
+            players += 1
+    return players > 0
 
 
 @kernel
