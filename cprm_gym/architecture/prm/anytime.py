@@ -46,7 +46,9 @@ class AnytimeEngine:
 
     name = "anytime"
 
-    def __init__(self, budget_ms: float = 20.0, memory_limit: float = 2.0**26, block: int = 500, most: int = 20_000, seed: Any = None) -> None:
+    def __init__(
+        self, budget_ms: float = 20.0, memory_limit: float = 2.0**26, block: int = 500, most: int = 20_000, seed: Any = None
+    ) -> None:
         if budget_ms <= 0:
             raise ParameterError(f"`budget_ms` is positive, got {budget_ms!r}")
         self.budget_ms, self.block, self.most = budget_ms, block, most
@@ -92,8 +94,14 @@ class AnytimeEngine:
         """What the exact step would take."""
         return self.factored.cost(transition, width)
 
-    def advance(self, belief: Belief | Particles, info: SliceInfo, readings: Readings, status: np.ndarray | None = None,
-                forgive: np.ndarray | None = None) -> Outcome | Estimate:
+    def advance(
+        self,
+        belief: Belief | Particles,
+        info: SliceInfo,
+        readings: Readings,
+        status: np.ndarray | None = None,
+        forgive: np.ndarray | None = None,
+    ) -> Outcome | Estimate:
         """Go on by one slice by the best engine that fits."""
         begun = perf_counter()
         factored = belief
@@ -107,7 +115,7 @@ class AnytimeEngine:
         particles = belief if isinstance(belief, Particles) else to_particles(belief, self.block, self.sampled.rng)
         return self._timed(self._sample(particles, info, readings, status, begun, forgive), begun)
 
-    def _timed(self, result: Any, begun: float) -> Any:
+    def _timed(self, result: Outcome | Estimate, begun: float) -> Outcome | Estimate:
         result.report = {**result.report, "ms": 1e3 * (perf_counter() - begun), "budget_ms": self.budget_ms}
         return result
 
@@ -157,8 +165,15 @@ class AnytimeEngine:
         if flops > 2e5 and seconds > 1e-4:
             self.rate = 0.9 * self.rate + 0.1 * min(max(flops / (1e3 * seconds), 1e5), 1e8)
 
-    def _sample(self, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray | None, begun: float,
-                forgive: np.ndarray | None) -> Estimate:
+    def _sample(
+        self,
+        belief: Particles,
+        info: SliceInfo,
+        readings: Readings,
+        status: np.ndarray | None,
+        begun: float,
+        forgive: np.ndarray | None,
+    ) -> Estimate:
         """Particles in blocks until the time is up; at least one block."""
         if status is None:
             status = info.status(readings.hard, readings.soft, self.sampled.temporal)
@@ -209,7 +224,7 @@ def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3)
             scope = tuple((n, -1 if info.fixed[info.row[n]] else 0) for n in cluster)
             pieces.append(Piece(len(arrays), 0, (PieceFactor(scope, 0, table.shape[1]),)))
             arrays.append(table / table.sum(axis=1, keepdims=True))
-    status = (belief.hard >= 0).all(axis=1)
+    status = np.asarray((belief.hard >= 0).all(axis=1))
     held = {n: row for n, row in info.row.items() if status[row] and not info.fixed[row]}
     layout = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
     return Belief(layout, tuple(arrays), belief.hard)
@@ -227,7 +242,7 @@ def _clusters(belief: Particles, info: SliceInfo, part: tuple[str, ...], weights
             with np.errstate(divide="ignore", invalid="ignore"):
                 information = np.where(table > 0, table * np.log(table / product), 0.0).sum(axis=(1, 2)).mean()
             shared.append((float(information) - (cards[a] - 1) * (cards[b] - 1) / (2.0 * weights.shape[1]), a, b))
-    clusters = {n: (n,) for n in part}
+    clusters: dict[str, tuple[str, ...]] = {n: (n,) for n in part}
     for information, a, b in sorted(shared, reverse=True):
         joined = tuple(n for n in part if n in clusters[a] + clusters[b])
         if information > 0 and clusters[a] != clusters[b] and np.prod([float(cards[n]) for n in joined]) <= limit:

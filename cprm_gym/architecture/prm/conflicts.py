@@ -27,14 +27,18 @@ def suspects(outcome: Outcome, agent: int) -> list[str]:
     return list(names)
 
 
-def minimal_conflict(engine: ExactEngine, before: Any, info: SliceInfo, readings: Readings, names: list[str], agent: int) -> list[str]:
+def minimal_conflict(
+    engine: ExactEngine, before: Any, info: SliceInfo, readings: Readings, names: list[str], agent: int
+) -> list[str]:
     """A smallest-by-inclusion subset of the readings that still has probability zero.
 
     Each reading is left out in turn, and stays out if the rest is still impossible.
     """
     row = np.array([agent])
     width = readings.hard.shape[1]
-    alone = before._replace(messages=tuple(np.ascontiguousarray(m[agent::width]) for m in before.messages), hard=before.hard[:, row])
+    alone = before._replace(
+        messages=tuple(np.ascontiguousarray(m[agent::width]) for m in before.messages), hard=before.hard[:, row]
+    )
     kept = list(names)
 
     def impossible(left: list[str]) -> bool:
@@ -56,7 +60,9 @@ def minimal_conflict(engine: ExactEngine, before: Any, info: SliceInfo, readings
     return kept
 
 
-def explain(engine: Any, before: Any, info: SliceInfo, readings: Readings, outcome: Any, agents: np.ndarray, step: int) -> ImpossibleEvidence:
+def explain(
+    engine: Any, before: Any, info: SliceInfo, readings: Readings, outcome: Any, agents: np.ndarray, step: int
+) -> ImpossibleEvidence:
     """The error that names a smallest conflicting set of readings of the first agent concerned."""
     agent = int(agents[0])
     if isinstance(outcome, Outcome) and not outcome.replaced and isinstance(engine, ExactEngine):
@@ -71,12 +77,16 @@ def explain(engine: Any, before: Any, info: SliceInfo, readings: Readings, outco
         shown.append(f"{name} = {info.variables[name].states[value]}" if value >= 0 else f"the likelihood of {name}")
     who = f" (agent {agent}{f' and {len(agents) - 1} more' if len(agents) > 1 else ''})" if readings.hard.shape[1] > 1 else ""
     return ImpossibleEvidence(
-        f"step {step}: the belief gives probability zero to {', '.join(shown) or 'the readings'}{who}; the belief is left as it was",
-        step=step, conflict=tuple(names), agents=tuple(int(a) for a in agents),
+        f"step {step}: the belief excludes {' together with '.join(shown) or 'what was read'}{who}; it is left as it was",
+        step=step,
+        conflict=tuple(names),
+        agents=tuple(int(a) for a in agents),
     )
 
 
-def soften(outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, everything: bool) -> Readings:
+def soften(
+    outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, everything: bool
+) -> Readings:
     """Readings with the impossible ones taken out, or taken as true with probability ``1 - eps``.
 
     Parameters

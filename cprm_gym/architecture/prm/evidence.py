@@ -46,7 +46,7 @@ def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
         With edges.
     values : float array
         In the unit of the edges. Bin k holds ``edges[k] <= x < edges[k + 1]``, the last bin its upper edge too; a circular
-        variable takes any finite value.
+        variable takes any finite value, and so does one that clips.
 
     Raises
     ------
@@ -54,15 +54,21 @@ def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
         For a NaN or infinite value, or one outside the bins.
     """
     if variable.edges is None:
-        raise EvidenceError(f"evidence for {variable.name!r}: got the number {values.flat[0]!r}, but its states are names: {_shown(variable)}")
+        raise EvidenceError(
+            f"evidence for {variable.name!r}: got the number {values.flat[0]!r}, but its states are names: {_shown(variable)}"
+        )
     if not np.isfinite(values).all():
         raise EvidenceError(f"evidence for {variable.name!r}: {values[~np.isfinite(values)].flat[0]} is not a finite number")
     edges = np.asarray(variable.edges, dtype=np.float64)
     if variable.circular:
         values = edges[0] + np.mod(values - edges[0], edges[-1] - edges[0])
+    if variable.clip:
+        values = np.clip(values, edges[0], edges[-1])
     outside = (values < edges[0]) | (values > edges[-1])
     if outside.any():
-        raise EvidenceError(f"evidence for {variable.name!r}: {values[outside].flat[0]} lies outside its bins, {edges[0]} to {edges[-1]}")
+        raise EvidenceError(
+            f"evidence for {variable.name!r}: {values[outside].flat[0]} lies outside its bins, {edges[0]} to {edges[-1]}"
+        )
     return np.minimum(np.searchsorted(edges, values, side="right") - 1, variable.card - 1)
 
 
@@ -110,8 +116,14 @@ def state_of(variable: GroundVariable, value: Any) -> np.ndarray | int:
     return array.astype(np.int64)
 
 
-def read_hard(variables: Mapping[str, GroundVariable], names: Sequence[str], cards: np.ndarray, row: Mapping[str, int],
-              evidence: Mapping[str, Any] | np.ndarray | None, width: int) -> np.ndarray:
+def read_hard(
+    variables: Mapping[str, GroundVariable],
+    names: Sequence[str],
+    cards: np.ndarray,
+    row: Mapping[str, int],
+    evidence: Mapping[str, Any] | np.ndarray | None,
+    width: int,
+) -> np.ndarray:
     """Evidence as an array of state indices.
 
     Parameters
@@ -135,7 +147,9 @@ def read_hard(variables: Mapping[str, GroundVariable], names: Sequence[str], car
     """
     if isinstance(evidence, np.ndarray):
         if evidence.shape != (len(names), width) or evidence.dtype.kind not in "iu":
-            raise EvidenceError(f"an evidence array has shape (variables, agents) = {(len(names), width)} and integers, got {evidence.shape}")
+            raise EvidenceError(
+                f"an evidence array has shape (variables, agents) = {(len(names), width)} and integers, got {evidence.shape}"
+            )
         hard = evidence.astype(np.int64, copy=True)
     else:
         hard = np.full((len(names), width), UNOBSERVED, np.int64)
@@ -154,7 +168,7 @@ def read_hard(variables: Mapping[str, GroundVariable], names: Sequence[str], car
     if bad.any():
         at, agent = (int(i) for i in np.argwhere(bad)[0])
         raise EvidenceError(
-            f"evidence for {names[at]!r}: {hard[at, agent]} is no state of it; allowed are 0 to {cards[at] - 1}, and -1 for not observed"
+            f"evidence for {names[at]!r}: {hard[at, agent]} is no state; allowed are 0 to {cards[at] - 1}, -1 is not observed"
         )
     return hard
 
@@ -184,8 +198,12 @@ def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] |
         likelihood = np.asarray(value, dtype=np.float64)
         card = variables[name].card
         if likelihood.shape not in ((card,), (width, card)):
-            raise EvidenceError(f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states")
+            raise EvidenceError(
+                f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states"
+            )
         if not np.isfinite(likelihood).all() or (likelihood < 0).any():
-            raise EvidenceError(f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}")
+            raise EvidenceError(
+                f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}"
+            )
         read[name] = np.broadcast_to(likelihood, (width, card))
     return read

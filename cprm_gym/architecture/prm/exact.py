@@ -112,12 +112,12 @@ class Outcome:
     @property
     def width(self) -> int:
         """Number of agents."""
-        return self.readings.hard.shape[1]
+        return int(self.readings.hard.shape[1])
 
     @property
     def impossible(self) -> np.ndarray:
         """(W,) bool array: where the readings have probability zero."""
-        return ~np.isfinite(self.increment)
+        return np.asarray(~np.isfinite(self.increment))
 
     def marginal(self, name: str) -> np.ndarray:
         """P(variable | all readings so far), shape (W, card)."""
@@ -142,7 +142,9 @@ class Outcome:
         """P(reading | its parents, what was observed of it), for a variable that is not in the belief."""
         info, row = self.info, self.info.row[name]
         cpd = info.slice.by_child[name]
-        scope = tuple((p, ATEMPORAL if p in info.row and info.fixed[info.row[p]] else PRESENT) for p, _ in cpd.parents) + ((name, PRESENT),)
+        scope = tuple((p, ATEMPORAL if p in info.row and info.fixed[info.row[p]] else PRESENT) for p, _ in cpd.parents) + (
+            (name, PRESENT),
+        )
         table = np.broadcast_to(cpd.table, (self.width, *cpd.table.shape)).copy()
         values = self.readings.hard[row]
         seen = np.flatnonzero(values >= 0)
@@ -290,17 +292,21 @@ class ExactEngine:
         loss = np.zeros(width)
         for group in transition.groups:
             incoming = transition.assemble(group, belief.messages, width)
-            message, found, sums, losses = group.plan.run(incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at)
+            message, found, sums, losses = group.plan.run(
+                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at
+            )
             messages.append(message)
             marginals.append(found)
             per_agent = sums.reshape(len(group.members), width, -1)
             with np.errstate(divide="ignore"):
                 increment += np.log(per_agent).sum(axis=(0, 2))
-            zeros.append((per_agent <= 0.0).any(axis=(0, 2)))
+            zeros.append(np.asarray((per_agent <= 0.0).any(axis=(0, 2))))
             if losses.shape[1]:
                 loss += losses.reshape(len(group.members), width).sum(axis=0)
         after = Belief(transition.layout, tuple(messages), readings.hard)
-        return Outcome(after, info, readings, transition, marginals, increment, np.maximum(loss, 0.0), tuple(zeros), engine=self.name)
+        return Outcome(
+            after, info, readings, transition, marginals, increment, np.maximum(loss, 0.0), tuple(zeros), engine=self.name
+        )
 
 
 def soft_array(transition: Transition, info: SliceInfo, readings: Readings) -> np.ndarray:
@@ -324,4 +330,4 @@ def involved(group: Group, names: Iterable[str]) -> list[str]:
     return [n for n in names if n in readings]
 
 
-__all__ = ["Belief", "ComponentCost", "ExactEngine", "Outcome", "WEIGHTED", "belief_factors", "involved", "soft_array"]
+__all__ = ["WEIGHTED", "Belief", "ComponentCost", "ExactEngine", "Outcome", "belief_factors", "involved", "soft_array"]

@@ -78,7 +78,10 @@ def contract(a: Factor, b: Factor, drop: Collection[Any] = ()) -> Factor:
     scope = union([a.scope, b.scope])
     if not any(v in drop for v in scope):
         return multiply(a, b)
-    a, b = a.sum_onto([v for v in a.scope if v not in drop or v in b.scope]), b.sum_onto([v for v in b.scope if v not in drop or v in a.scope])
+    a, b = (
+        a.sum_onto([v for v in a.scope if v not in drop or v in b.scope]),
+        b.sum_onto([v for v in b.scope if v not in drop or v in a.scope]),
+    )
     both = [v for v in a.scope if v in b.scope and v not in drop]
     left = [v for v in a.scope if v not in b.scope]
     right = [v for v in b.scope if v not in a.scope]
@@ -121,7 +124,11 @@ def contract_all(factors: Sequence[Factor], keep: Sequence[Any]) -> Factor:
         pool = [f for f in pool if v not in f.scope]
         while len(inside) > 2:
             inside = sorted([multiply(inside[0], inside[1]), *inside[2:]], key=lambda f: f.size)
-        joined = contract(inside[0], inside[1], (v,)) if len(inside) == 2 else inside[0].sum_onto([u for u in inside[0].scope if u != v])
+        joined = (
+            contract(inside[0], inside[1], (v,))
+            if len(inside) == 2
+            else inside[0].sum_onto([u for u in inside[0].scope if u != v])
+        )
         pool.append(joined)
     result = Factor((), np.ones(1))
     for f in sorted(pool, key=lambda f: f.size):

@@ -17,7 +17,7 @@ Dissertation sections 2.3.3 and 2.3.4; Murphy, Dynamic Bayesian Networks, 2002.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -27,8 +27,9 @@ from cprm_gym.architecture.prm import smoothing
 from cprm_gym.architecture.prm.conflicts import explain, soften
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, Outcome
-from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding import Grounding, Situation
 from cprm_gym.architecture.prm.merging import replace_agents
+from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
 
@@ -61,6 +62,9 @@ class Snapshot:
     history: tuple[Past, ...]
     active: Any
     impossible: np.ndarray
+    exact: bool
+    atemporal: dict[str, GroundVariable]
+    owners: frozenset[str]
     engine: Any
 
 
@@ -157,21 +161,31 @@ class Filter:
         Further options of the engine.
     """
 
-    def __init__(self, grounding: Grounds, batch: int = 1, engine: Any = "exact", *, on_impossible: str = "raise", eps: float = 1e-6,
-                 window: int = 0, seed: Any = None, memory_limit: float = 2.0**31, **options: Any) -> None:
+    def __init__(
+        self,
+        grounding: Grounds,
+        batch: int = 1,
+        engine: Any = "exact",
+        *,
+        on_impossible: str = "raise",
+        eps: float = 1e-6,
+        window: int = 0,
+        seed: Any = None,
+        memory_limit: float = 2.0**31,
+        **options: Any,
+    ) -> None:
         if not isinstance(batch, (int, np.integer)) or batch < 1:
             raise ParameterError(f"`batch` is the number of agents, at least 1, got {batch!r}")
         if on_impossible not in POLICIES:
-            raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {on_impossible!r}{did_you_mean(str(on_impossible), POLICIES)}")
+            hint = did_you_mean(str(on_impossible), POLICIES)
+            raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {on_impossible!r}.{hint}")
         if not 0.0 < eps < 1.0:
             raise ParameterError(f"`eps` is a probability between 0 and 1, got {eps!r}")
         self.grounding = grounding
         self.width = int(batch)
         self.engine = make_engine(engine, seed, memory_limit, options)
         self.on_impossible, self.eps = on_impossible, eps
-        self._atemporal: dict[str, GroundVariable] = {}
-        for name in getattr(grounding, "static", ()):
-            self._atemporal[name] = self._first(()).variables[name]
+        self._static = frozenset(getattr(grounding, "static", ()))
         self._infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
         self._history: deque[Past] = deque(maxlen=max(window, 1))
         self.window = window
@@ -195,6 +209,8 @@ class Filter:
             self._fresh = np.zeros(self.width, bool)
             self._history.clear()
             self._active: Any = ()
+            self._atemporal: dict[str, GroundVariable] = {}
+            self._owners: frozenset[str] = frozenset()
             self.exact = True
             return
         chosen = np.zeros(self.width, bool)
@@ -209,8 +225,19 @@ class Filter:
 
     def snapshot(self) -> Snapshot:
         """The state of the filter. Cheap: beliefs are never changed in place."""
-        return Snapshot(self.belief, self.step_count, self.log_likelihood.copy(), self._fresh.copy(), tuple(self._history),
-                        self._active, self.impossible_count.copy(), self.engine.snapshot() if hasattr(self.engine, "snapshot") else None)
+        return Snapshot(
+            self.belief,
+            self.step_count,
+            self.log_likelihood.copy(),
+            self._fresh.copy(),
+            tuple(self._history),
+            self._active,
+            self.impossible_count.copy(),
+            self.exact,
+            self._atemporal,
+            self._owners,
+            self.engine.snapshot() if hasattr(self.engine, "snapshot") else None,
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to a snapshot of this filter."""
@@ -219,12 +246,19 @@ class Filter:
         self._history.clear()
         self._history.extend(snapshot.history)
         self._active, self.impossible_count = snapshot.active, snapshot.impossible.copy()
+        self.exact, self._atemporal, self._owners = snapshot.exact, snapshot.atemporal, snapshot.owners
         if snapshot.engine is not None:
             self.engine.restore(snapshot.engine)
 
     # ------------------------------------------------------------------------------------------------- steps
 
-    def step(self, evidence: Mapping[str, Any] | np.ndarray | None = None, soft: Mapping[str, Any] | None = None, active: Any = ()) -> Result:
+    def step(
+        self,
+        evidence: Mapping[str, Any] | np.ndarray | None = None,
+        soft: Mapping[str, Any] | None = None,
+        active: Any = (),
+        objects: Iterable[str] | None = None,
+    ) -> Result:
         """Go on by one slice.
 
         Parameters
@@ -234,7 +268,9 @@ class Filter:
         soft : dict of name to (card,) or (W, card) array
             Likelihood vectors. To demand a posterior instead, see `jeffrey`.
         active : relations in force, or a GroundSlice
-            Handed to ``grounding.ground``.
+            Handed to ``grounding.ground``; which of them are new follows from the step before.
+        objects : iterable of str, optional
+            The objects that exist in this slice, if the grounding knows objects; default all.
 
         Returns
         -------
@@ -249,8 +285,8 @@ class Filter:
         CostError
             A component is too large for exact inference; the belief is as it was.
         """
-        ground = self._ground(active, self.step_count == 0)
-        info = self._info(ground)
+        active = self._situation(active, objects)
+        info = self._info(self._ground(active, self.step_count == 0))
         readings = self._read(info, evidence, soft)
         outcome, before, info = self._advance(info, readings)
         impossible = np.zeros(self.width, bool)
@@ -282,6 +318,7 @@ class Filter:
         relations = self._active if active is None else active
         try:
             for _ in range(steps):
+                relations = self._situation(relations, None)
                 ground = self._ground(relations, self.step_count == 0)
                 last = self._history[-1] if self._history else None
                 known = dict(given)
@@ -295,7 +332,7 @@ class Filter:
 
     def variables(self, active: Any = ()) -> tuple[str, ...]:
         """Order of the rows of an evidence array for the next step."""
-        return self._info(self._ground(active, self.step_count == 0)).names
+        return self._info(self._ground(self._situation(active, None), self.step_count == 0)).names
 
     def cost(self, active: Any = (), evidence: Mapping[str, Any] | None = None) -> list[ComponentCost]:
         """What the next step would take, for each component, without running it.
@@ -307,7 +344,7 @@ class Filter:
             Names of the variables that will be observed matter, not their values. By default those that were observed in the
             last step.
         """
-        info = self._info(self._ground(active, self.step_count == 0))
+        info = self._info(self._ground(self._situation(active, None), self.step_count == 0))
         if evidence is not None:
             readings = self._read(info, evidence, None, checked=False)
         else:
@@ -355,12 +392,12 @@ class Filter:
 
     # ------------------------------------------------------------------------------------------------- the window
 
-    def smooth(self) -> list[dict[str, np.ndarray]]:
+    def smooth(self) -> list[smoothing.Smoothed]:
         """Posteriors of the slices of the window given all their readings, the oldest slice first.
 
         Returns
         -------
-        list of dict of name to (W, card) array
+        list of mapping of name to (W, card) array
         """
         self._need_window("smooth")
         return smoothing.smooth(self._window(), self.width)
@@ -408,28 +445,38 @@ class Filter:
 
     # ------------------------------------------------------------------------------------------------- inside
 
-    def _first(self, active: Any) -> GroundSlice:
-        return active if isinstance(active, GroundSlice) else self.grounding.ground(active, first=True)
+    def _situation(self, active: Any, objects: Iterable[str] | None) -> Any:
+        """The relations with the objects, and which of both are new since the step before, if the grounding knows such things."""
+        if isinstance(active, (GroundSlice, Situation)) or not isinstance(self.grounding, Grounding):
+            return active
+        before = self._active if self.step_count and isinstance(self._active, Situation) else None
+        return self.grounding.situation(active, objects, before)
 
     def _ground(self, active: Any, first: bool) -> GroundSlice:
         return active if isinstance(active, GroundSlice) else self.grounding.ground(active, first=first)
 
     def _info(self, ground: GroundSlice) -> SliceInfo:
         """The slice as the compiler sees it."""
+        static = self._static
         if self.step_count == 0:
-            for cpd in ground.cpds:
-                for parent, lag in cpd.parents:
-                    if lag == STATIC and parent in ground.variables:
-                        self._atemporal.setdefault(parent, ground.variables[parent])
+            static = static | {p for cpd in ground.cpds for p, lag in cpd.parents if lag == STATIC}
+        fixed = {n: ground.variables[n] for n in sorted(static & ground.variables.keys())}
+        owners = {v.object_name for v in ground.variables.values()}
+        for name, variable in self._atemporal.items():
+            gone = bool(variable.object_name) and variable.object_name in self._owners and variable.object_name not in owners
+            if name not in ground.variables and not gone:
+                fixed[name] = variable
 
         def make() -> SliceInfo:
-            info = SliceInfo(ground, self._atemporal, self.engine.store)
+            info = SliceInfo(ground, fixed, self.engine.store)
             self.engine.learn(info)
             return info
 
-        return self._infos.fetch((ground, frozenset(self._atemporal)), make)
+        return self._infos.fetch((ground, frozenset(fixed)), make)
 
     def _read(self, info: SliceInfo, evidence: Any, soft: Any, checked: bool = True) -> Readings:
+        if checked and info.inputs.any() and isinstance(self.grounding, Grounding) and not isinstance(evidence, np.ndarray):
+            evidence = self.grounding.with_defaults(info.slice, evidence or {})
         hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, self.width)
         if info.inputs.any():
             missing = info.inputs & (hard < 0).any(axis=1)
@@ -463,24 +510,38 @@ class Filter:
             self.engine.note(need.kind)
             return
         if self.step_count != 1 or not self._history:
-            raise ModelError(f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`")
-        self._atemporal[need.name] = self._history[-1].info.variables[need.name]
+            raise ModelError(
+                f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`"
+            )
+        self._static |= {need.name}
 
     def _commit(self, outcome: Any, past: Past, active: Any) -> None:
         self.belief = outcome.belief
         self.log_likelihood = self.log_likelihood + outcome.increment
         self.step_count += 1
         self.exact = self.exact and outcome.exact_step
+        info = outcome.info
+        self._atemporal = {n: info.variables[n] for n in info.names if info.fixed[info.row[n]]}
+        self._owners = frozenset(v.object_name for v in info.slice.variables.values())
         self._fresh = np.zeros(self.width, bool)
         self._active = active
         self._history.append(past)
 
+    def _first_info(self, active: Any) -> SliceInfo:
+        """The first slice, for agents that begin anew."""
+        ground = self._ground(active, True)
+        fixed = {n: ground.variables[n] for n in sorted(self._static & ground.variables.keys())}
+        return self._infos.fetch((ground, frozenset(fixed)), lambda: SliceInfo(ground, fixed, self.engine.store))
+
     def _begin_anew(self, outcome: Any, readings: Readings, agents: np.ndarray, active: Any) -> Any:
         """Replace the answer for some agents by that of a first slice."""
-        first = self._info(self._first(active))
+        relations = replace(active, entering=()) if isinstance(active, Situation) else active
+        first = self._first_info(relations)
         if set(first.names) != set(outcome.info.names):
             odd = sorted(set(first.names) ^ set(outcome.info.names))
-            raise ModelError(f"some agents begin anew while others go on, but the first slice differs in its variables: {', '.join(odd[:5])}")
+            raise ModelError(
+                f"some agents begin anew while others go on, but the first slice differs in its variables: {', '.join(odd[:5])}"
+            )
         order = [outcome.info.row[name] for name in first.names]
         chosen = np.flatnonzero(agents)
         part = Readings(readings.hard[order][:, chosen], {n: s[chosen] for n, s in readings.soft.items()})
@@ -495,7 +556,9 @@ class Filter:
             raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
         if not isinstance(outcome, Outcome):
             if self.on_impossible == "restart":
-                return self._begin_anew(self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active)
+                return self._begin_anew(
+                    self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active
+                )
             return self.engine.advance(before, info, readings, forgive=agents)
         if self.on_impossible == "restart":
             again = self._begin_anew(outcome, readings, outcome.impossible, active)
@@ -540,6 +603,3 @@ def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, 
 def _no_options(engine: str, options: Iterable[str]) -> None:
     if options:
         raise ParameterError(f"engine {engine!r} takes no options, got {', '.join(sorted(options))}")
-
-
-__all__ = ["Filter", "Grounds", "Result", "Sequence", "Snapshot", "replace"]

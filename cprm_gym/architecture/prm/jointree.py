@@ -144,7 +144,12 @@ def join_tree(scopes: Sequence[Collection[Node]], cards: Mapping[Node, int], hea
     """
     cliques = maximal_cliques(scopes, cards)
     links = sorted(
-        ((-len(a & b), prod(cards[v] for v in a | b), i, j) for i, a in enumerate(cliques) for j, b in enumerate(cliques[:i]) if a & b),
+        (
+            (-len(a & b), prod(cards[v] for v in a | b), i, j)
+            for i, a in enumerate(cliques)
+            for j, b in enumerate(cliques[:i])
+            if a & b
+        ),
         key=lambda link: link[:2],
     )
     owner = list(range(len(cliques)))

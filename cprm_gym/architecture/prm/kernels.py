@@ -152,8 +152,26 @@ def entropy(heap, at, size):
 
 
 @kernel
-def run_plan(ops, loops, shifts, counter, heap, values, message_at, message, columns, evidence, previous, soft, soft_at,
-             outputs, new_message, marginals, sums, entropies):
+def run_plan(
+    ops,
+    loops,
+    shifts,
+    counter,
+    heap,
+    values,
+    message_at,
+    message,
+    columns,
+    evidence,
+    previous,
+    soft,
+    soft_at,
+    outputs,
+    new_message,
+    marginals,
+    sums,
+    entropies,
+):
     """Run a plan for every row.
 
     Parameters

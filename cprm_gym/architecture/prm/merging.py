@@ -18,7 +18,9 @@ from cprm_gym.architecture.prm.jointree import connected
 from cprm_gym.architecture.prm.transitions import Piece, PieceFactor, SliceInfo
 
 
-def replace_agents(engine: ExactEngine, outcome: Outcome, first: SliceInfo, readings: Readings, agents: np.ndarray, order: Sequence[int]) -> Outcome:
+def replace_agents(
+    engine: ExactEngine, outcome: Outcome, first: SliceInfo, readings: Readings, agents: np.ndarray, order: Sequence[int]
+) -> Outcome:
     """The outcome of a step in which some agents begin anew.
 
     Parameters
@@ -72,12 +74,15 @@ def merge(engine: ExactEngine, belief: Belief, anew: Belief, agents: np.ndarray)
     return _with_extra(engine, belief, messages, extra, agents)
 
 
-def _with_extra(engine: ExactEngine, belief: Belief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray) -> Belief:
+def _with_extra(
+    engine: ExactEngine, belief: Belief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray
+) -> Belief:
     """Pieces joined by factors that only the new agents have; such a factor is ones for the others."""
     width = belief.hard.shape[1]
     layout = belief.layout
     scopes = [tuple(v for f in piece.factors for v in f.scope) for piece in layout.pieces] + [f.scope for f in extra]
-    pieces, arrays = [], []
+    pieces: list[Piece] = []
+    arrays: list[np.ndarray] = []
     for members in connected(scopes):
         factors, blocks, column = [], [], 0
         for m in members:
@@ -97,5 +102,7 @@ def _with_extra(engine: ExactEngine, belief: Belief, messages: list[np.ndarray],
         pieces.append(Piece(len(arrays), 0, tuple(factors)))
         arrays.append(np.concatenate(blocks, axis=1))
     assert layout.info is not None
-    merged = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), layout.held, layout.info)
+    merged = engine.compiler.layout(
+        tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), layout.held, layout.info
+    )
     return belief._replace(layout=merged, messages=tuple(arrays))

@@ -7,7 +7,7 @@ several variables must fit one reading.
 
 References
 ----------
-Gordon, Salmond and Smith 1993; Doucet, Godsill and Andrieu 2000 (locally optimal proposal); Kitagawa 1996 (systematic resampling).
+Gordon, Salmond and Smith 1993; Kitagawa 1996 (systematic resampling); Doucet, Godsill and Andrieu 2000 (optimal proposal).
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Estimate:
     @property
     def impossible(self) -> np.ndarray:
         """(W,) bool array: where no particle fits the readings."""
-        return ~np.isfinite(self.increment)
+        return np.asarray(~np.isfinite(self.increment))
 
     def suspects(self, agent: int) -> list[str]:
         """Observed variables of the components without a surviving particle."""
@@ -124,7 +124,8 @@ class Estimate:
                 factors.append(count(self.weighted.values, inside, weights, [int(info.cards[info.row[n]]) for n in inside]))
         table = contract_all(factors, names).table
         total = table.sum(axis=tuple(range(1, table.ndim)), keepdims=True)
-        return np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
+        found: np.ndarray = np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
+        return found
 
 
 def count(values: dict[str, np.ndarray], names: Sequence[str], weights: np.ndarray, cards: Sequence[int]) -> Factor:
@@ -140,7 +141,8 @@ def count(values: dict[str, np.ndarray], names: Sequence[str], weights: np.ndarr
 def effective_size(weights: np.ndarray) -> np.ndarray:
     """``1 / sum w^2`` of normalised weights, (W,)."""
     squares = (weights**2).sum(axis=1)
-    return np.divide(1.0, squares, out=np.zeros(len(squares)), where=squares > 0)
+    sizes: np.ndarray = np.divide(1.0, squares, out=np.zeros(len(squares)), where=squares > 0)
+    return sizes
 
 
 class ParticleEngine:
@@ -188,8 +190,14 @@ class ParticleEngine:
                 if lag == PREVIOUS and parent in info.row:
                     self.note(info.kinds[info.row[parent]])
 
-    def advance(self, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray | None = None,
-                forgive: np.ndarray | None = None) -> Estimate:
+    def advance(
+        self,
+        belief: Particles,
+        info: SliceInfo,
+        readings: Readings,
+        status: np.ndarray | None = None,
+        forgive: np.ndarray | None = None,
+    ) -> Estimate:
         """Go on by one slice.
 
         Parameters
@@ -205,7 +213,9 @@ class ParticleEngine:
             status = info.status(readings.hard, readings.soft, self.temporal)
         return self.finish([_Step(self, belief, info, readings, status, self.count).run()], info, readings, status, forgive)
 
-    def finish(self, blocks: Sequence[_Step], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None) -> Estimate:
+    def finish(
+        self, blocks: Sequence[_Step], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None
+    ) -> Estimate:
         """Normalise, estimate and resample the particles of one or more blocks."""
         parts = blocks[0].parts
         values = {n: np.concatenate([b.values[n] for b in blocks], axis=1) for n in blocks[0].values}
@@ -253,7 +263,9 @@ class ParticleEngine:
             weights.append(w)
         return belief._replace(values=values, weights=tuple(weights))
 
-    def replace_agents(self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, status: np.ndarray) -> Estimate:
+    def replace_agents(
+        self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, status: np.ndarray
+    ) -> Estimate:
         """The estimate with some agents begun anew."""
         anew = self.advance(self.start(len(agents)), first, readings, status)
         increment = estimate.increment.copy()
@@ -288,8 +300,17 @@ def _mix(old: Particles, new: Particles, agents: np.ndarray) -> Particles:
 class _Step:
     """One block of particles through one step."""
 
-    def __init__(self, engine: ParticleEngine, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int) -> None:
-        self.rng, self.belief, self.info, self.readings, self.status, self.number = engine.rng, belief, info, readings, status, number
+    def __init__(
+        self, engine: ParticleEngine, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int
+    ) -> None:
+        self.rng, self.belief, self.info, self.readings, self.status, self.number = (
+            engine.rng,
+            belief,
+            info,
+            readings,
+            status,
+            number,
+        )
         self.width = readings.hard.shape[1]
         self.values: dict[str, np.ndarray] = {}
         self.old: dict[str, np.ndarray] = {}
@@ -306,7 +327,9 @@ class _Step:
         for cpd in self.info.slice.cpds:
             if self.status[self.info.row[cpd.child]] == BARREN:
                 continue
-            scopes.append(tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, "")))
+            scopes.append(
+                tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, ""))
+            )
             self.family.append(cpd)
         fixed = [n for n in self.info.atemporal if n in self.owner]
         scopes += [tuple(self._node(n, -1, n)) for n in fixed]
@@ -410,7 +433,12 @@ class _Step:
                     lone[cpd.child] = lone[cpd.child] * own if cpd.child in lone else own
                 continue
             hidden = [(p, lag) for p, lag in cpd.parents if self._node(p, lag, cpd.child)]
-            if len(hidden) == 1 and hidden[0][1] == 0 and hidden[0][0] in self.drawn and not self.info.fixed[self.info.row[hidden[0][0]]]:
+            if (
+                len(hidden) == 1
+                and hidden[0][1] == 0
+                and hidden[0][0] in self.drawn
+                and not self.info.fixed[self.info.row[hidden[0][0]]]
+            ):
                 parent = hidden[0][0]
                 table = self._at_readings(cpd, hidden[0])
                 lone[parent] = lone[parent] * table if parent in lone else table
@@ -422,8 +450,8 @@ class _Step:
         """(W,) values of an observed variable."""
         if lag == PREVIOUS:
             assert self.belief.info is not None
-            return self.belief.hard[self.belief.info.row[name]]
-        return self.readings.hard[self.info.row[name]]
+            return np.asarray(self.belief.hard[self.belief.info.row[name]])
+        return np.asarray(self.readings.hard[self.info.row[name]])
 
     def _at_readings(self, cpd: GroundCPD, keep: tuple[str, int]) -> np.ndarray:
         """A reading's CPD as a likelihood of its only hidden parent, (W, card); ones where it is missing."""
@@ -431,7 +459,8 @@ class _Step:
         moved = np.moveaxis(cpd.table, axis, -1)
         index = tuple(self._observed(p, lag) for p, lag in cpd.parents if (p, lag) != keep)
         values = self.readings.hard[self.info.row[cpd.child]]
-        table = np.asarray(moved[(*index, np.maximum(values, 0))])
+        everywhere = (*index, np.maximum(values, 0))
+        table = np.asarray(moved[everywhere])
         return np.where((values >= 0)[:, None], table, 1.0)
 
     def _rows(self, cpd: GroundCPD) -> np.ndarray:
@@ -453,8 +482,14 @@ class _Step:
         if likelihood is None:
             likelihood = np.ones((self.width, card))
         uniforms = self.rng.random((self.width, self.number))
-        kernels.draw(np.ascontiguousarray(cpd.table).reshape(-1, card), self._rows(cpd), np.ascontiguousarray(likelihood), uniforms,
-                     self.weights[home], out)
+        kernels.draw(
+            np.ascontiguousarray(cpd.table).reshape(-1, card),
+            self._rows(cpd),
+            np.ascontiguousarray(likelihood),
+            uniforms,
+            self.weights[home],
+            out,
+        )
         self.values[cpd.child] = out
 
     def _weigh(self, cpd: GroundCPD, home: int) -> None:

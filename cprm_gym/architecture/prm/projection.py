@@ -27,7 +27,8 @@ import numpy as np
 from cprm_gym.architecture.prm.evidence import Readings
 from cprm_gym.architecture.prm.exact import Belief, ExactEngine, Outcome, belief_factors
 from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.plans import MessageFactor, PlanSpec, structure_cost
+from cprm_gym.architecture.prm.operations import MessageFactor, PlanSpec, TableFactor
+from cprm_gym.architecture.prm.plans import structure_cost
 from cprm_gym.architecture.prm.static import JunctionTree
 from cprm_gym.architecture.prm.transitions import Node, Piece, PieceFactor, Recent, SliceInfo, Transition
 from cprm_gym.errors import CostError, ParameterError
@@ -67,8 +68,13 @@ class ProjectionEngine(ExactEngine):
 
     name = "projection"
 
-    def __init__(self, clusters: str | Sequence[Sequence[str]] = "auto", max_flops: float = 4e6, memory_limit: float = 2.0**31,
-                 least: float = 1e-6) -> None:
+    def __init__(
+        self,
+        clusters: str | Sequence[Sequence[str]] = "auto",
+        max_flops: float = 4e6,
+        memory_limit: float = 2.0**31,
+        least: float = 1e-6,
+    ) -> None:
         super().__init__(memory_limit)
         if isinstance(clusters, str) and clusters != "auto":
             raise ParameterError(f"`clusters` is 'auto' or a sequence of tuples of variable names, got {clusters!r}")
@@ -132,9 +138,12 @@ class ProjectionEngine(ExactEngine):
             )
             plan = self.compiler.plan(spec)
             if plan.cost.bytes > self.memory_limit:
-                raise CostError(f"projecting the belief about {', '.join(sorted(n for n, _ in nodes)[:12])} needs {plan.cost.bytes / 2**30:.2f} GiB")
+                names = ", ".join(sorted(n for n, _ in nodes)[:12])
+                raise CostError(f"projecting the belief about {names} needs {plan.cost.bytes / 2**30:.2f} GiB")
             rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width, piece.columns]
-            message, _, _, losses = plan.run(np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((width, 0)), none)
+            message, _, _, losses = plan.run(
+                np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((width, 0)), none
+            )
             loss += np.maximum(losses[:, 0], 0.0)
             for factors in plan.pieces:
                 named = tuple(PieceFactor(tuple(nodes[v] for v in f.scope), f.column, f.size) for f in factors)
@@ -182,11 +191,14 @@ class ProjectionEngine(ExactEngine):
             parts.setdefault(of.get(v[0], v), []).append(v)
         return Choice(tuple(tuple(c) for c in parts.values()))
 
-    def _by_information(self, belief: Belief, inside: Iterable[int], scopes: Sequence[tuple[Node, ...]], cards: dict[Node, int],
-                        info: SliceInfo) -> dict[int, Choice]:
+    def _by_information(
+        self, belief: Belief, inside: Iterable[int], scopes: Sequence[tuple[Node, ...]], cards: dict[Node, int], info: SliceInfo
+    ) -> dict[int, Choice]:
         """Clusters of the pieces of one component, joined by mutual information while the step fits the budget."""
         needed = {(p, 0 if lag == 1 else lag) for cpd in info.slice.cpds for p, lag in cpd.parents if lag != 0}
-        pieces = {i: lasting(belief.layout.pieces[i], needed, {v: cards[_past(v)] for v in home_nodes(belief, i)}) for i in inside}
+        pieces = {
+            i: lasting(belief.layout.pieces[i], needed, {v: cards[_past(v)] for v in home_nodes(belief, i)}) for i in inside
+        }
         clusters = {v: frozenset([v]) for nodes in pieces.values() for v in nodes}
         home = {v: i for i, nodes in pieces.items() for v in nodes}
         shared = mutual_information(belief, pieces)
@@ -212,7 +224,11 @@ class ProjectionEngine(ExactEngine):
         result: dict[int, Choice] = {}
         for i, nodes in pieces.items():
             loose = tuple(v for v in nodes if v not in needed and v[1] == 0)
-            parts = tuple(tuple(v for v in nodes if v in part) for part in dict.fromkeys(clusters[v] for v in nodes) if not part <= set(loose))
+            parts = tuple(
+                tuple(v for v in nodes if v in part)
+                for part in dict.fromkeys(clusters[v] for v in nodes)
+                if not part <= set(loose)
+            )
             if len(parts) > 1:
                 result[i] = Choice(parts, loose)
         return result
@@ -232,7 +248,11 @@ def lasting(piece: Piece, needed: set[Node], cards: dict[Node, int], limit: floa
     nodes = tuple(dict.fromkeys(v for f in piece.factors for v in f.scope))
     gone: set[Node] = set()
     while True:
-        price = {v: prod(cards[u] for s in [frozenset().union(*(s for s in pool if v in s))] for u in s) for v in nodes if v not in needed | gone}
+        price = {
+            v: prod(cards[u] for s in [frozenset().union(*(s for s in pool if v in s))] for u in s)
+            for v in nodes
+            if v not in needed | gone
+        }
         cheap = [v for v in price if price[v] <= limit and v[1] == 0]
         if not cheap:
             return tuple(v for v in nodes if v not in gone)
@@ -253,7 +273,7 @@ def _table_scopes(spec: PlanSpec) -> list[tuple[int, ...]]:
     for f in spec.factors:
         if isinstance(f, MessageFactor):
             continue
-        axes = f.axes if hasattr(f, "axes") else (f.node,)
+        axes = f.axes if isinstance(f, TableFactor) else (f.node,)
         scopes.append(tuple(a for a in axes if a >= 0))
     return scopes
 

@@ -48,7 +48,8 @@ def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.ra
     for v, joined in reversed(trace):
         others = [u for u in joined.scope if u != v]
         table = np.broadcast_to(joined.over([*others, v]), (width, *(cards[u] for u in others), cards[v]))
-        rows = table[(np.broadcast_to(agents, (width, count)), *(found[u] for u in others))]
+        index = (np.broadcast_to(agents, (width, count)), *(found[u] for u in others))
+        rows = table[index]
         cumulative = np.cumsum(rows, axis=-1)
         draws = rng.random((width, count, 1)) * cumulative[..., -1:]
         found[v] = (cumulative <= draws).sum(axis=-1).clip(max=cards[v] - 1)

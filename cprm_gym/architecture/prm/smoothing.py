@@ -54,7 +54,9 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
     left_out : set of nodes
     """
     before = window[0].before
-    out = [Factor(tuple((n, -1 if lag != ATEMPORAL else None) for n, lag in f.scope), f.table) for f in belief_factors(before, width)]
+    out = [
+        Factor(tuple((n, -1 if lag != ATEMPORAL else None) for n, lag in f.scope), f.table) for f in belief_factors(before, width)
+    ]
     known: dict[Any, np.ndarray] = {(n, -1): before.hard[row] for n, row in before.layout.held.items()}
     families: list[Family] = []
     tables: list[np.ndarray] = []
@@ -97,8 +99,11 @@ def _childless(families: Sequence[Family], weights: Sequence[Factor]) -> set[Any
     while True:
         used = {v for f in families if f.nodes[-1] not in out for v in f.nodes[:-1]}
         new = {
-            f.nodes[-1] for f in families
-            if f.nodes[-1] not in used | out | weighted and f.nodes[-1] not in f.observed and sum(v not in f.observed for v in f.nodes[:-1]) > 1
+            f.nodes[-1]
+            for f in families
+            if f.nodes[-1] not in used | out | weighted
+            and f.nodes[-1] not in f.observed
+            and sum(v not in f.observed for v in f.nodes[:-1]) > 1
         }
         if not new:
             return out

@@ -23,8 +23,8 @@ import numpy as np
 
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.factors import Factor, contract, contract_all, multiply, union
-from cprm_gym.architecture.prm.slices import GroundSlice
 from cprm_gym.architecture.prm.jointree import connected, elimination_order, join_tree, neighbours
+from cprm_gym.architecture.prm.slices import GroundSlice
 from cprm_gym.architecture.prm.transitions import SliceInfo, TableStore
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
 
@@ -177,9 +177,10 @@ def maximise(factors: Sequence[Factor], width: int) -> tuple[dict[Any, np.ndarra
     assignment: dict[Any, np.ndarray] = {}
     rows = np.arange(width)
     for v, joined in reversed(trace):
-        table = np.broadcast_to(joined.over([*(u for u in joined.scope if u != v), v]), (width, *(cards[u] for u in joined.scope if u != v), cards[v]))
-        index = tuple(assignment[u] for u in joined.scope if u != v)
-        assignment[v] = table[(rows, *index)].argmax(axis=-1)
+        others = [u for u in joined.scope if u != v]
+        table = np.broadcast_to(joined.over([*others, v]), (width, *(cards[u] for u in others), cards[v]))
+        index = (rows, *(assignment[u] for u in others))
+        assignment[v] = table[index].argmax(axis=-1)
     return assignment, log_value
 
 
@@ -242,7 +243,9 @@ class BayesNet:
         for cpd in slice_.cpds:
             for parent, lag in cpd.parents:
                 if lag != 0:
-                    raise ModelError(f"CPD of {cpd.child!r} has parent {parent!r} with lag {lag}; a static net has no other slices")
+                    raise ModelError(
+                        f"CPD of {cpd.child!r} has parent {parent!r} with lag {lag}; a static net has no other slices"
+                    )
         self.info = SliceInfo(slice_, {}, TableStore())
 
     def check(self, name: str) -> None:
@@ -262,13 +265,13 @@ class BayesNet:
         """The net at the evidence; variables observed for every agent are gone."""
         info = self.info
         width = readings.hard.shape[1]
-        held = (readings.hard >= 0).all(axis=1)
+        held = np.asarray((readings.hard >= 0).all(axis=1))
         out = []
         for cpd in info.slice.cpds:
             names = [*(p for p, _ in cpd.parents), cpd.child]
             out.append(sliced(names, cpd.table, {n: readings.hard[info.row[n]] for n in names if held[info.row[n]]}))
-        for row in np.flatnonzero((readings.hard >= 0).any(axis=1) & ~held):
-            out.append(Factor((info.names[row],), one_hot(readings.hard[row], int(info.cards[row]))))
+        for some in np.flatnonzero((readings.hard >= 0).any(axis=1) & ~held):
+            out.append(Factor((info.names[some],), one_hot(readings.hard[some], int(info.cards[some]))))
         for name, likelihood in readings.soft.items():
             row = info.row[name]
             if held[row]:
@@ -299,8 +302,13 @@ class BayesNet:
             raise self._conflict(readings, bad)
         return answer
 
-    def variable_elimination(self, names: Sequence[str], evidence: Mapping[str, Any] | None = None, soft: Mapping[str, Any] | None = None,
-                             batch: int = 1) -> np.ndarray:
+    def variable_elimination(
+        self,
+        names: Sequence[str],
+        evidence: Mapping[str, Any] | None = None,
+        soft: Mapping[str, Any] | None = None,
+        batch: int = 1,
+    ) -> np.ndarray:
         """Joint posterior of a few hidden variables, by variable elimination after leaving out what is barren.
 
         Returns
@@ -310,9 +318,11 @@ class BayesNet:
         readings = self.read(evidence, soft, batch)
         for name in names:
             self.check(name)
-        needed = self._ancestors([*names, *(n for n, r in self.info.row.items() if (readings.hard[r] >= 0).any()), *readings.soft])
+        needed = self._ancestors(
+            [*names, *(n for n, r in self.info.row.items() if (readings.hard[r] >= 0).any()), *readings.soft]
+        )
         factors = [f for f, cpd in zip(self.factors(readings), self.info.slice.cpds) if cpd.child in needed]
-        factors += self.factors(readings)[len(self.info.slice.cpds):]
+        factors += self.factors(readings)[len(self.info.slice.cpds) :]
         left = {v for f in factors for v in f.scope}
         observed = [n for n in names if n not in left]
         if observed:
@@ -335,8 +345,9 @@ class BayesNet:
                 queue += [p for p, _ in cpd.parents] if cpd else []
         return found
 
-    def most_probable(self, evidence: Mapping[str, Any] | None = None, soft: Mapping[str, Any] | None = None,
-                      batch: int = 1) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    def most_probable(
+        self, evidence: Mapping[str, Any] | None = None, soft: Mapping[str, Any] | None = None, batch: int = 1
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """The most probable explanation: joint values of all variables that make the evidence most likely.
 
         Returns
@@ -349,7 +360,10 @@ class BayesNet:
         found, log_value = maximise(self.factors(readings), batch)
         if not np.isfinite(log_value).all():
             raise self._conflict(readings, np.flatnonzero(~np.isfinite(log_value)))
-        values = {name: np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,)) for name, row in self.info.row.items()}
+        values = {
+            name: np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,))
+            for name, row in self.info.row.items()
+        }
         return values, log_value
 
     def jeffrey(self, name: str, target: Any, evidence: Mapping[str, Any] | None = None) -> np.ndarray:
@@ -365,7 +379,8 @@ class BayesNet:
             raise EvidenceError(f"jeffrey: {name!r} needs a distribution over {len(p)} states, got {q.tolist()}")
         if ((p <= 0) & (q > 0)).any():
             raise ImpossibleEvidence(f"jeffrey: {name!r} is to take a state that the evidence excludes", conflict=(name,))
-        return np.divide(q, p, out=np.zeros(len(p)), where=p > 0)
+        likelihood: np.ndarray = np.divide(q, p, out=np.zeros(len(p)), where=p > 0)
+        return likelihood
 
     def _conflict(self, readings: Readings, agents: np.ndarray) -> ImpossibleEvidence:
         """The error that names a smallest set of observations of probability zero."""
@@ -383,8 +398,15 @@ class BayesNet:
             rest = Readings(hard, {n: s for n, s in part.soft.items() if n in left})
             if not np.isfinite(JunctionTree(self.factors(rest)).log_total).all():
                 kept = left
-        shown = [f"{n} = {info.variables[n].states[part.hard[info.row[n], 0]]}" if part.hard[info.row[n], 0] >= 0 else f"likelihood of {n}" for n in kept]
-        return ImpossibleEvidence(f"evidence of probability zero: {', '.join(shown)}", conflict=tuple(kept), agents=tuple(int(a) for a in agents))
+        shown = [
+            f"{n} = {info.variables[n].states[part.hard[info.row[n], 0]]}"
+            if part.hard[info.row[n], 0] >= 0
+            else f"likelihood of {n}"
+            for n in kept
+        ]
+        return ImpossibleEvidence(
+            f"evidence of probability zero: {', '.join(shown)}", conflict=tuple(kept), agents=tuple(int(a) for a in agents)
+        )
 
 
 def one_hot(values: np.ndarray, card: int) -> np.ndarray:

@@ -28,9 +28,10 @@ from weakref import ref
 
 import numpy as np
 
-from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.plans import MessageFactor, Plan, PlanSpec, SoftFactor, TableFactor, compile_plan
+from cprm_gym.architecture.prm.operations import MessageFactor, PlanSpec, SoftFactor, TableFactor
+from cprm_gym.architecture.prm.plans import Plan, compile_plan
+from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
 from cprm_gym.errors import ModelError
 
 HIDDEN, HELD, WEIGHTED, ABSORBED, BARREN = range(5)
@@ -49,7 +50,7 @@ class Kind(NamedTuple):
     attribute: str
 
 
-class NeedsVariable(Exception):  # noqa: N818 - a signal inside the filter, not an error
+class NeedsVariable(Exception):
     """The next slice needs a variable that was summed out of the belief, or that has to be kept as atemporal."""
 
     def __init__(self, kind: Kind, name: str, atemporal: bool) -> None:
@@ -130,7 +131,9 @@ class SliceInfo:
         self.kinds = tuple(kind_of(self.variables[n]) for n in self.names)
         inputs = set(ground.inputs)
         self.inputs = np.array([n in inputs for n in self.names], bool)
-        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple((c, store.number(c.table)) for c in ground.cpds if c.child not in inputs)
+        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple(
+            (c, store.number(c.table)) for c in ground.cpds if c.child not in inputs
+        )
         count = len(self.names)
         self.parents = np.zeros((count, count), bool)
         self.has_past = np.zeros(count, bool)
@@ -362,7 +365,9 @@ class Compiler:
 
         return self.plans.fetch(spec, make)
 
-    def transition(self, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None = None, mark: Hashable = None) -> Transition:
+    def transition(
+        self, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None = None, mark: Hashable = None
+    ) -> Transition:
         """How to go from a belief with `layout` to slice `info` under a pattern of evidence.
 
         Parameters
@@ -383,7 +388,9 @@ class Compiler:
         key = (layout, info, status.tobytes(), mark)
         return self.transitions.fetch(key, lambda: _Assembler(self, layout, info, status, choose).build())
 
-    def layout(self, pieces: tuple[Piece, ...], widths: tuple[int, ...], counts: tuple[int, ...], held: dict[str, int], info: SliceInfo) -> Layout:
+    def layout(
+        self, pieces: tuple[Piece, ...], widths: tuple[int, ...], counts: tuple[int, ...], held: dict[str, int], info: SliceInfo
+    ) -> Layout:
         """One object for equal layouts."""
         key = (pieces, widths, counts, tuple(held.items()), info)
         return self.layouts.fetch(key, lambda: Layout(pieces, widths, counts, held, info))
@@ -402,16 +409,15 @@ class _Assembler:
             self.kinds.update(zip(before.names, before.kinds))
         self.kinds.update(zip(info.names, info.kinds))
         for node in self.old:
-            source = before if node[1] == PRESENT or node[0] not in info.row else info
-            assert source is not None
-            self.cards[self.shifted(node)] = int(source.cards[source.row[node[0]]])
+            assert before is not None
+            self.cards[self.shifted(node)] = int(before.cards[before.row[node[0]]])
         for name, row in info.row.items():
             self.cards[name, ATEMPORAL if info.fixed[row] else PRESENT] = int(info.cards[row])
 
-    @staticmethod
-    def shifted(node: Node) -> Node:
-        """A variable of the belief as the next slice sees it."""
-        return node if node[1] == ATEMPORAL else (node[0], PAST)
+    def shifted(self, node: Node) -> Node:
+        """A variable of the belief as the next slice sees it: an atemporal one stays, unless its object left or began anew."""
+        name, time = node
+        return node if time == ATEMPORAL and name in self.info.row and name not in self.info.slice.variables else (name, PAST)
 
     def resolve(self, parent: str, lag: int, child: str) -> Node | tuple[str, str, int]:
         """The node of a parent, or where its observed value is found: ("value", source, row)."""
@@ -429,7 +435,7 @@ class _Assembler:
             if before is None or parent not in before.row:
                 raise ModelError(f"CPD of {child!r} has parent {parent!r} in the previous slice, where there is no such variable")
             raise NeedsVariable(before.kinds[before.row[parent]], parent, atemporal=False)
-        if (parent, ATEMPORAL) in self.old:
+        if (parent, ATEMPORAL) in self.old and parent in self.info.row:
             return parent, ATEMPORAL
         before = self.layout.info
         if before is None or parent not in before.row:
@@ -439,7 +445,8 @@ class _Assembler:
     def drafts(self) -> list[_Draft]:
         """All factors of the step: message, CPDs at the evidence, likelihoods."""
         out = [
-            _Draft(tuple(self.shifted(v) for f in piece.factors for v in f.scope), "piece", i) for i, piece in enumerate(self.layout.pieces)
+            _Draft(tuple(self.shifted(v) for f in piece.factors for v in f.scope), "piece", i)
+            for i, piece in enumerate(self.layout.pieces)
         ]
         for cpd, number in self.info.cpds:
             row = self.info.row[cpd.child]
@@ -455,7 +462,7 @@ class _Assembler:
                 axes.append((cpd.child, ATEMPORAL if self.info.fixed[row] else PRESENT))
             scope = tuple(dict.fromkeys(a for a in axes if a[0] != "value" or len(a) == 2))
             out.append(_Draft(scope, "table", number, tuple(axes), missing, cpd.child))
-        for row in np.flatnonzero(self.status == WEIGHTED):
+        for row in map(int, np.flatnonzero(self.status == WEIGHTED)):
             node = self.info.names[row], ATEMPORAL if self.info.fixed[row] else PRESENT
             out.append(_Draft((node,), "soft", int(row), child=node[0]))
         return out
@@ -508,10 +515,12 @@ class _Assembler:
         direct = -1
         if len(moves) == 1:
             move = moves[0]
-            whole = move.columns == slice(0, self.layout.widths[move.source]) and len(components) == self.layout.counts[move.source]
+            whole = (
+                move.columns == slice(0, self.layout.widths[move.source]) and len(components) == self.layout.counts[move.source]
+            )
             if whole and np.array_equal(move.instances, np.arange(len(components))):
                 direct = move.source
-        columns = np.array([c.columns for c in components], np.int64).reshape(len(components), -1, 3)
+        values = np.array([c.columns for c in components], np.int64).reshape(len(components), -1, 3)
         soft_at = np.array(
             [
                 [(soft_columns[name].start, plan.soft_places[q][1], plan.soft_places[q][0]) for q, name in enumerate(c.soft)]
@@ -520,7 +529,7 @@ class _Assembler:
             np.int64,
         ).reshape(len(components), -1, 3)
         readings = tuple(c.readings for c in components)
-        return Group(plan, tuple(c.nodes for c in components), tuple(moves), direct, columns, soft_at, readings)
+        return Group(plan, tuple(c.nodes for c in components), tuple(moves), direct, values, soft_at, readings)
 
 
 class _Component:
@@ -546,7 +555,9 @@ class _Component:
             for f in piece.factors:
                 factors.append(MessageFactor(tuple(number[assembler.shifted(v)] for v in f.scope), at + f.column - start))
             at += piece.columns.stop - start
-        self.source_signature = tuple((p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[i] for i in self.pieces))
+        self.source_signature = tuple(
+            (p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[i] for i in self.pieces)
+        )
 
         self.columns: list[tuple[int, int, int]] = []
         places: dict[tuple[Any, ...], int] = {}
