@@ -325,13 +325,14 @@ def fire(p, s, out, x, w, t):
     row = s.row[w]
     for i in range(tr.affected, tr.affected_end):
         u = p.lists[i]
-        now = meets(p, row, u)
-        rival = x.enabled[u] == 1 and not now and u != t and p.transitions[u].priority == tr.priority
+        was, now = x.enabled[u] == 1, meets(p, row, u)
+        rival = was and not now and u != t and p.transitions[u].priority == tr.priority
         x.enabled[u] = now
         if rival and (p.transitions[u].delay > 0) == timed and (not timed or is_due(p, s, w, u)):
             note_conflict(x, t, u)
-        if p.transitions[u].delay > 0 and not clocks_fit(p, s, x, w, u, now) and adjust_clocks(p, s, x, w, u, now) != OK:
-            return CLOCKS
+        if p.transitions[u].delay > 0 and (was or now) and not clocks_fit(p, s, x, w, u, now):
+            if adjust_clocks(p, s, x, w, u, now) != OK:
+                return CLOCKS
     for i in range(p.options[0].resampler, p.options[0].resampler_end):
         u = p.lists[i]
         for k in range(p.transitions[u].clock, p.transitions[u].clock_end):
