@@ -82,7 +82,8 @@ class DiffusionReport:
             given = ", ".join(f"{p} {s}" for p, s in r.given.items()) or "-"
             lines.append(
                 f"{'.'.join(r.key[1:3]):<28} {given[:26]:<26} {r.shift / r.width:>9.2f} {r.steps:>5}"
-                f" {r.mean:>8.2f} -> {r.binned_mean:>7.2f} {r.deviation:>7.2f} -> {r.binned_deviation:>6.2f} {r.inflation:>6.2f} {r.distance:>5.2f}"
+                f" {r.mean:>8.2f} -> {r.binned_mean:>7.2f}"
+                f" {r.deviation:>7.2f} -> {r.binned_deviation:>6.2f} {r.inflation:>6.2f} {r.distance:>5.2f}"
             )
         return "\n".join(lines)
 

@@ -21,7 +21,8 @@ _STYLE = (
     ".class{fill:#eef4fb;stroke:#35618f}.relation{fill:#fdf3e3;stroke:#b07a21;stroke-dasharray:5 3}"
     ".node{fill:#fff;stroke:#35618f}.seen{fill:#d5dbe3;stroke:#35618f}.input{fill:#e6f2df;stroke:#5b8a3c}"
     ".past{fill:#fafafa;stroke:#bbb;stroke-dasharray:3 2}.object{fill:#f7f9fc;stroke:#c3d0df}"
-    ".arc{stroke:#444;fill:none}.lag{stroke:#999;fill:none;stroke-dasharray:5 3}.static{stroke:#999;fill:none;stroke-dasharray:1 3}"
+    ".arc{stroke:#444;fill:none}"
+    ".lag{stroke:#999;fill:none;stroke-dasharray:5 3}.static{stroke:#999;fill:none;stroke-dasharray:1 3}"
 )
 
 

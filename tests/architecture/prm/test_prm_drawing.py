@@ -61,6 +61,7 @@ def test_ground_net_as_dot_has_the_same_nodes_and_arrows(ground):
     assert '"possesses(o1,ball).shoot" -> "ball.dist"' in dot
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_graphviz_grammar_accepts_our_dot(ground):
     pydot = pytest.importorskip("pydot")
     for text, edges in ((ground_net_dot(ground), sum(len(c.parents) for c in ground.cpds)), (class_diagram_dot(soccer(4)), 5)):
@@ -92,7 +93,7 @@ def test_a_crowd_is_drawn_in_rows():
 
 
 def test_references_and_odd_names_are_drawn():
-    model = Model("a<b", (PRMClass("A", (Attribute("x", ("<1", "&")),), (Reference("peers", "A", many=True), Reference("b", "B"))),
+    model = Model("a<b", (PRMClass("A", (Attribute("x", ("<1", "&")),), (Reference("peers", "A", True), Reference("b", "B"))),
                           PRMClass("B", (Attribute("y", BOOL),))))  # fmt: skip
     assert "-> peers: A *" in texts(fromstring(class_diagram_svg(model)))
     net = Grounding(model, {"a": "A", "b": "B"}).ground()
