@@ -12,6 +12,7 @@ import numpy as np
 
 from cprm_gym.agents.percepts import ball_percepts
 from cprm_gym.envs.controller import Action, Observation, no_action
+from cprm_gym.envs.spaces import scaled
 from cprm_gym.envs.tasks import Task
 from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.state import CommandKind
@@ -67,8 +68,8 @@ class GoToBallMachine:
         turning = ((self.state == State.TURN) & seen) | ((self.state == State.LOOK) & fresh)
         running = self.state == State.RUN
         power = np.where(ball["body.stamina"] > 3000.0, 100.0, 60.0)
-        action["type"][...] = np.where(running, CommandKind.DASH, np.where(turning, CommandKind.TURN, CommandKind.NONE))
-        action["params"][:, 0] = np.where(running, power, moment)
+        action["type"] = np.where(running, CommandKind.DASH, np.where(turning, CommandKind.TURN, CommandKind.NONE))
+        action["params"] = scaled(action["type"], np.where(running, power, np.where(turning, moment, 0.0)))
         return action
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cprm_gym.envs.controller import Action, Observation
-from cprm_gym.envs.spaces import DISCRETE_KINDS
+from cprm_gym.envs.spaces import DISCRETE_KINDS, scaled
 from cprm_gym.envs.tasks import Task
 from cprm_gym.simulator.state import CommandKind
 
@@ -30,10 +30,8 @@ class RandomPolicy:
         kind = _KINDS[(u[:, 0] * len(_KINDS)).astype(np.int64)]
         power, direction = 100.0 * u[:, 1], 360.0 * u[:, 2] - 180.0
         powered = (kind == CommandKind.DASH) | (kind == CommandKind.KICK)
-        params = np.zeros((len(u), 4))
-        params[:, 0] = np.where(powered, power, direction)
-        params[:, 1] = np.where(powered, direction, 0.0)
-        return {"type": kind, "params": params, "turn_neck": 180.0 * u[:, 3:4] - 90.0, "view": np.zeros(len(u), np.int64)}
+        params = scaled(kind, np.where(powered, power, direction), np.where(powered, direction, 0.0))
+        return {"type": kind, "params": params, "turn_neck": u[:, 3:4] - 0.5, "view": np.zeros(len(u), np.int64)}
 
 
 def make_controller(task: Task, agent: str) -> RandomPolicy:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..architecture.cprm import CPRM, Controller
 from ..envs.controller import Action, Observation, no_action
+from ..envs.spaces import NECK_SCALE, scaled
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
 from .percepts import Percepts
@@ -74,15 +75,15 @@ class SoccerAgent:
                 continue
             fired = commands.fired[name]
             action["type"][fired] = kind
-            for i, key in enumerate(parameters):
-                if key in commands.values[name]:
-                    action["params"][fired, i] = commands.values[name][key][fired]
+            values = [commands.values[name].get(key, 0.0) for key in parameters]
+            action["params"][fired] = scaled(np.full(count, int(kind)), *values)[fired]
             if name == "turn":
                 moment = commands.values[name]["moment"]
                 self._turned = np.where(fired, moment / (1.0 + INERTIA_MOMENT * percepts["body.speed"]), 0.0)
         if "turn_neck" in commands.fired:
             fired = commands.fired["turn_neck"]
-            action["turn_neck"][fired, 0] = commands.values["turn_neck"]["moment"][fired]
+            moment = np.clip(commands.values["turn_neck"]["moment"] / NECK_SCALE, -1.0, 1.0)
+            action["turn_neck"][fired, 0] = moment[fired]
         if "change_view" in commands.fired:
             fired = commands.fired["change_view"]
             action["view"][fired] = np.rint(commands.values["change_view"]["width"][fired]).astype(np.int64)

@@ -143,7 +143,7 @@ class SoccerCore:
             threads=threads,
             left=task.left,
             right=task.right,
-            goalies=(task.left_goalie, task.right_goalie),
+            goalies=tuple(g if g <= n else 0 for g, n in ((task.left_goalie, task.left), (task.right_goalie, task.right))),
         )
         self.cycle = np.zeros(worlds, np.int64)
         self._score = np.zeros((worlds, 2), np.int64)

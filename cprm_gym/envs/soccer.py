@@ -73,7 +73,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         self.agents: list[str] = []
         self.observation_spaces = {a: self.core.observation_space() for a in self.possible_agents}
         self.action_spaces = {a: _copy_space(self.core.view.space) for a in self.possible_agents}
-        self.state_space = spaces.Box(-np.inf, np.inf, (23 * STATE_OBJECT + 6,), np.float32)
+        self.state_space = state_space()
         self.render_mode = render_mode
         self.debug_info = debug_info
         self._seed_source = np.random.default_rng()
@@ -194,6 +194,14 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
+
+
+def state_space() -> spaces.Box:
+    """Space of `SoccerParallelEnv.state`: metres, m / cycle, radians and stamina per object, then clocks and score."""
+    high = np.array([1e3, 1e3, 20.0, 20.0, 7.0, 7.0, 1e5], np.float32)
+    tail = np.array([51, 1e6, 1e4, 1e4, 1e6, 1e6], np.float32)
+    low = np.concatenate([np.tile(np.where(np.arange(STATE_OBJECT) < 6, -high, 0.0), 23), np.zeros(6)])
+    return spaces.Box(low.astype(np.float32), np.concatenate([np.tile(high, 23), tail]), dtype=np.float32)
 
 
 def _copy_space(space: spaces.Space[Any]) -> spaces.Space[Any]:

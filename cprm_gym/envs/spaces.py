@@ -139,17 +139,56 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = ()) 
 def hybrid_space() -> spaces.Dict:
     """The canonical action of one agent.
 
-    ``type`` Discrete(8): a `CommandKind`; ``params`` (4,): its arguments in the server's units (`CommandKind` says which);
-    ``turn_neck`` (1,): neck moment in degrees, 0 = none; ``view`` Discrete(4): `ViewWidth`, 0 keeps the width.
+    ``type`` Discrete(8): a `CommandKind`; ``params`` (4,): its arguments a, b, c, d as shares of `PARAMETER_SCALES` (`scaled` makes
+    them from the server's units); ``turn_neck`` (1,): share of 180 degrees, 0 = none; ``view`` Discrete(4): `ViewWidth`, 0 keeps
+    the width.
     """
     return spaces.Dict(
         {
             "type": spaces.Discrete(len(CommandKind)),
-            "params": spaces.Box(-180.0, 180.0, (4,), np.float32),
-            "turn_neck": spaces.Box(-180.0, 180.0, (1,), np.float32),
+            "params": spaces.Box(-1.0, 1.0, (4,), np.float32),
+            "turn_neck": spaces.Box(-1.0, 1.0, (1,), np.float32),
             "view": spaces.Discrete(4),
         }
     )
+
+
+PARAMETER_SCALES = np.array(
+    [
+        [1.0, 1.0, 1.0, 1.0],  # none
+        [100.0, 180.0, 1.0, 1.0],  # dash: power, direction
+        [180.0, 1.0, 1.0, 1.0],  # turn: moment
+        [100.0, 180.0, 1.0, 1.0],  # kick: power, direction
+        [180.0, 1.0, 1.0, 1.0],  # tackle: direction, foul
+        [180.0, 1.0, 1.0, 1.0],  # catch: direction
+        [60.0, 40.0, 1.0, 1.0],  # move: x, y
+        [100.0, 180.0, 100.0, 180.0],  # dash of the legs: power, direction, power, direction
+    ]
+)
+"""What 1 means for each parameter of each `CommandKind`, in the server's units (power, degrees, metres)."""
+NECK_SCALE = 180.0
+"""Degrees that 1 means for ``turn_neck``."""
+
+
+def scaled(kind: np.ndarray | int, *parameters: np.ndarray | float) -> np.ndarray:
+    """``params`` of a hybrid action from arguments in the server's units, clipped to what the space allows.
+
+    Parameters
+    ----------
+    kind : (N,) int array or int
+        `CommandKind` of each action.
+    *parameters : (N,) arrays or numbers
+        At most four; the rest is 0.
+
+    Returns
+    -------
+    (N, 4) float array, or (4,) for numbers
+    """
+    scale = PARAMETER_SCALES[kind]
+    values = np.zeros(scale.shape)
+    for i, parameter in enumerate(parameters):
+        values[..., i] = parameter
+    return np.clip(values / scale, -1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -236,12 +275,12 @@ def _hybrid_commands(action: Any, out: np.ndarray) -> None:
             raise CommandError(f"hybrid action: key {key!r} is missing; needed are type and params")
     shape = out.shape
     kind = _checked("type", action["type"], shape, np.int64, 0, len(CommandKind) - 1)
-    params = _checked("params", action["params"], (*shape, 4), np.float64, -180.0, 180.0)
+    params = _checked("params", action["params"], (*shape, 4), np.float64, -1.0, 1.0) * PARAMETER_SCALES[kind]
     _clear(out)
     out["kind"] = kind
     out["a"], out["b"], out["c"], out["d"] = params[..., 0], params[..., 1], params[..., 2], params[..., 3]
     if "turn_neck" in action:
-        neck = _checked("turn_neck", action["turn_neck"], (*shape, 1), np.float64, -180.0, 180.0)[..., 0]
+        neck = NECK_SCALE * _checked("turn_neck", action["turn_neck"], (*shape, 1), np.float64, -1.0, 1.0)[..., 0]
         out["turn_neck"] = np.where(neck == 0.0, np.nan, neck)
     if "view" in action:
         out["view_width"] = _checked("view", action["view"], shape, np.int64, 0, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs.spaces import NO_COMMAND, action_view, observation_space
+from cprm_gym.envs.spaces import NO_COMMAND, action_view, observation_space, scaled
 from cprm_gym.errors import CommandError, UnknownName
 from cprm_gym.simulator.state import COMMAND, CommandKind
 
@@ -15,13 +15,13 @@ def commands(view, action, shape=(1, 1)):
 
 
 def hybrid(**changes):
-    action = {"type": np.array([[1]]), "params": np.array([[[80.0, 10.0, 0.0, 0.0]]])}
+    action = {"type": np.array([[1]]), "params": np.array([[[0.8, 0.05, 0.0, 0.0]]])}
     return {**action, **changes}
 
 
 def test_hybrid_action_is_the_command_itself():
-    out = commands("hybrid", hybrid(turn_neck=np.array([[[30.0]]]), view=np.array([[2]])))[0, 0]
-    assert (out["kind"], out["a"], out["b"], out["turn_neck"], out["view_width"]) == (CommandKind.DASH, 80.0, 10.0, 30.0, 2)
+    out = commands("hybrid", hybrid(turn_neck=np.array([[[0.25]]]), view=np.array([[2]])))[0, 0]
+    assert (out["kind"], out["a"], out["b"], out["turn_neck"], out["view_width"]) == (CommandKind.DASH, 80.0, 9.0, 45.0, 2)
     assert np.isnan(out["point"]).all()
     assert out["say_length"] == 0
 
@@ -41,6 +41,17 @@ def test_box_action_does_the_preferred_command():
     assert (dash["kind"], dash["a"]) == (CommandKind.DASH, 50.0)
 
 
+def test_scaled_parameters_are_the_servers_units_again():
+    kinds = np.array([CommandKind.DASH, CommandKind.TURN, CommandKind.MOVE, CommandKind.DASH_LEGS])
+    params = scaled(kinds, [70.0, -90.0, -20.0, 50.0], [15.0, 0.0, 10.0, 45.0], [0.0, 0.0, 0.0, -30.0], [0.0, 0.0, 0.0, 90.0])
+    out = commands("hybrid", {"type": kinds[None], "params": params[None]}, shape=(1, 4))[0]
+    assert out["a"] == pytest.approx([70.0, -90.0, -20.0, 50.0])
+    assert out["b"] == pytest.approx([15.0, 0.0, 10.0, 45.0])
+    assert out["c"][3] == pytest.approx(-30.0)
+    assert out["d"][3] == pytest.approx(90.0)
+    assert scaled(int(CommandKind.KICK), 500.0)[0] == 1.0
+
+
 @pytest.mark.parametrize("view", ["hybrid", "discrete", "box"])
 def test_every_sample_of_a_view_is_a_command(view):
     space = action_view(view).space
@@ -56,9 +67,9 @@ def test_every_sample_of_a_view_is_a_command(view):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"params": np.array([[[np.nan, 0, 0, 0]]])}, r"'params': entry \(0, 0, 0\) is nan; allowed are finite numbers from -180 to 180"),
+        ({"params": np.array([[[np.nan, 0, 0, 0]]])}, r"'params': entry \(0, 0, 0\) is nan; allowed are finite numbers from -1 to 1"),
         ({"params": np.zeros((1, 1, 3))}, r"'params': expected shape \(1, 1, 4\), got \(1, 1, 3\)"),
-        ({"params": np.full((1, 1, 4), 200.0)}, r"is 200.0; allowed is -180 to 180"),
+        ({"params": np.full((1, 1, 4), 2.0)}, r"is 2.0; allowed is -1 to 1"),
         ({"type": np.array([[8]])}, r"'type': entry \(0, 0\) is 8; allowed is 0 to 7"),
         ({"type": np.array([[1.5]])}, "'type': expected whole numbers from 0 to 7"),
         ({"type": "dash"}, "'type'"),
