@@ -15,9 +15,9 @@ import numpy as np
 
 from cprm_gym.errors import CommandError, ParameterError
 from cprm_gym.simulator.kernels import audio, body, landmarks, senses
-from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LANDMARKS, LINE_NAMES
-from cprm_gym.simulator.senses import new_see
+from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
 from cprm_gym.simulator.player_types import TypeColumn
+from cprm_gym.simulator.senses import new_landmarks, new_see
 from cprm_gym.simulator.state import BALL, PLAYERS, Count, PlayerBit, PlayMode
 
 if TYPE_CHECKING:
@@ -126,8 +126,9 @@ class _Object(NamedTuple):
 
 
 def _landmarks(r: _Reader, message: int) -> list[_Object]:
-    rows, levels = np.zeros((LANDMARKS, 4)), np.zeros(LANDMARKS, np.int8)
-    landmarks.look_at_landmarks(r.w, r.p, r.i, r.protocol, message, rows, levels)
+    out = new_landmarks(1)
+    landmarks.look_at_landmarks(r.w, r.p, r.i, r.protocol, message, out.landmarks[0], out.level[0])
+    rows, levels = out.landmarks[0, r.i], out.level[0, r.i]
     far = r.limit("FLAG_CHG_FAR_LENGTH", 20.0)
     return [_still_or_moving(r.landmark_name(j, levels[j]), rows[j], levels[j], far) for j in np.flatnonzero(levels)]
 
@@ -143,7 +144,7 @@ def _still_or_moving(name: str, row: Any, level: int, far: float) -> _Object:
 def _ball_and_players(r: _Reader, message: int) -> list[_Object]:
     out = new_see(1)
     look_out = out.ball[0], out.players[0], out.players_level[0], out.players_flags[0]
-    level = senses.look(r.w, r.p, r.i, r.protocol, message, *look_out)
+    level = senses.look(r.w, r.p, r.i, r.protocol, message, *look_out)[0]
     ball, rows, levels, marks = (array[r.i] for array in look_out)
     seen = []
     if level != senses.UNSEEN:
@@ -163,9 +164,10 @@ def _ball_and_players(r: _Reader, message: int) -> list[_Object]:
 
 
 def _lines(r: _Reader) -> list[_Object]:
-    rows, ids = np.zeros((2, 2)), np.zeros(2, np.int8)
-    landmarks.look_at_lines(r.w, r.p, r.i, r.protocol, rows, ids)
-    return [_Object(_told(r.words["line"] + LINE_NAMES[line][1:], row[0], row[1])) for row, line in zip(rows, ids) if line]
+    out = new_landmarks(1)
+    landmarks.look_at_lines(r.w, r.p, r.i, r.protocol, out.lines[0], out.line[0])
+    seen = zip(out.lines[0, r.i], out.line[0, r.i])
+    return [_Object(_told(r.words["line"] + LINE_NAMES[line][1:], row[0], row[1])) for row, line in seen if line]
 
 
 def see_text(sim: Simulator, world: int, player: int, protocol: int | None = None, message: int = 0) -> str:

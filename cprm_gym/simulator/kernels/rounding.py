@@ -92,9 +92,9 @@ def truncated_degrees(angle):
 
 
 @kernel
-def told_degrees(angle, protocol):
-    """`angle` (rad) in whole degrees, as clients of that protocol version are told it: rounded from version 7 on."""
-    return rounded_degrees(angle) if protocol >= 7 else truncated_degrees(angle)
+def told_degrees(angle, rounded):
+    """`angle` (rad) in whole degrees: rounded as clients are told it from protocol 7 on, or truncated."""
+    return rounded_degrees(angle) if rounded else truncated_degrees(angle)
 
 
 @kernel

@@ -8,6 +8,7 @@ agree. `messages_due` decides, once per step, who gets a message.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,10 +57,11 @@ UNSEEN, FELT, TEAM_SEEN, NAME_SEEN = 0, 1, 2, 3          # levels of players
 TOLD, TOLD_MOVING = 2, 3                                 # levels of the ball and of landmarks above FELT
 TACKLING, KICKING, POINTING, IN_VIEW = 1, 2, 4, 8        # marks of players
 
-_VISUAL = math.sqrt(105.0 * 105.0 + 68.0 * 68.0)         # DEF_VISUAL_DIST, for protocols before 18
+VISUAL = math.sqrt(105.0 * 105.0 + 68.0 * 68.0)         # DEF_VISUAL_DIST, for protocols before 18
 _POINT_SIGMA = 1.25 * D2R
 _TICK = 32                                               # draws between two messages of one cycle
-_MARGIN = 1e-9
+_MARGIN = 1e-9                                           # of the distance, within which the exact formula decides
+_SLACK = 1e-6                                            # m or m^2, by which `perhaps_seen` errs on the safe side
 
 
 # ---------------------------------------------------------------------------------------------- when
@@ -144,6 +146,98 @@ def is_fresh(w, i):
     return not w.synchronous[i] and w.see_counter[i] + 1 >= see_interval(w, i)
 
 
+# ---------------------------------------------------------------------------------------------- the eye
+class Eye(NamedTuple):
+    """What looking needs to know of the observer; see `eye_of`."""
+
+    x: float
+    y: float
+    body: float
+    neck: float
+    cosine: float                    # of the face, body + neck
+    sine: float
+    half_cone: float                 # rad
+    edge: float                      # its cosine, -2 for a cone that misses nothing
+    near: float                      # m, radius of the feel
+    modern: bool                     # protocol 18 or later: focus, limits of the player's type
+    rounded: bool                    # protocol 7 or later: directions rounded, not truncated
+    gaussian: bool
+    focused: bool
+    focus_x: float
+    focus_y: float
+    low: bool                        # low view quality: names and directions only
+
+
+@kernel
+def eye_of(w, p, i, protocol):
+    """The `Eye` of player `i`, whose client speaks that protocol version."""
+    x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
+    body, neck = w.body[i], w.neck[i]
+    half_cone, edge = view_edge(w, p, i)
+    modern = protocol >= FOCUS_PROTOCOL
+    focused = modern and w.focus_distance[i] != 0.0
+    focus_x, focus_y = x, y
+    if focused:
+        angle = norm(body + neck + w.focus_direction[i])
+        focus_x += w.focus_distance[i] * math.cos(angle)
+        focus_y += w.focus_distance[i] * math.sin(angle)
+    low = w.view_quality[i] == LOW_QUALITY and w.synchronous[i] == 0
+    return Eye(
+        x, y, body, neck, math.cos(body + neck), math.sin(body + neck), half_cone, edge, p.visible_distance,
+        modern, protocol >= ROUNDING_PROTOCOL, w.gaussian[i] != 0, focused, focus_x, focus_y, low,
+    )  # fmt: skip
+
+
+@kernel
+def perhaps_seen(eye, dx, dy):
+    """False only for an object at relative position (dx, dy) that is certainly neither seen nor felt; without root and branches."""
+    ahead = dx * eye.cosine + dy * eye.sine
+    squared = dx * dx + dy * dy
+    in_cone = (ahead > -_SLACK) & (ahead * ahead > eye.edge * eye.edge * squared - _SLACK)
+    return in_cone | (squared < eye.near * eye.near + _SLACK) | (eye.edge < -_SLACK)
+
+
+@kernel
+def lowest_bit(mask):
+    """Number of the lowest bit that is set in a positive word."""
+    return (np.float64(mask & -mask).view(np.int64) >> 52) - 1023
+
+
+@kernel
+def is_in_view(eye, dx, dy, distance, farthest):
+    """Whether an object is within the view cone and the observation length."""
+    if distance >= farthest:
+        return False
+    inside = dx * eye.cosine + dy * eye.sine - eye.edge * distance
+    if abs(inside) > _MARGIN * distance:
+        return inside > 0.0
+    return abs(face_direction(dx, dy, eye.body, eye.neck)) < eye.half_cone
+
+
+@kernel
+def focus_distance(eye, dx, dy, distance):
+    """Distance (m) of the object from the focus point."""
+    if not eye.focused:
+        return distance
+    fx, fy = eye.x + dx - eye.focus_x, eye.y + dy - eye.focus_y
+    return math.sqrt(fx * fx + fy * fy)
+
+
+@kernel
+def told_direction(eye, dx, dy):
+    """Direction (rad, whole degrees) of the object relative to the face."""
+    if eye.rounded:
+        ahead, aside = dx * eye.cosine + dy * eye.sine, dy * eye.cosine - dx * eye.sine
+        return face_degrees(dx, dy, ahead, aside, eye.body, eye.neck) * D2R
+    return truncated_degrees(face_direction(dx, dy, eye.body, eye.neck)) * D2R
+
+
+@kernel
+def noisy_distance(w, i, purpose, draw, distance, sigma):
+    """The distance (m) told by the Gaussian model; a negative draw is without noise."""
+    return max(0.0, normal(w, SENSORS, i, purpose, draw, distance, sigma)) if draw >= 0 else distance
+
+
 # ---------------------------------------------------------------------------------------------- what
 @kernel
 def is_lost(w, i, purpose, draw, distance, far, too_far):
@@ -155,14 +249,14 @@ def is_lost(w, i, purpose, draw, distance, far, too_far):
 
 
 @kernel
-def pointing_degrees(w, i, j, distance, draw, protocol):
-    """Direction (degrees) of the arm of player `j` as player `i` sees it."""
+def pointing_direction(w, i, j, distance, draw, rounded):
+    """Direction (rad, whole degrees) of the arm of player `j` as player `i` sees it."""
     x = w.arm_target[j, 0] - w.pos[j + 1, 0]
     y = w.arm_target[j, 1] - w.pos[j + 1, 1]
-    share = distance / _VISUAL
+    share = distance / VISUAL
     sigma = share * share * share * share * (PI - _POINT_SIGMA) + _POINT_SIGMA
     noise = normal(w, SENSORS, i, SEE_POINTING, draw, 0.0, sigma) if draw >= 0 else 0.0
-    return told_degrees(norm(face_direction(x, y, w.body[i], w.neck[i]) + noise), protocol)
+    return told_degrees(norm(face_direction(x, y, w.body[i], w.neck[i]) + noise), rounded) * D2R
 
 
 @kernel
@@ -183,11 +277,24 @@ def changes(vx, vy, dx, dy, distance, told, gaussian):
 
 
 @kernel
-def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, players):
+def tell_distance(w, p, i, eye, draw, dx, dy, distance):
+    """The distance (m) told of a movable object."""
+    if eye.gaussian:
+        kind = w.type[i]
+        sigma = distance * p.types[kind, T_DIST_NOISE_RATE]
+        sigma += focus_distance(eye, dx, dy, distance) * p.types[kind, T_FOCUS_DIST_NOISE_RATE]
+        return noisy_distance(w, i, SEE_DISTANCE, draw, distance, sigma)
+    if eye.focused:
+        return seen_distance(distance, focus_distance(eye, dx, dy, distance), p.quantize_step)
+    return banded_distance(distance, p.quantize_step)
+
+
+@kernel
+def tell_player(w, p, i, eye, draw, j, dx, dy, distance, told, players):
     """The rest of the row of player `j`, who is in view of player `i`: level and marks as a pair."""
     far, too_far, team_far, team_too_far = 20.0, 40.0, 40.0, 60.0
     kind = w.type[i]
-    if protocol >= FOCUS_PROTOCOL:
+    if eye.modern:
         team_far, team_too_far = p.types[kind, T_TEAM_FAR_LENGTH], p.types[kind, T_TEAM_TOO_FAR_LENGTH]
         far, too_far = p.types[kind, T_UNUM_FAR_LENGTH], p.types[kind, T_UNUM_TOO_FAR_LENGTH]
     if told > team_far and is_lost(w, i, SEE_TEAM, draw, told, team_far, team_too_far):
@@ -199,27 +306,26 @@ def tell_player(w, p, i, j, protocol, draw, dx, dy, distance, told, players):
         marks |= KICKING
     if w.arm_timer[j] < p.point_to_duration:
         marks |= POINTING
-        players[i, j, 6] = pointing_degrees(w, i, j, distance, draw, protocol) * D2R
+        players[i, j, 6] = pointing_direction(w, i, j, distance, draw, eye.rounded)
     if told > far and is_lost(w, i, SEE_UNUM, draw, told, far, too_far):
         return TEAM_SEEN, marks
     vx, vy = w.vel[j + 1, 0] - w.vel[i + 1, 0], w.vel[j + 1, 1] - w.vel[i + 1, 1]
-    players[i, j, 2], players[i, j, 3] = changes(vx, vy, dx, dy, distance, told, w.gaussian[i])
-    body, neck = w.body[i], w.neck[i]
-    players[i, j, 4] = told_degrees(norm(w.body[j] - body - neck), protocol) * D2R
-    players[i, j, 5] = told_degrees(norm(w.body[j] + w.neck[j] - body - neck), protocol) * D2R
+    players[i, j, 2], players[i, j, 3] = changes(vx, vy, dx, dy, distance, told, eye.gaussian)
+    players[i, j, 4] = told_degrees(norm(w.body[j] - eye.body - eye.neck), eye.rounded) * D2R
+    players[i, j, 5] = told_degrees(norm(w.body[j] + w.neck[j] - eye.body - eye.neck), eye.rounded) * D2R
     return NAME_SEEN, marks
 
 
 @kernel
-def tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, ball):
+def tell_ball(w, p, i, eye, draw, dx, dy, distance, told, ball):
     """The rest of the row of the ball, which is in view of player `i`: its level."""
     far, too_far = 20.0, 40.0
-    if protocol >= FOCUS_PROTOCOL:
+    if eye.modern:
         far, too_far = p.types[w.type[i], T_BALL_VEL_FAR_LENGTH], p.types[w.type[i], T_BALL_VEL_TOO_FAR_LENGTH]
     if told > far and is_lost(w, i, SEE_VELOCITY, draw, told, far, too_far):
         return TOLD
     vx, vy = w.vel[0, 0] - w.vel[i + 1, 0], w.vel[0, 1] - w.vel[i + 1, 1]
-    ball[i, 2], ball[i, 3] = changes(vx, vy, dx, dy, distance, told, w.gaussian[i])
+    ball[i, 2], ball[i, 3] = changes(vx, vy, dx, dy, distance, told, eye.gaussian)
     return TOLD_MOVING
 
 
@@ -232,82 +338,76 @@ def forget_distances(row):
 
 
 @kernel
-def look(w, p, i, protocol, tick, ball, players, levels, marks):
-    """One see message of player `i`: ball and players, in the server's order; returns the level of the ball.
+def look_at_ball(w, p, i, eye, tick, ball):
+    """The ball in one message of player `i`: row `i` of `ball`, returns its level; arguments as `look`."""
+    dx, dy = w.pos[0, 0] - eye.x, w.pos[0, 1] - eye.y
+    distance = math.sqrt(dx * dx + dy * dy)
+    farthest = p.types[w.type[i], T_BALL_MAX_OBSERVATION_LENGTH] if eye.modern else VISUAL
+    seen = is_in_view(eye, dx, dy, distance, farthest)
+    if not seen and distance > eye.near:
+        return UNSEEN
+    draw = _TICK * tick
+    told = tell_distance(w, p, i, eye, draw, dx, dy, distance)
+    ball[i, 0], ball[i, 1] = told, told_direction(eye, dx, dy)
+    level = tell_ball(w, p, i, eye, draw, dx, dy, distance, told, ball) if seen else FELT
+    if eye.low:
+        forget_distances(ball[i])
+    return level
 
+
+@kernel
+def look(w, p, i, protocol, tick, ball, players, levels, marks):
+    """One see message of player `i`: ball and players, everybody at his own place.
+
+    Parameters
+    ----------
     protocol : version of the client, which decides focus and limits
     tick : 0 for the first message of the cycle, 1 for a second one, 2 for the one between commands and step; -1: without draws, so
         that nothing is lost that could be told
     ball : (22, 4) distance, direction, distance change, direction change; m, rad, m / cycle, rad / cycle
     players : (22, 22, 7) the same, then body, head and arm directions relative to the observer's face, rad
     levels, marks : (22, 22)
+        First axis: observers; only row `i` is written and must be zero when called. Everything is rounded as the message is.
 
-    First axis: observers; only row `i` is written and must be zero when called. Everything is rounded as the message is.
+    Returns
+    -------
+    (level of the ball, left players and right players of level 2 as ordered words (see `inserted`), their numbers, how many of level 1)
     """
-    x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
-    body, neck = w.body[i], w.neck[i]
-    cosine, sine = math.cos(body + neck), math.sin(body + neck)
-    half_cone, edge = view_edge(w, p, i)
-    behind = edge >= -_MARGIN
-    modern, gaussian = protocol >= FOCUS_PROTOCOL, w.gaussian[i]
-    low = w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]
-    focused = modern and w.focus_distance[i] != 0.0
-    focus_x, focus_y = x, y
-    if focused:
-        angle = norm(body + neck + w.focus_direction[i])
-        focus_x += w.focus_distance[i] * math.cos(angle)
-        focus_y += w.focus_distance[i] * math.sin(angle)
-    kind = w.type[i]
-    far_ball = p.types[kind, T_BALL_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
-    far_player = p.types[kind, T_PLAYER_MAX_OBSERVATION_LENGTH] if modern else _VISUAL
-    near = p.visible_distance
-    near_squared = near * near * (1.0 + _MARGIN)
-    ball_level = UNSEEN
-    for j in range(PLAYERS + 1):
-        if j == i + 1 or (j > 0 and not w.enabled[j - 1]):
+    eye = eye_of(w, p, i, protocol)
+    ball_level = look_at_ball(w, p, i, eye, tick, ball)
+    farthest = p.types[w.type[i], T_PLAYER_MAX_OBSERVATION_LENGTH] if eye.modern else VISUAL
+    mask = np.int64(0)
+    for j in range(PLAYERS):
+        perhaps = perhaps_seen(eye, w.pos[j + 1, 0] - eye.x, w.pos[j + 1, 1] - eye.y) & (w.enabled[j] != 0)
+        mask |= np.int64(perhaps) << j
+    mask &= ~(np.int64(1) << i)
+    left_order, right_order, left, right, unknown = np.int64(0), np.int64(0), 0, 0, 0
+    while mask:
+        j = lowest_bit(mask)
+        mask &= mask - 1
+        dx, dy = w.pos[j + 1, 0] - eye.x, w.pos[j + 1, 1] - eye.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        seen = is_in_view(eye, dx, dy, distance, farthest)
+        if not seen and distance > eye.near:
             continue
-        dx, dy = w.pos[j, 0] - x, w.pos[j, 1] - y
-        ahead = dx * cosine + dy * sine
-        squared = dx * dx + dy * dy
-        if behind and ahead < -1e-6 and squared > near_squared:
-            continue
-        distance = math.sqrt(squared)
-        inside = ahead - edge * distance
-        if abs(inside) > _MARGIN * distance:
-            seen = inside > 0.0
-        else:
-            seen = abs(face_direction(dx, dy, body, neck)) < half_cone
-        seen = seen and distance < (far_player if j > 0 else far_ball)
-        if not seen and distance > near:
-            continue
-        draw = j + _TICK * tick
-        if not focused and not gaussian:
-            told = banded_distance(distance, p.quantize_step)
-        else:
-            focus_distance = math.sqrt((x + dx - focus_x) ** 2 + (y + dy - focus_y) ** 2) if focused else distance
-            if gaussian:
-                sigma = distance * p.types[kind, T_DIST_NOISE_RATE] + focus_distance * p.types[kind, T_FOCUS_DIST_NOISE_RATE]
-                told = max(0.0, normal(w, SENSORS, i, SEE_DISTANCE, draw, distance, sigma) if draw >= 0 else distance)
-            else:
-                told = seen_distance(distance, focus_distance, p.quantize_step)
-        if protocol >= ROUNDING_PROTOCOL:
-            angle = face_degrees(dx, dy, ahead, dy * cosine - dx * sine, body, neck) * D2R
-        else:
-            angle = truncated_degrees(face_direction(dx, dy, body, neck)) * D2R
-        if j == 0:
-            ball[i, 0], ball[i, 1] = told, angle
-            ball_level = tell_ball(w, p, i, protocol, draw, dx, dy, distance, told, ball) if seen else FELT
-            if low:
-                forget_distances(ball[i])
-            continue
-        players[i, j - 1, 0], players[i, j - 1, 1] = told, angle
+        draw = j + 1 + _TICK * tick
+        told = tell_distance(w, p, i, eye, draw, dx, dy, distance)
+        players[i, j, 0], players[i, j, 1] = told, told_direction(eye, dx, dy)
         level, mark = FELT, 0
         if seen:
-            level, mark = tell_player(w, p, i, j - 1, protocol, draw, dx, dy, distance, told, players)
-        levels[i, j - 1], marks[i, j - 1] = level, mark
-        if low:
-            forget_distances(players[i, j - 1])
-    return ball_level
+            level, mark = tell_player(w, p, i, eye, draw, j, dx, dy, distance, told, players)
+        levels[i, j], marks[i, j] = level, mark
+        if level == FELT:
+            unknown += 1
+        elif level == TEAM_SEEN and j < 11:
+            left_order = inserted(left_order, left, players, marks, i, j)
+            left += 1
+        elif level == TEAM_SEEN:
+            right_order = inserted(right_order, right, players, marks, i, j)
+            right += 1
+        if eye.low:
+            forget_distances(players[i, j])
+    return ball_level, left_order, right_order, left, right, unknown
 
 
 # ---------------------------------------------------------------------------------------------- who: nobody without a name
@@ -322,6 +422,19 @@ def comes_before(players, marks, i, a, b):
 
 
 @kernel
+def inserted(order, n, players, marks, i, row):
+    """The ordered word with `row` put in its place.
+
+    An ordered word holds the numbers of up to eleven rows in digits of five bits, the nearest lowest; `n` are in it so far.
+    """
+    k = n
+    while k > 0 and comes_before(players, marks, i, row, (order >> (5 * k - 5)) & 31):
+        k -= 1
+    below = (np.int64(1) << (5 * k)) - 1
+    return (order & below) | (np.int64(row) << (5 * k)) | ((order & ~below) << 5)
+
+
+@kernel
 def swap_rows(players, levels, marks, i, a, b):
     """Exchange two rows."""
     for k in range(7):
@@ -331,24 +444,11 @@ def swap_rows(players, levels, marks, i, a, b):
 
 
 @kernel
-def fill_team_slots(players, levels, marks, i, start, count):
-    """Move the `count` rows of level 2 of the team at `start` to its first free slots, nearest first.
+def fill_team_slots(players, levels, marks, i, slot, order, count):
+    """Move the `count` rows of the ordered word, all of level 2 and of one team, to the first free slots from `slot` on.
 
-    A slot is free unless a player seen with his number stands there or it is the observer's own. The order is kept in a word of
-    eleven digits of five bits, the nearest lowest.
+    A slot is free unless a player seen with his number stands there or it is the observer's own.
     """
-    order, n = np.int64(0), 0
-    for row in range(start, start + 11):
-        if levels[i, row] == TEAM_SEEN:
-            k = n
-            while k > 0 and comes_before(players, marks, i, row, (order >> (5 * k - 5)) & 31):
-                k -= 1
-            below = (np.int64(1) << (5 * k)) - 1
-            order = (order & below) | (np.int64(row) << (5 * k)) | ((order & ~below) << 5)
-            n += 1
-            if n == count:
-                break
-    slot = start
     for k in range(count):
         while levels[i, slot] == NAME_SEEN or slot == i:
             slot += 1
@@ -392,26 +492,6 @@ def fill_unknown_slots(players, levels, marks, i):
 
 
 @kernel
-def hide_identities(i, players, levels, marks):
-    """Take from rows without a number the place that would tell it.
-
-    Rows of level 2 go to the free slots of their team, rows of level 1 to those of the opponents, then of the own team, each in the
-    order of distance.
-    """
-    left, right, unknown = 0, 0, 0
-    for j in range(11):
-        left += levels[i, j] == TEAM_SEEN
-        right += levels[i, j + 11] == TEAM_SEEN
-        unknown += (levels[i, j] == FELT) + (levels[i, j + 11] == FELT)
-    if left:
-        fill_team_slots(players, levels, marks, i, 0, left)
-    if right:
-        fill_team_slots(players, levels, marks, i, 11, right)
-    if unknown:
-        fill_unknown_slots(players, levels, marks, i)
-
-
-@kernel
 def message_of_arrays(w, i):
     """(protocol version, message of the cycle) that the arrays of player `i` show: the last one before the commands."""
     protocol = w.protocol[i] if w.protocol[i] > 0 else NEWEST
@@ -420,7 +500,11 @@ def message_of_arrays(w, i):
 
 @kernel
 def see_world(w, p, fresh, ball, ball_level, players, players_level, players_flags):
-    """The see arrays of one world; what is not seen is zero."""
+    """The see arrays of one world; what is not seen is zero.
+
+    Rows without a number lose the place that would tell it: rows of level 2 go to the free slots of their team, rows of level 1 to those
+    of the opponents, then of the own team, each in the order of distance.
+    """
     players[:] = 0.0
     ball[:] = 0.0
     players_level[:] = 0
@@ -430,8 +514,14 @@ def see_world(w, p, fresh, ball, ball_level, players, players_level, players_fla
         fresh[i] = is_fresh(w, i)
         if fresh[i]:
             protocol, tick = message_of_arrays(w, i)
-            ball_level[i] = look(w, p, i, protocol, tick, ball, players, players_level, players_flags)
-            hide_identities(i, players, players_level, players_flags)
+            level, left_order, right_order, left, right, unknown = look(
+                w, p, i, protocol, tick, ball, players, players_level, players_flags
+            )
+            ball_level[i] = level
+            fill_team_slots(players, players_level, players_flags, i, 0, left_order, left)
+            fill_team_slots(players, players_level, players_flags, i, 11, right_order, right)
+            if unknown:
+                fill_unknown_slots(players, players_level, players_flags, i)
 
 
 @kernel
