@@ -248,6 +248,7 @@ class _Builder:
             changed |= {slots[m] for m in again}
             affected = {t} | {u for p in changed for u in readers.get(p, ())}
             touched = {u for p in consumed for u in needers.get(p, ()) if u != t or net.servers[u] != 1}
+            affected |= touched  # a clock stopped in between starts again at this instant
             found.append((sorted(affected), sorted(touched), again))
         return found
 
