@@ -41,8 +41,16 @@ _IGNORED = frozenset(
     "infiniteServer rateDefinition finalmarkings variables".split()
 )
 _ARC_TYPES = {
-    "normal": "normal", "": "normal", "ptarc": "normal", "standard": "normal", "inhibitor": "inhibitor", "tapninhibitor": "inhibitor",
-    "inhibit": "inhibitor", "test": "test", "read": "test", "reset": "reset",
+    "normal": "normal",
+    "": "normal",
+    "ptarc": "normal",
+    "standard": "normal",
+    "inhibitor": "inhibitor",
+    "tapninhibitor": "inhibitor",
+    "inhibit": "inhibitor",
+    "test": "test",
+    "read": "test",
+    "reset": "reset",
 }
 
 
@@ -174,7 +182,9 @@ def parse_pnml(
     if net is not None:
         chosen = [n for n in nets if n.attributes.get("id") == net]
         if not chosen:
-            raise LogError(f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}")
+            raise LogError(
+                f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}"
+            )
         nets = chosen
     if len(nets) != 1:
         raise LogError(f"{source}: holds {len(nets)} nets, expected one; name one of {[n.attributes.get('id') for n in nets]}")
@@ -244,7 +254,7 @@ class _Reader:
         for node in parent.children:
             if node.tag == "page":
                 inner = node.first("net")
-                if inner is not None:           # WoPeD writes the net of a subprocess here
+                if inner is not None:  # WoPeD writes the net of a subprocess here
                     self.subprocess = True
                     self.collect(inner)
                 else:
@@ -335,7 +345,9 @@ class _Reader:
                 except ValueError:
                     raise self.refuse(child, f"a rate is a number, got {text!r}") from None
         if timed and self.rates == "refuse":
-            raise self.refuse(node, "is exponentially timed, and exponential rates have no meaning here; read with rates='plain' to drop them")
+            raise self.refuse(
+                node, "is exponentially timed, and exponential rates have no meaning here; read with rates='plain' to drop them"
+            )
         if timed or self.rates == "plain":
             rate, priority = 1.0, 0
         delay = self.hint(node, "delay")

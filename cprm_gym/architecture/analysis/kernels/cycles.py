@@ -202,7 +202,7 @@ def successors(net, row, out, labels, between, ties):
     first = -1
     for c in range(net.timed.shape[0]):
         t = net.timed[c]
-        if abs(row[clocks + c]) > net.delay[c] and holds(net, t, row):
+        if row[clocks + c] > net.delay[c] and holds(net, t, row):
             able = cells_hold(net, t, row)
             if able < 0:
                 return ask(net, -1 - able, row, out, labels, 0), ASKING
@@ -225,7 +225,15 @@ def successors(net, row, out, labels, between, ties):
                 return outside_moves(net, row, out, labels, n, between), QUIET
     end_cycle(net, row, out[0])
     labels[0] = net.end_label
-    return outside_moves(net, row, out, labels, 1, between), QUIET
+    n = 1
+    for c in range(net.timed.shape[0]):     # due, disabled and enabled again at this instant: now or in the next cycle
+        t = net.timed[c]
+        if -row[clocks + c] > net.delay[c] and holds(net, t, row) and cells_hold(net, t, row) == 1:
+            if not fire(net, t, row, out[n], between):
+                return -1 - t, QUIET
+            labels[n] = t
+            n += 1
+    return outside_moves(net, row, out, labels, n, between), QUIET
 
 
 @kernel
