@@ -228,6 +228,8 @@ class _Reader:
         self.references: dict[str, tuple[str, Node]] = {}
         self.arcs: list[tuple[Node, bool]] = []
         self.subprocess = False
+        self.called: dict[str, str] = {}
+        self.capacities: dict[str, int] = {}
 
     def refuse(self, node: Node, why: str) -> LogError:
         """The error for `node`."""
@@ -241,13 +243,16 @@ class _Reader:
         self.collect(root, top=True)
         for node, inhibitor in self.arcs:
             self.arc(node, "inhibitor" if inhibitor else None)
-        plain = self.build(root)
         own = [n for n in root.all("toolspecific") if n.attributes.get("tool") == TOOL]
         if not block or not own:
-            return plain
+            for name, capacity in self.capacities.items():
+                self.places[name].capacity = capacity if block else None
+            return self.build(root)
         from .pnml_writer import net_from_block
 
-        return net_from_block(own[0], plain, lambda node, why: self.refuse(node, why))
+        plain = self.build(root)
+        capacities = {self.called[name]: capacity for name, capacity in self.capacities.items()}
+        return net_from_block(own[0], plain, self.called, capacities, self.refuse)
 
     def collect(self, parent: Node, top: bool = False) -> None:
         """Gather the nodes and arcs of a net or page, and of the pages in it."""
@@ -324,7 +329,8 @@ class _Reader:
             elif child.tag == "capacity":
                 limit = child.label()
                 capacity = (self.number(child, "a capacity") or None) if limit else None
-        capacity = self.hint(node, "capacity") or capacity
+        if hinted := self.hint(node, "capacity"):
+            self.capacities[name] = hinted
         self.places[name] = RawPlace(node, self.name_of(node), tokens, capacity)
 
     def transition(self, node: Node) -> None:
@@ -368,7 +374,7 @@ class _Reader:
     def name_of(self, node: Node) -> str:
         """The name label of a node, or its id."""
         label = node.first("name")
-        text = " ".join(label.label().split()) if label is not None else ""
+        text = re.sub(r"\s*[\r\n\t]+\s*", " ", label.label()) if label is not None else ""
         return text or node.attributes["id"]
 
     def resolve(self, node: Node, end: str) -> str:
@@ -419,6 +425,7 @@ class _Reader:
         """The value of what was read."""
         names = _names({key: p.name for key, p in self.places.items()})
         called = _names({key: t.name for key, t in self.transitions.items()})
+        self.called = {**names, **called}
         node = root
         try:
             places: list[AnyPlace] = []
