@@ -1,0 +1,317 @@
+"""One report on a net: what ``cprm-gym analyze`` prints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ...errors import LogError, NetError
+from ..petri import CompiledNet, PetriNet, compile_net
+from ..petri.io import load_net
+from ..petri.pnml import read_pnml
+from .contracts import ContractReport, check_contract
+from .invariants import Invariants, flow_basis, semiflows, structural_bounds
+from .siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
+from .state_space import Budget, Progress
+from .structure import Structure, Verdict, analyze_structure
+from .system import System
+from .timed import RunVerdict, TimedStructure, analyze_cycles, closed_system
+
+SIPHON_PLACES = 200
+"""Siphons and traps are listed for nets of at most so many places."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything the analysis says about a net.
+
+    Attributes
+    ----------
+    name : str
+    places, transitions : int
+    untimed : Structure
+        Every transition may fire whenever its tokens are there.
+    timed : TimedStructure or None
+        With clocks, priorities and the environment, for nets that have them.
+    p_invariants, t_invariants : Invariants
+        Integer bases; minimal semiflows where they were asked for.
+    conservative : Verdict
+        Whether some positive weighting of all places never changes.
+    siphons, traps : PlaceSets or None
+    siphon_trap : Verdict
+        Commoner's condition for ordinary nets.
+    contract : ContractReport or None
+        For behaviour modules.
+    """
+
+    name: str
+    places: int
+    transitions: int
+    untimed: Structure
+    timed: TimedStructure | None
+    p_invariants: Invariants
+    t_invariants: Invariants
+    conservative: Verdict
+    siphons: PlaceSets | None
+    traps: PlaceSets | None
+    siphon_trap: Verdict
+    contract: ContractReport | None
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values, ready for ``json.dumps``."""
+        return {
+            "name": self.name,
+            "places": self.places,
+            "transitions": self.transitions,
+            "untimed": self.untimed.to_json(),
+            "timed": self.timed.to_json() if self.timed else None,
+            "p_invariants": _invariants(self.p_invariants),
+            "t_invariants": _invariants(self.t_invariants),
+            "conservative": self.conservative.to_json(),
+            "siphons": _sets(self.siphons),
+            "traps": _sets(self.traps),
+            "siphon_trap": self.siphon_trap.to_json(),
+            "contract": self.contract.to_json() if self.contract else None,
+        }
+
+    def text(self) -> str:
+        """As JSON text."""
+        return json.dumps(self.to_json(), indent=1)
+
+    def render(self) -> RenderableType:
+        """For a terminal (``rich.print``)."""
+        parts: list[RenderableType] = [Text(f"net {self.name}: {self.places} places, {self.transitions} transitions", style="bold")]
+        parts.append(_untimed_table(self))
+        if self.timed:
+            parts.append(_timed_table(self.timed))
+        parts.append(_invariant_table(self))
+        if self.contract:
+            parts.append(Text(str(self.contract)))
+        return Group(*parts)
+
+
+def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
+    """The net in a PNML or JSON file.
+
+    Parameters
+    ----------
+    source : path or PetriNet
+        A file ``*.pnml``, ``*.xml`` or ``*.json``; a net is returned as it is.
+    rates : {"refuse", "plain"}
+        For PNML files with exponential rates: see `read_pnml`.
+
+    Raises
+    ------
+    LogError
+        For files that cannot be read, with element and line.
+    """
+    if isinstance(source, PetriNet):
+        return source
+    path = Path(source)
+    if not path.is_file():
+        raise LogError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json")
+    if path.suffix.lower() == ".json":
+        return load_net(path)
+    if path.suffix.lower() in (".pnml", ".xml"):
+        return read_pnml(path, rates="plain" if rates == "plain" else "refuse")
+    raise LogError(f"{path}: a net is given as a file .pnml, .xml or .json, got {path.suffix or 'no suffix'!r}")
+
+
+def analyze(
+    net: PetriNet | str | Path,
+    *,
+    budget: Budget | None = None,
+    progress: Progress | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    minimal: bool = False,
+    contract: bool = True,
+) -> Report:
+    """Analyse a net: untimed structure, behaviour with clocks, invariants, siphons, the module contract.
+
+    Parameters
+    ----------
+    net : PetriNet or path
+    budget : Budget, optional
+        For each exploration; spent means a partial answer that says so.
+    progress : callable, optional
+        Called now and then with markings found, expanded, seconds.
+    bounds : mapping from place to (least, largest), optional
+        What is known about continuous, input, belief and math places.
+    minimal : bool
+        Also find the minimal invariants without negative weights (can take long).
+    contract : bool
+        Check the contract of behaviour modules.
+    """
+    net = load(net)
+    compiled = compile_net(net)
+    ports = compiled.net.ports
+    is_module = bool(ports.begin and ports.ongoing and ports.outcomes)
+    closed = closed_system(compiled, bounds) if is_module and _followed(compiled) else None
+    system = closed.untimed if closed else System.from_net(compiled)
+    own = System.from_net(compiled)
+    p_flows, t_flows = (semiflows(own, "P"), semiflows(own, "T")) if minimal else (flow_basis(own, "P"), flow_basis(own, "T"))
+    small = len(own.places) <= SIPHON_PLACES
+    siphons = minimal_siphons(own, 500) if small else None
+    return Report(
+        name=net.name,
+        places=len(own.places),
+        transitions=len(own.transitions),
+        untimed=analyze_structure(system, budget, progress),
+        timed=analyze_cycles(compiled, budget, progress, bounds) if _needs_cycles(compiled) and _followed(compiled) else None,
+        p_invariants=p_flows,
+        t_invariants=t_flows,
+        conservative=conservative(own),
+        siphons=siphons,
+        traps=minimal_traps(own, 500) if small else None,
+        siphon_trap=_commoner(own, siphons),
+        contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and _followed(compiled) else None,
+    )
+
+
+def _needs_cycles(c: CompiledNet) -> bool:
+    """Whether clocks, priorities, the environment or modules make the running net differ from its untimed view."""
+    priorities = bool(c.priority.any()) and len(set(c.priority.tolist())) > 1
+    return bool(c.delay.any()) or priorities or not c.moved.all() or bool(c.source.modules)
+
+
+def _followed(c: CompiledNet) -> bool:
+    """Whether the exploration with clocks can follow the net: one clock per transition."""
+    return bool((c.servers[c.delay > 0] == 1).all())
+
+
+def conservative(system: System) -> Verdict:
+    """Whether some positive weighting of all places never changes: then every place is bounded, whatever the initial marking."""
+    import numpy as np
+    from scipy.optimize import linprog
+
+    if (system.sets >= 0).any():
+        return Verdict(None, "set arcs do not keep weighted sums")
+    if not len(system.places) or not len(system.transitions):
+        return Verdict(True)
+    p = len(system.places)
+    found = linprog(
+        np.ones(p), A_eq=system.incidence.astype(float), b_eq=np.zeros(len(system.transitions)), bounds=[(1, None)] * p, method="highs"
+    )
+    if found.status == 2:
+        return Verdict(False, "no positive weighting of all places is kept by every transition")
+    if found.status != 0:
+        return Verdict(None, found.message)
+    return _exact_weights(system, found.x)
+
+
+def _exact_weights(system: System, weights: Any) -> Verdict:
+    """The weighting found in floating point, confirmed in whole numbers."""
+    from fractions import Fraction
+    from math import lcm
+
+    parts = [Fraction(float(w)).limit_denominator(10_000) for w in weights]
+    scale = lcm(*(f.denominator for f in parts))
+    whole = [int(f * scale) for f in parts]
+    kept = all(
+        sum(int(row[q]) * whole[q] for q in row.nonzero()[0]) == 0 for row in system.incidence
+    )
+    if not kept or min(whole) < 1:
+        return Verdict(None, "a weighting was found, but could not be confirmed in whole numbers")
+    named = {name: w for name, w in zip(system.places, whole)}
+    return Verdict(True, "weights " + ", ".join(f"{n} {w}" for n, w in list(named.items())[:8]) + (" ..." if len(named) > 8 else ""))
+
+
+def _commoner(system: System, siphons: PlaceSets | None) -> Verdict:
+    if siphons is None or not is_ordinary(system):
+        return Verdict(None, "says nothing about nets with weights, inhibitor arcs, set arcs or capacities" if siphons else "too large")
+    bare = unprotected_siphon(system, siphons)
+    if bare is not None:
+        return Verdict(False, f"the siphon {{{', '.join(sorted(bare))}}} holds no marked trap: it may run empty")
+    if not siphons.complete:
+        return Verdict(None, "not every minimal siphon was found")
+    return Verdict(True, "every siphon holds a marked trap: no deadlock can be reached")
+
+
+def _invariants(found: Invariants) -> dict[str, Any]:
+    vectors = [{"weights": v.weights, "value": v.value} if found.kind == "P" else {"weights": v.weights} for v in found.vectors]
+    return {"complete": found.complete, "count": len(found.vectors), "vectors": vectors}
+
+
+def _sets(found: PlaceSets | None) -> dict[str, Any] | None:
+    return None if found is None else {"complete": found.complete, "sets": [sorted(s) for s in found.sets]}
+
+
+def _verdict_rows(table: Table, rows: list[tuple[str, Verdict | RunVerdict]]) -> None:
+    colour = {True: "green", False: "red", None: "yellow"}
+    for name, verdict in rows:
+        shown = getattr(verdict, "witness", ()) or tuple(str(s) for s in getattr(verdict, "run", ()))
+        tail = " -> ".join(shown[:12]) + (f" ... ({len(shown)} steps)" if len(shown) > 12 else "")
+        table.add_row(name, Text(str(verdict), style=colour[verdict.holds]), tail)
+
+
+def _untimed_table(report: Report) -> Table:
+    s = report.untimed
+    table = Table(title="untimed: every transition fires whenever its tokens are there", title_justify="left")
+    table.add_column("property")
+    table.add_column("answer")
+    table.add_column("shown by", overflow="fold")
+    table.add_row("markings", f"{s.states:,}" + ("" if s.complete else f" and more ({s.reason})"), f"{s.edges:,} firings")
+    table.add_row("most tokens", f"{s.max_tokens_in_place} in a place", f"{s.max_tokens_in_marking} in a marking")
+    if s.sccs >= 0:
+        table.add_row("components", f"{s.sccs:,} strongly connected", f"{s.bottom_sccs:,} of them never left")
+        table.add_row("home markings", f"{s.home_markings:,}", "")
+    rows: list[tuple[str, Verdict | RunVerdict]] = [
+        ("bounded", s.bounded), ("one-safe", s.one_safe), ("deadlock-free", s.deadlock_free), ("every transition can fire", s.quasi_live),
+        ("live", s.live), ("reversible", s.reversible), ("conservative", report.conservative), ("siphons hold marked traps", report.siphon_trap),
+    ]  # fmt: skip
+    if s.soundness:
+        rows += [
+            (f"sound: option to complete ({s.soundness.source} to {s.soundness.sink})", s.soundness.option_to_complete),
+            ("sound: proper completion", s.soundness.proper_completion),
+        ]
+    _verdict_rows(table, rows)
+    return table
+
+
+def _timed_table(t: TimedStructure) -> Table:
+    table = Table(title="running: clocks, priorities, any environment", title_justify="left")
+    table.add_column("property")
+    table.add_column("answer")
+    table.add_column("shown by", overflow="fold")
+    table.add_row("states", f"{t.states:,}" + ("" if t.complete else f" and more ({t.reason})"), f"{t.nodes:,} steps")
+    _verdict_rows(
+        table,
+        [
+            ("bounded", t.bounded),
+            ("never comes to a standstill", t.never_stops),
+            ("always finds back to the start", t.reversible),
+            ("becomes quiet in every instant", t.becomes_quiet),
+            ("deterministic given its inputs", t.deterministic),
+        ],
+    )
+    if t.dead_transitions:
+        table.add_row("never fire", ", ".join(t.dead_transitions), "")
+    for pair, verdict in t.modules.together.items() if t.modules else ():
+        why = t.modules.invariants.get(pair, verdict.why) if t.modules else ""
+        answer = {True: "together", False: "never together", None: "unknown"}[verdict.holds]
+        table.add_row(" and ".join(pair), answer, why)
+    return table
+
+
+def _invariant_table(report: Report) -> Table:
+    table = Table(title="invariants", title_justify="left")
+    table.add_column("kind")
+    table.add_column("invariant", overflow="fold")
+    for found in (report.p_invariants, report.t_invariants):
+        for v in found.vectors[:12]:
+            table.add_row(found.kind, f"{v} = {v.value}" if found.kind == "P" else str(v))
+        if len(found.vectors) > 12:
+            table.add_row(found.kind, f"... and {len(found.vectors) - 12} more")
+    return table
+
+
+def place_bounds(system: System) -> dict[str, int]:
+    """Most tokens per place that P-invariants prove."""
+    return structural_bounds(system, semiflows(system, "P"))
