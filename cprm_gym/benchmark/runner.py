@@ -195,6 +195,8 @@ def run(
     if workers < 1:
         raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
     blocks = plan.blocks()
+    if journal is not None:
+        _cut_torn_line(journal)
     finished = {r.block: r for r in read_journal(journal)} if journal is not None else {}
     done, total = 0, len(blocks)
     for block in blocks:
@@ -229,6 +231,16 @@ def _play_all(blocks: Sequence[Block], workers: int) -> Iterator[BlockResult]:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _cut_torn_line(path: Path) -> None:
+    """Remove a last line that an interruption left unfinished, so that the next one begins on a line of its own."""
+    if path.exists():
+        content = path.read_bytes()
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            with path.open("r+b") as file:
+                file.truncate(whole)
 
 
 def read_journal(path: Path) -> list[BlockResult]:

@@ -130,7 +130,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         step = self.core.step(self._batch(actions))
         terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
         # wrappers and tests may shorten an episode by setting max_cycles
-        truncated = truncated or (not terminated and self.core.cycle[0] >= self.max_cycles)
+        truncated = truncated or (not terminated and int(self.core.cycle[0]) >= self.max_cycles)
         agents = self.agents
         rewards = {a: float(step.reward[0, i]) for i, a in enumerate(agents)}
         terminations = dict.fromkeys(agents, terminated)

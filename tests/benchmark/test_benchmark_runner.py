@@ -1,0 +1,281 @@
+"""The benchmark: plans, equal numbers for equal seeds, errors, interruptions, reports."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from cprm_gym.benchmark import registry, runner
+from cprm_gym.benchmark.report import plot, summarise
+from cprm_gym.benchmark.runner import Block, BlockResult, Plan, play_block, read_journal, run
+from cprm_gym.cli import app
+from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
+
+CONTROLLERS = ("cprm", "fsm", "random")
+
+
+def without_times(text):
+    data = json.loads(text)
+    del data["timing"]
+    return json.dumps(data)
+
+
+def test_the_three_controllers_are_registered():
+    assert set(CONTROLLERS) <= set(registry.controller_entries())
+
+
+def test_equal_seeds_give_equal_reports_whatever_the_blocks_order():
+    plan = Plan(episodes=140, seed=3)
+    first = list(run(plan))
+    again = list(run(plan))[::-1]
+    assert without_times(summarise(plan, first).to_json()) == without_times(summarise(plan, again).to_json())
+    other = Plan(episodes=140, seed=4)
+    assert without_times(summarise(plan, first).to_json()) != without_times(summarise(other, run(other)).to_json())
+
+
+def test_workers_do_not_change_the_numbers():
+    plan = Plan(controllers=("fsm", "random"), episodes=130, seed=2)
+    alone, shared = summarise(plan, run(plan)), summarise(plan, run(plan, workers=2))
+    assert alone.rows == shared.rows
+
+
+def test_all_controllers_meet_the_same_worlds(monkeypatch):
+    starts = {}
+    original = runner.SoccerCore.reset
+
+    def remember(self, seed=None, worlds=None):
+        out = original(self, seed, worlds)
+        starts.setdefault(current[0], []).append(self.sim.world["pos"].copy())
+        return out
+
+    monkeypatch.setattr(runner.SoccerCore, "reset", remember)
+    current = [""]
+    for name in CONTROLLERS:
+        current[0] = name
+        play_block(Block("GoToBall", name, 0, 30, 5))
+    reference = starts["cprm"][-1]
+    assert len(reference) == 30
+    assert all(np.array_equal(starts[name][-1], reference) for name in CONTROLLERS)
+
+
+def test_cprm_reaches_the_ball_and_random_does_not():
+    plan = Plan(episodes=250, seed=1)
+    rows = {row.controller: row for row in summarise(plan, run(plan)).rows}
+    assert rows["cprm"].success_rate >= 0.95
+    assert rows["random"].success_rate < 0.05
+    assert rows["fsm"].success_rate > 0.5
+    assert rows["cprm"].wilson_low <= rows["cprm"].success_rate <= rows["cprm"].wilson_high
+
+
+class Broken:
+    def reset(self, observation, seed, worlds=None):
+        self.cycles = 0
+
+    def act(self, observation):
+        self.cycles += 1
+        if self.cycles > 5:
+            raise ZeroDivisionError("the controller's own fault")
+        return runner_action(observation)
+
+
+def runner_action(observation):
+    from cprm_gym.envs.controller import no_action
+
+    return no_action(len(observation["level"]))
+
+
+def with_controller(monkeypatch, name, factory):
+    entries = registry.controller_entries
+    loader = registry.load_controller
+    known = {**entries(), name: None}
+    monkeypatch.setattr(runner, "controller_entries", lambda: known)
+    monkeypatch.setattr(runner, "load_controller", lambda n: factory if n == name else loader(n))
+
+
+def test_a_controller_that_raises_is_reported_and_the_others_finish(monkeypatch):
+    with_controller(monkeypatch, "broken", lambda task, agent: Broken())
+    plan = Plan(controllers=("broken", "random"), episodes=20)
+    report = summarise(plan, run(plan))
+    broken, fine = report.rows
+    assert "ZeroDivisionError: the controller's own fault" in broken.error
+    assert "in act" in broken.error
+    assert broken.episodes == 0
+    assert (fine.error, fine.episodes) == (None, 20)
+    assert not report.complete
+    assert "error: ZeroDivisionError" in report.to_markdown()
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (lambda n: 3, "act returned int, expected a dict of arrays"),
+        (lambda n: {"type": np.zeros(n)}, "act returned no 'params'"),
+        (lambda n: {"type": np.zeros(n), "params": np.zeros((n, 2)), "turn_neck": np.zeros((n, 1)), "view": np.zeros(n)},
+         r"'params' has shape \(1, 2\), expected \(1, 4\)"),
+    ],
+)  # fmt: skip
+def test_a_controller_that_breaks_the_interface_is_told_how(monkeypatch, answer, message):
+    class Wrong:
+        def reset(self, observation, seed, worlds=None):
+            pass
+
+        def act(self, observation):
+            return answer(len(observation["level"]))
+
+    with_controller(monkeypatch, "wrong", lambda task, agent: Wrong())
+    result = play_block(Block("GoToBall", "wrong", 0, 1, 0))
+    assert re.search("ControllerError.*" + message, result.error)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"tasks": ("GoToBal",)}, UnknownName, r"unknown task 'GoToBal'. Did you mean 'GoToBall'\? Known: GoToBall, "),
+        ({"controllers": ("cprm", "fms")}, UnknownName, r"unknown controller 'fms'. Did you mean 'fsm'\? Known: .*cprm, .*fsm"),
+        ({"controllers": ()}, ParameterError, "controllers: none given"),
+        ({"controllers": ("fsm", "fsm")}, ParameterError, "'fsm' is named twice"),
+        ({"episodes": -5}, ParameterError, "episodes: -5 given, a whole number of at least 1 is needed"),
+        ({"episodes": 2.5}, ParameterError, "episodes: 2.5 given"),
+        ({"seed": -1}, ParameterError, "seed: -1 given"),
+    ],
+)
+def test_a_plan_that_makes_no_sense_is_refused(changes, error, message):
+    with pytest.raises(error, match=message):
+        Plan(**changes)
+
+
+def test_fewer_workers_than_one_are_refused():
+    with pytest.raises(ParameterError, match="workers: 0 given"):
+        list(run(Plan(), workers=0))
+
+
+def test_the_cprm_controller_lists_the_tasks_that_it_plays():
+    from cprm_gym.envs.tasks import make_task
+
+    with pytest.raises(UnknownName, match="'Soccer'"):
+        registry.load_controller("fsm")(make_task("Soccer"), "left_1")
+    with pytest.raises(UnknownName, match="Known: .*GoToBall"):
+        registry.load_controller("cprm")(make_task("Soccer"), "left_1")
+
+
+def test_an_entry_that_cannot_be_loaded_says_why(monkeypatch):
+    from importlib.metadata import EntryPoint
+
+    entry = EntryPoint("gone", "no_such_module:thing", registry.GROUP)
+    monkeypatch.setattr(registry, "controller_entries", lambda: {"gone": entry})
+    with pytest.raises(ControllerError, match="'gone': no_such_module:thing cannot be loaded: ModuleNotFoundError"):
+        registry.load_controller("gone")
+
+
+# ---------------------------------------------------------------------- journal and interruption
+
+
+def test_an_interrupted_run_is_taken_up_where_it_was(tmp_path):
+    plan = Plan(controllers=("random",), episodes=300, seed=8)
+    journal = tmp_path / "episodes.jsonl"
+    part = run(plan, journal=journal)
+    next(part)
+    part.close()
+    assert len(read_journal(journal)) == 1
+    with journal.open("a") as file:
+        file.write('{"block": {"task": "GoToB')  # cut short while it was written
+    played = []
+    results = list(run(plan, journal=journal, on_result=lambda r, done, total: played.append((done, total))))
+    assert played == [(1, 3), (2, 3), (3, 3)]
+    assert summarise(plan, results).rows == summarise(plan, run(plan)).rows
+    assert len(read_journal(journal)) == 3
+
+
+def test_a_damaged_journal_is_refused_with_its_line(tmp_path):
+    journal = tmp_path / "episodes.jsonl"
+    journal.write_text("nonsense\n" + BlockResult(Block("GoToBall", "random", 0, 1, 0)).to_json() + "\n")
+    with pytest.raises(CprmError, match=r"episodes.jsonl, line 1: not a result"):
+        read_journal(journal)
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(app, ["benchmark", *map(str, arguments)])
+
+
+def test_the_command_writes_report_table_and_plot(tmp_path):
+    result = invoke("--episodes", 10, "--controllers", "fsm,random", "--output", tmp_path, "--seed", 3)
+    assert result.exit_code == 0, result.output
+    (folder,) = tmp_path.iterdir()
+    assert sorted(p.name for p in folder.iterdir()) == ["episodes.jsonl", "report.json", "report.md", "report.png"]
+    report = json.loads((folder / "report.json").read_text())
+    assert report["plan"]["episodes"] == 10
+    assert [row["controller"] for row in report["rows"]] == ["fsm", "random"]
+    assert (folder / "report.png").read_bytes().startswith(b"\x89PNG")
+    assert "Wilson" in (folder / "report.md").read_text()
+    assert "GoToBall" in result.output
+    again = invoke("--episodes", 10, "--controllers", "fsm,random", "--output", tmp_path, "--seed", 3)
+    assert again.exit_code == 0
+    second = next(p for p in tmp_path.iterdir() if p != folder)
+    assert without_times((folder / "report.json").read_text()) == without_times((second / "report.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--tasks", "GoToBal"], "Did you mean 'GoToBall'?"),
+        (["--controllers", "nobody"], "unknown controller 'nobody'"),
+        (["--episodes", "-3"], "episodes: -3 given, a whole number of at least 1 is needed"),
+        (["--workers", "0"], "workers: 0 given"),
+        (["--resume", "nowhere"], "there is no episodes.jsonl"),
+    ],
+)
+def test_the_command_refuses_nonsense_in_one_line(tmp_path, arguments, message):
+    result = invoke(*arguments, "--output", tmp_path)
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+
+
+def test_the_command_keeps_what_it_has_when_interrupted(tmp_path, monkeypatch):
+    original = runner.play_block
+    calls = []
+
+    def stop_at_the_second(block):
+        calls.append(block)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return original(block)
+
+    monkeypatch.setattr(runner, "play_block", stop_at_the_second)
+    result = invoke("--episodes", 130, "--controllers", "random", "--output", tmp_path)
+    assert result.exit_code == 130
+    (folder,) = tmp_path.iterdir()
+    report = json.loads((folder / "report.json").read_text())
+    assert not report["complete"]
+    assert report["rows"][0]["episodes"] == 125
+    monkeypatch.setattr(runner, "play_block", original)
+    resumed = invoke("--episodes", 130, "--controllers", "random", "--resume", folder)
+    assert resumed.exit_code == 0
+    assert json.loads((folder / "report.json").read_text())["rows"][0]["episodes"] == 130
+
+
+def test_a_report_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    from cprm_gym.benchmark import report as module
+
+    plan = Plan(controllers=("random",), episodes=5)
+    report = summarise(plan, run(plan))
+    report.write(tmp_path)
+    before = (tmp_path / "report.json").read_bytes()
+    monkeypatch.setattr(module.os, "replace", lambda *a: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        report.write(tmp_path)
+    assert (tmp_path / "report.json").read_bytes() == before
+    assert not list(Path(tmp_path).glob("*.tmp"))
+
+
+def test_without_matplotlib_there_is_no_plot_but_a_report(tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    plan = Plan(controllers=("random",), episodes=5)
+    report = summarise(plan, run(plan))
+    assert plot(report) is None
+    assert [p.name for p in report.write(tmp_path)] == ["report.json", "report.md"]
