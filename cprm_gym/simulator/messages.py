@@ -215,7 +215,7 @@ def see_mismatches(sim: Simulator, world: int, player: int, recorded: str, proto
     r = _Reader(sim, world, player, protocol)
     possible = _landmarks(r, -1) + _ball_and_players(r, -1) + _lines(r)
     objects = re.findall(r"\(\([^()]*\)[^()]*\)", recorded)
-    wrong = [] if recorded.startswith(f"(see {r.time}") else [(recorded[:12], f"(see {r.time} ...")]
+    wrong = [] if re.match(rf"\(see {r.time}\b", recorded) else [(recorded[:12], f"(see {r.time} ...")]
     for told, item in zip_longest(objects, possible):
         if told is None or item is None or not any(_agree(told, text, item.pointing) for text in (item.text, *item.others)):
             wrong.append((told or "nothing", " or ".join((item.text, *item.others)) if item else "nothing"))

@@ -104,8 +104,8 @@ class Hear(NamedTuple):
     """(W, 22, S) bytes of the message."""
     text: Array
     """(W, 22, S, 32) the message, zeros after its end."""
-    count: Array
-    """(W, 22) messages heard, including those for which there was no slot."""
+    heard: Array
+    """(W, 22) number of messages heard, including those for which there was no slot."""
 
 
 class BodyColumn(IntEnum):
@@ -177,7 +177,9 @@ def new_hear(worlds: int, slots: int = HEAR_SLOTS) -> Hear:
     """Buffers for `hear` of that many worlds, with room for `slots` messages per listener."""
     shape = (worlds, PLAYERS, slots)
     return Hear(
-        *(np.zeros(shape, np.int8) for _ in range(3)),
+        np.zeros(shape, np.int8),
+        np.zeros(shape, np.int8),
+        np.zeros(shape, np.int8),
         np.zeros(shape),
         np.zeros(shape, np.int8),
         np.zeros((*shape, SAY_SIZE), np.uint8),
