@@ -148,7 +148,9 @@ def load_extras(world: Any, state: dict[str, Any], duration: int) -> None:
     for key in state["pl"]:
         row, extra = ROW[key], extras.get(key, {})
         distance, direction = extra.get("fp", (0.0, 0.0))
-        world["focus_distance"][row], world["focus_direction"][row] = distance, direction * D2R
+        world["focus_distance"][row] = distance
+        if abs(float(world["focus_direction"][row]) * R2D - direction) > 1e-11:
+            world["focus_direction"][row] = direction * D2R
         if "arm" in extra:
             reach, angle = extra["arm"]
             angle += world["body"][row] + world["neck"][row]
@@ -315,10 +317,14 @@ def near_post(position: Any, reach: float, width: float) -> bool:
     return bool(math.hypot(x, y) < reach)
 
 
-def shown_bits(world: Any, row: int) -> int:
-    """The player's state bits of the last step, without those that only say that he is there."""
-    kept = PlayerBit.STAND | PlayerBit.GOALIE | PlayerBit.YELLOW_CARD
-    return int(world["bits_shown"][row]) & ~int(kept)
+COLLISIONS = int(PlayerBit.BALL_TO_PLAYER | PlayerBit.BALL_COLLIDE | PlayerBit.PLAYER_COLLIDE | PlayerBit.POST_COLLIDE)
+"""State bits of a player who collided."""
+_ALWAYS = int(PlayerBit.STAND | PlayerBit.GOALIE | PlayerBit.YELLOW_CARD)
+
+
+def telling_bits(bits: int) -> int:
+    """A player's state bits without those that only say that he is there."""
+    return bits & ~_ALWAYS
 
 
 def snapshot_copy(simulator: Simulator) -> Any:

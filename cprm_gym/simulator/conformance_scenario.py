@@ -8,14 +8,17 @@ two players at one place) is counted as left to chance; everything else must agr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from cprm_gym.simulator.command_text import command_record, parse_commands, parse_trainer, side_of_team
+from cprm_gym.simulator.command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from cprm_gym.simulator.conformance_envelope import calm, envelope, kick_noise
+from cprm_gym.simulator.conformance_noisy import compare_noisy
 from cprm_gym.simulator.conformance_recording import (
+    COLLISIONS,
     KEYS,
     MODES,
     ROW,
@@ -30,12 +33,14 @@ from cprm_gym.simulator.conformance_recording import (
     near_post,
     put_back,
     snapshot_copy,
+    telling_bits,
 )
 from cprm_gym.simulator.conformance_report import Result
 from cprm_gym.simulator.conformance_texts import Listener, compare_messages, said_by_referee
 from cprm_gym.simulator.conformance_trainer import execute_trainer, recover, set_play_mode
-from cprm_gym.simulator.state import BALL, LEFT, RIGHT
+from cprm_gym.simulator.state import BALL, LEFT, RIGHT, PlayerBit
 
+Watch = Callable[[int, PlayerCommand, Any], None]
 TRIES = 64
 """Streams tried before a step counts as different."""
 LOOSE, EXACT = 1e-9, 1e-12
@@ -74,6 +79,7 @@ class ScenarioReplay:
         self.fields: list[str] = recording.header.get("hid_fields", [])
         self.exact = recording.scenario.startswith("monkey")
         self.noisy = bool(self.parameters.ball_rand or self.parameters.player_rand)
+        self._calm = calm(self.simulator.packed)
         self.listener = Listener(recording)
         self._keys = np.random.SeedSequence(20240607).generate_state(4 * TRIES, np.uint64).reshape(TRIES, 4)
         self._last: dict[str, Any] | None = None
@@ -164,6 +170,8 @@ class ScenarioReplay:
             first = step is case["steps"][0]
             if first and (case.get("loads_first") or (self.exact and step.get("trainer") == ["(start)"])):
                 self._skip(row)   # the kick-off draws types and places: nothing to compare, everything to load
+            elif self.noisy:
+                self._run_noisy_step(row)
             else:
                 self._run_step(row)
             hidden = step.get("hid", {})
@@ -189,10 +197,9 @@ class ScenarioReplay:
         world, aux = self.world, step["aux"]
         if "stop" in aux:
             world["stoppage"] = aux["stop"]
-        for key, value in aux.get("catch_ban", {}).items() if isinstance(aux.get("catch_ban"), dict) else ():
-            world["catch_ban"][ROW[key]] = value
-        for key, value in aux.get("moves_since_catch", {}).items() if isinstance(aux.get("moves_since_catch"), dict) else ():
-            world["moves_since_catch"][ROW[key]] = value
+        for name in ("catch_ban", "moves_since_catch"):
+            for key, value in aux.get(name, {}).items():
+                world[name][ROW[key]] = value
 
     def _skip(self, row: _Row) -> None:
         """Run a step and load its outcome without comparing it."""
@@ -232,6 +239,25 @@ class ScenarioReplay:
         self.result.cycles += 1
         merge(self.result, found)
 
+    def _run_noisy_step(self, row: _Row) -> None:
+        """Run a step without noise and see whether the recorded one lies around it."""
+        before = self.world.copy()
+        noise, packed = 0.0, self.simulator.packed
+        self.simulator.packed = self._calm
+
+        def heed(index: int, command: PlayerCommand, earlier: Any) -> None:
+            nonlocal noise
+            if command.name in ("kick", "tackle"):
+                noise += kick_noise(packed[0], earlier, self.world, index, command)
+
+        middle = self._perform(row, watch=heed)
+        self.simulator.packed = packed
+        bounds = envelope(packed[0], before, middle, self.world, noise)
+        maybe = frozenset(range(23)) if self.listener.first_step else marked(middle["bits"])
+        compare_noisy(self.result, row.case, row.cycle, self.world, row.step, bounds, self.parameters.goal_width, maybe)
+        self.result.cycles += 1
+        self.listener.advance(row.step)
+
     def _outcomes(self, step: dict[str, Any]) -> Iterator[tuple[int, list[str]]]:
         """What may have happened that the recording does not tell: outcome of tackles and catches, order of the players' commands.
 
@@ -249,8 +275,8 @@ class ScenarioReplay:
             mixed = [commands[index] for index in shuffles.permutation(len(commands))]
             yield 0, order if "order" in step or number % 2 else mixed
 
-    def _perform(self, row: _Row, outcome: int = 0, order: list[str] | None = None) -> None:
-        """Trainer, commands in order, step."""
+    def _perform(self, row: _Row, outcome: int = 0, order: list[str] | None = None, watch: Watch | None = None) -> Any:
+        """Trainer, commands in order, step; returns the world between commands and step if it is watched."""
         simulator, world, step = self.simulator, self.world, row.step
         world["announced"], world["announced_done"] = 0, 0
         for text in step.get("trainer") or ():
@@ -261,10 +287,14 @@ class ScenarioReplay:
         self._force(step)
         commands = step.get("cmd") or {}
         for player in order or list(commands):
-            self._command(player, commands.get(player, ""))
+            self._command(player, commands.get(player, ""), watch)
+        middle = world.copy() if watch else None
+        if watch:
+            world["bits"] &= np.uint32(~COLLISIONS & 0xFFFFFFFF)   # from here on they tell of the step
         simulator.advance()
         for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
             world[name] = 0
+        return middle
 
     def _force(self, step: dict[str, Any]) -> None:
         world = self.world
@@ -278,14 +308,17 @@ class ScenarioReplay:
                 texts = [str(text) for text in event["outcome"]]
                 world["forced_foul"][row] = 1 if texts else -1
 
-    def _command(self, player: str, text: str) -> None:
+    def _command(self, player: str, text: str, watch: Watch | None) -> None:
         """Execute the commands of one player's datagrams."""
         row, world = ROW[player], self.world
         side = LEFT if player[0] == "l" else RIGHT
         for command in parse_commands(text).commands:
             record = command_record(command, side, self.names)
             if record is not None:
+                earlier = world.copy() if watch else None
                 self.simulator.command_phase(0, row + 1, record)
+                if watch:
+                    watch(row, command, earlier)
             elif command.name == "synch_see":
                 world["synchronous"][row], world["view_quality"][row] = 1, 1
             elif command.name == "gaussian_see":
@@ -309,6 +342,8 @@ class ScenarioReplay:
             if ROW[key] + 1 not in skip:
                 got = hidden_of(world, ROW[key], self.fields, self.parameters.point_to_ban, self.parameters.point_to_duration)
                 for name, told, own in zip(self.fields, values, got):
+                    if name == "collision" and self.listener.first_step and own in ("", told):
+                        continue   # told of the placements before it too
                     result.equal(row.case, row.cycle, key, name, told, own)
         self._compare_aux(row, result)
         if not skip:
@@ -318,9 +353,20 @@ class ScenarioReplay:
         compare_messages(result, row.case, row.cycle, self.simulator, step, self.listener, skip)
 
     def _compare_aux(self, row: _Row, result: Result) -> None:
+        """Compare what runs of random commands tell besides: stoppage, dashes, the goalies' counters, state bits."""
         world, aux = self.world, row.step.get("aux")
         if not aux:
             return
+        for name in ("catch_ban", "moves_since_catch"):
+            for key, value in aux.get(name, {}).items():
+                result.equal(row.case, row.cycle, key, name, value, int(world[name][ROW[key]]))
+        flags = row.step.get("flags", {})
+        for index, key in enumerate(KEYS):
+            if world["enabled"][index]:
+                told, own = int(flags.get(key, "0"), 16), int(world["bits_shown"][index])
+                if self.listener.first_step:   # told of the placements before it too
+                    told, own = told & ~COLLISIONS, own & ~COLLISIONS
+                result.equal(row.case, row.cycle, key, "state bits", hex(telling_bits(told)), hex(telling_bits(own)))
         result.equal(row.case, row.cycle, "game", "stoppage", aux["stop"], int(world["stoppage"]))
         dashed = [key for index, key in enumerate(KEYS) if world["enabled"][index] and world["dash_cycles"][index] >= 0]
         result.equal(row.case, row.cycle, "game", "dashed", sorted(aux["dashed"]), sorted(dashed))
@@ -397,6 +443,13 @@ def merge(result: Result, found: Result) -> None:
             result.errors[name] = error
     for mismatch in found.mismatches:
         result.add(mismatch)
+
+
+def marked(bits: Any) -> frozenset[int]:
+    """Object numbers with the mark of a collision, the ball's being any player's."""
+    players = {index + 1 for index in range(22) if int(bits[index]) & COLLISIONS}
+    ball = any(int(bits[index]) & int(PlayerBit.BALL_COLLIDE) for index in range(22))
+    return frozenset(players | ({BALL} if ball else set()))
 
 
 def _differing(worlds: list[Any]) -> frozenset[int]:

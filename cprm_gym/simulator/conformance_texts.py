@@ -37,6 +37,7 @@ class Listener:
     """
 
     def __init__(self, recording: Recording) -> None:
+        self.see_bits: list[str] = recording.header.get("see_bits", [])
         self.referee_key = _first_to_hear_the_referee(recording)
         self.counted: set[str] = set()
         self.viewed: set[str] = set()
@@ -93,6 +94,14 @@ class Listener:
                         _adopt_width(simulator, row, text, self.interval.get(key))
                     if key not in self.phased and world["synchronous"][row]:
                         world["see_counter"][row], world["saw"][row] = 0, 1
+        for key in self.seers(step) or ():
+            if key not in self.phased:
+                world["see_counter"][ROW[key]], world["saw"][ROW[key]] = 0, 1
+
+    def seers(self, step: dict[str, Any]) -> set[str] | None:
+        """Who got a see in this step, if the recording tells it of everybody (bits of ``aux.see``)."""
+        bits = step.get("aux", {}).get("see")
+        return None if bits is None else {key for index, key in enumerate(self.see_bits) if bits >> index & 1}
 
     def advance(self, step: dict[str, Any]) -> None:
         """The step is done: what it told must agree from now on."""
@@ -103,6 +112,7 @@ class Listener:
             if any(text.startswith("(see ") for text in texts):
                 self.viewed.add(key)
                 self.phased.add(key)
+        self.phased |= self.seers(step) or set()
 
     def announcements(self, step: dict[str, Any]) -> list[str] | None:
         """The referee's messages of a step in order, None if the recording keeps none."""
@@ -191,6 +201,11 @@ def compare_messages(
             if heard != own and hears_by_chance(simulator, row, heard, own):
                 own = heard
             result.equal(case, cycle, key, "hear", heard, own)
+    seers = listener.seers(step)
+    if seers is not None:
+        due = {key for key in listener.phased if world["enabled"][ROW[key]] and world["saw"][ROW[key]] & 3}
+        result.equal(case, cycle, "game", "see messages", sorted(seers & listener.phased), sorted(due))
+        return
     for key in sorted(listener.watched & listener.phased):
         row = ROW[key]
         if world["enabled"][row]:
