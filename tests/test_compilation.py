@@ -54,7 +54,7 @@ def test_editing_a_kernel_in_another_file_is_noticed(tmp_path):
 def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
     import os
 
-    program = "from cprm_gym.envs.tasks import make_task; from cprm_gym.envs.core import SoccerCore; SoccerCore(make_task('GoToBall')).reset(1)"
+    program = "import gymnasium, cprm_gym; gymnasium.make('cprm/GoToBall-v0').reset(seed=1)"
     env = {**os.environ, "CPRM_GYM_CACHE": str(tmp_path)}
     env.pop("CPRM_GYM_QUIET", None)
     first = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=env).stderr

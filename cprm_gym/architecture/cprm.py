@@ -135,7 +135,8 @@ def _check_links(cprm: CPRM) -> None:
         names = {f"{o}.{place.variable.partition('.')[2]}" for o, c in cprm.objects.items() if held and c == held.class_name}
         for variable in names or {place.variable}:
             if variable not in ground.variables:
-                raise ModelError(f"{where}, belief place {place.name!r}: unknown variable {variable!r}.{did_you_mean(variable, ground.variables)}")
+                hint = did_you_mean(variable, ground.variables)
+                raise ModelError(f"{where}, belief place {place.name!r}: unknown variable {variable!r}.{hint}")
             view_of(place).check(ground.variables[variable])
     for link in cprm.observations:
         if link.variable not in ground.variables:
@@ -148,7 +149,8 @@ def _check_links(cprm: CPRM) -> None:
             raise ModelError(f"{where}: cluster of unknown relation {cluster.relation!r}.{did_you_mean(cluster.relation, relations)}")
         roles = relations[cluster.relation].roles
         if len(roles) != len(cluster.places):
-            raise ModelError(f"{where}: relation {cluster.relation!r} has {len(roles)} roles, its cluster names {len(cluster.places)} places")
+            given = len(cluster.places)
+            raise ModelError(f"{where}: relation {cluster.relation!r} has {len(roles)} roles, its cluster names {given} places")
         for place_name in cluster.places:
             if place_name.startswith("="):
                 if place_name[1:] not in cprm.objects:
@@ -309,7 +311,7 @@ class Controller:
 
     def _needed(self, percepts: Percepts, name: str) -> Any:
         if name not in percepts:
-            raise NetError(f"cprm {self.cprm.name!r}: the net observes {name!r}, which is not among the percepts {', '.join(percepts) or 'none'}")
+            raise NetError(f"cprm {self.cprm.name!r}: the net observes {name!r}; the percepts are {', '.join(percepts) or 'none'}")
         return percepts[name]
 
     def _infer(self, percepts: Percepts, due: NDArray[np.bool_]) -> None:

@@ -95,7 +95,9 @@ class Report:
             if row.error is not None:
                 cells.append([row.task, row.controller, f"{row.episodes}/{row.planned}", f"error: {row.error}", "", "", ""])
                 continue
-            rate = "-" if row.success_rate is None else f"{100 * row.success_rate:.1f} % ({100 * row.wilson_low:.1f} - {100 * row.wilson_high:.1f})"
+            rate = "-"
+            if row.success_rate is not None:
+                rate = f"{100 * row.success_rate:.1f} % ({100 * row.wilson_low:.1f} - {100 * row.wilson_high:.1f})"
             count = str(row.episodes) if row.episodes == row.planned else f"{row.episodes}/{row.planned}"
             cells.append([row.task, row.controller, count, rate, _number(row.median_cycles_to_success, ".0f"),
                           _number(timing.cycles_per_second, ",.0f"), _number(timing.controller_us_per_decision, ".1f")])  # fmt: skip

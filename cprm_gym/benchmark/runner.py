@@ -120,7 +120,8 @@ def play_block(block: Block) -> BlockResult:
         _play(block, result)
     except Exception as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
-        result = BlockResult(block, error=f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno}, in {where.name})")
+        place = f"{Path(where.filename).name}, line {where.lineno}, in {where.name}"
+        result = BlockResult(block, error=f"{type(error).__name__}: {error} ({place})")
     result.wall_seconds = time.perf_counter() - begin
     return result
 

@@ -22,7 +22,6 @@ from . import kernels
 from .spaces import BALL_FEATURES, MAX_AGE, PLAYER_FEATURES, ActionView, BodyFeature, action_view, observation_space
 from .tasks.base import Task
 
-
 _COLUMNS = np.array(
     [
         BodyColumn.STAMINA, BodyColumn.EFFORT, BodyColumn.CAPACITY, BodyColumn.SPEED, BodyColumn.SPEED_DIRECTION, BodyColumn.HEAD_ANGLE,
@@ -77,7 +76,8 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
         group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
         if not group:
             allowed = ("all", "left", "right", *names)
-            raise UnknownName(f"controlled: {part!r} names no player here.{did_you_mean(str(part), allowed)} Allowed: {', '.join(allowed)}.")
+            hint = did_you_mean(str(part), allowed)
+            raise UnknownName(f"controlled: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
         chosen.update(group)
     return tuple(n for n in names if n in chosen)
 
@@ -143,7 +143,7 @@ class SoccerCore:
             threads=threads,
             left=task.left,
             right=task.right,
-            goalies=tuple(g if g <= n else 0 for g, n in ((task.left_goalie, task.left), (task.right_goalie, task.right))),
+            goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
         )
         self.cycle = np.zeros(worlds, np.int64)
         self._score = np.zeros((worlds, 2), np.int64)

@@ -61,7 +61,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         if len(self.core.agents) != 1:
             self.core = SoccerCore(self.task, 1, controlled=self.core.agents[0], view=action_mode)
         self.agent = self.core.agents[0]
-        self.observation_space = self.core.observation_space()
+        self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
         self.render_mode = render_mode
         self.debug_info = debug_info

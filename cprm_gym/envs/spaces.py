@@ -237,11 +237,11 @@ def _checked(name: str, value: Any, shape: tuple[int, ...], dtype: Any, low: flo
         raise CommandError(f"action {name!r}: expected numbers of shape {shape}, got {type(value).__name__} {value!r:.60}") from None
     if array.shape != shape:
         raise CommandError(f"action {name!r}: expected shape {shape}, got {array.shape}")
-    if dtype is np.int64:
-        if array.dtype.kind not in "iu":
-            if array.dtype.kind != "f" or not np.all(np.isfinite(array)) or np.any(array != np.rint(array)):
-                raise CommandError(f"action {name!r}: expected whole numbers from {low:g} to {high:g}, got {array.dtype} {value!r:.60}")
-            array = array.astype(np.int64)
+    if dtype is np.int64 and array.dtype.kind not in "iu":
+        whole = array.dtype.kind == "f" and bool(np.all(np.isfinite(array)) and np.all(array == np.rint(array)))
+        if not whole:
+            raise CommandError(f"action {name!r}: expected whole numbers from {low:g} to {high:g}, got {array.dtype} {value!r:.60}")
+        array = array.astype(np.int64)
     bad = ~np.isfinite(array) if array.dtype.kind == "f" else np.zeros(shape, bool)
     if bad.any():
         at = tuple(int(i[0]) for i in np.nonzero(bad)) if array.ndim else ()

@@ -157,7 +157,7 @@ def test_the_cprm_controller_lists_the_tasks_that_it_plays():
 
     with pytest.raises(UnknownName, match="'Soccer'"):
         registry.load_controller("fsm")(make_task("Soccer"), "left_1")
-    with pytest.raises(UnknownName, match="Known: .*GoToBall"):
+    with pytest.raises(UnknownName, match=r"Known: .*GoToBall"):
         registry.load_controller("cprm")(make_task("Soccer"), "left_1")
 
 

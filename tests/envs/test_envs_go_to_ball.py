@@ -127,7 +127,7 @@ def test_vector_environments_reset_as_their_mode_says(mode):
     observations, _ = envs.reset(seed=2)
     assert envs.observation_space.contains(observations)
     envs.action_space.seed(0)
-    for i in range(4):
+    for _ in range(4):
         observations, _, terminated, truncated, info = envs.step(envs.action_space.sample())
     assert truncated.all()
     assert not terminated.any()
@@ -187,7 +187,7 @@ def test_unknown_names_list_the_right_ones():
         make_task("GoToBal")
     with pytest.raises(UnknownName, match="unknown action view 'boxes'"):
         SoccerEnv(action_mode="boxes")
-    with pytest.raises(UnknownName, match="'left_3' names no player here.* Allowed: all, left, right, left_1"):
+    with pytest.raises(UnknownName, match=r"'left_3' names no player here.* Allowed: all, left, right, left_1"):
         SoccerEnv(agent="left_3")
     with pytest.raises(UnknownName, match="render_mode 'video': allowed are human, rgb_array, ansi or None"):
         SoccerEnv(render_mode="video")

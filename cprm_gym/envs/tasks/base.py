@@ -7,7 +7,7 @@ on many worlds at once.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -59,7 +59,7 @@ class Task:
     controlled: str = "left_1"
     max_cycles: int = 200
     rules: Rules = Rules.NONE
-    parameters: ServerParameters = ServerParameters()
+    parameters: ServerParameters = field(default_factory=ServerParameters)
     statuses: tuple[str, ...] = ("IN_GAME", "SUCCESS", "OUT_OF_TIME")
     task_features: tuple[tuple[str, float, float], ...] = ()
 
