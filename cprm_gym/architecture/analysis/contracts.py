@@ -184,13 +184,13 @@ def check_contract(
     if ports.interrupts:
         clauses.append(judge.interruption())
         other = _Judge(flat, k, _explore(flat, True, budget, bounds, most_tokens))
-        clauses.append(other.idle_interrupt())
+        clauses.append(other.idle_interrupt({c.name for c in clauses if c.holds is False}))
         spaces.append(other.space)
     clauses += [judge.spontaneous(), judge.bounded(), judge.may_end(), judge.quiet()]
     return ContractReport(
         module.name,
         tuple(clauses),
-        _warnings(flat, spaces),
+        (*_warnings(flat, spaces), *judge.ends_only_by_interrupt()),
         k,
         judge.space.n_states,
         sum(s.n_nodes for s in spaces),
@@ -441,8 +441,8 @@ class _Judge:
         steps = space.steps([*space.edges_to(int(self.sources[into])), into, *edges_back])
         return Clause("interruption", False, f"{interrupt!r} is not answered within {self.k} cycles", steps)
 
-    def idle_interrupt(self) -> Clause:
-        """An interrupt that comes while the module is not ongoing."""
+    def idle_interrupt(self, broken: set[str]) -> Clause:
+        """An interrupt that comes while the module is not ongoing; `broken` clauses are so without it."""
         name = "idle interrupt"
         tokens, column = self.space.markings, self.space.system.place
         if self.ports.idle_interrupts == "consumed":
@@ -462,13 +462,16 @@ class _Judge:
                     return self.broken(name, int(self.targets[edge]), f"{i!r} is consumed (declared: kept)")
         for check in (self.start, self.exclusive_end, self.clean):
             other = check()
-            if other.holds is False:
+            if other.holds is False and other.name not in broken:
                 return Clause(name, False, f"breaks {other.name}: {other.why}", other.run)
         return self.verdict(name)
 
     def spontaneous(self) -> Clause:
         """Nothing fires without begin."""
-        own = self.labels < self.space.system.n_own
+        system = self.space.system
+        answers = [bool(set(t.inputs) & set(self.ports.interrupts)) for t in system.transitions[: system.n_own]]
+        own = self.labels < system.n_own
+        own[own] = ~np.array(answers, bool)[self.labels[own]]
         edges = np.flatnonzero(own & ~self.running[self.sources])
         if not len(edges):
             return self.verdict("no spontaneous activity")
@@ -495,6 +498,21 @@ class _Judge:
         stuck = self.running & (self.ends == 0) & ~able
         return self.first("may end", stuck, "from here no behaviour of the environment leads to an end") or self.verdict("may end")
 
+    def ends_only_by_interrupt(self) -> tuple[str, ...]:
+        """A warning if the module can come where nothing but an interrupt ends it."""
+        space = self.space
+        if not space.complete or not self.ports.interrupts:
+            return ()
+        calls = np.isin(self.labels, [self.label(f"caller interrupts: {i}") for i in self.ports.interrupts])
+        graph = _part(space.graph, ~calls)
+        able = can_reach(graph, components(graph, len(space.system.labels)), self.ends > 0)
+        pending = space.markings[:, [space.system.place(i) for i in self.ports.interrupts]].any(axis=1)
+        stuck = np.flatnonzero(self.running & (self.ends == 0) & ~able & ~pending)
+        if not len(stuck):
+            return ()
+        marked = ", ".join(space.marking(int(stuck[0])))
+        return (f"there are states from which only an interrupt leads to an end, the first with {marked} marked",)
+
     def quiet(self) -> Clause:
         """No timeless trap."""
         space = self.space
@@ -513,9 +531,7 @@ class _Judge:
 def immediate_loop(space: CycleSpace, inner: np.ndarray) -> tuple[int, list[int]] | None:
     """A node and the edges of a loop through it that takes no time, over the edges `inner` (E,) bool; None if there is none."""
     graph = space.graph
-    sources = graph.sources[inner]
-    offsets = np.concatenate(([0], np.cumsum(np.bincount(sources, minlength=graph.n_nodes)))).astype(np.int64)
-    sub = Graph(offsets, graph.targets[inner], graph.labels[inner])
+    sub = _part(graph, inner)
     parts = components(sub, len(space.system.labels))
     loops = np.flatnonzero(parts.cyclic[parts.component])
     if not len(loops):
@@ -531,6 +547,12 @@ def immediate_loop(space: CycleSpace, inner: np.ndarray) -> tuple[int, list[int]
             if back is not None:
                 return node, [int(numbers[e]) for e in (k, *back[1])]
     return None
+
+
+def _part(graph: Graph, kept: np.ndarray) -> Graph:
+    """The graph with the edges `kept` (E,) bool only."""
+    counts = np.bincount(graph.sources[kept], minlength=graph.n_nodes)
+    return Graph(np.concatenate(([0], np.cumsum(counts))).astype(np.int64), graph.targets[kept], graph.labels[kept])
 
 
 def _closure(graph: Graph, starts: np.ndarray, allowed: np.ndarray) -> np.ndarray:
