@@ -115,7 +115,7 @@ class Executor:
             stack=np.zeros(layout.depth),
             score=np.zeros(max([1, *layout.sizes.values()])),
             conflict=np.zeros((256, 3), np.int64),
-            counts=np.zeros(4, np.int64),
+            counts=np.zeros(5, np.int64),
             loop=np.zeros(kernels.LOOP, np.int32),
             event=np.zeros((1024 if trace else 0, 4), np.int64),
             event_enabled=np.zeros((1024 if trace else 0, t), np.uint8),
@@ -323,9 +323,7 @@ class Executor:
         values = np.asarray(data, np.float64)
         if values.shape != (self.copies, len(names)):
             if values.shape != (len(names),):
-                raise NetError(
-                    f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}"
-                )
+                raise NetError(f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
             values = np.repeat(values[None], self.copies, axis=0)
         if not kernels.write(self._state.row, slots, columns, values, self._failed):
             copy, i = self._failed
@@ -484,11 +482,12 @@ class Executor:
         where = f"net {self.net.net.name!r}, copy {copy}, cycle {self._state.cycle[copy]}"
         if status == kernels.LIVELOCK:
             names = self.net.transition_names
-            loop = _period(self._scratch.loop.tolist())
-            raise LivelockError(
-                f"{where}: more than {self.net.net.semantics.max_firings} immediate firings without becoming quiet: "
-                f"{' -> '.join(names[t] for t in [*loop, loop[0]])}"
-            )
+            loop = _period(self._scratch.loop[: self._scratch.counts[kernels.LOOPED]].tolist())
+            circle = " -> ".join(names[t] for t in [*loop, loop[0]])
+            if len(loop) > 20:
+                circle = f"among {', '.join(names[t] for t in dict.fromkeys(loop))}"
+            most = self.net.net.semantics.max_firings
+            raise LivelockError(f"{where}: more than {most} immediate firings without becoming quiet: {circle}")
         if status == kernels.CLOCKS:
             name = self.net.transition_names[detail]
             raise NetError(

@@ -23,7 +23,7 @@ run, run_inlined = expression_kernels.run, expression_kernels.run_inlined
 OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers; FULL: no room left in the trace
 OFF = -1  # a clock that is not running; -2 - c: an age clock paused at c
 AGE = 1  # Memory.AGE
-CONFLICTS, EVENTS, DETAIL, START = 0, 1, 2, 3  # places in Scratch.counts
+CONFLICTS, EVENTS, DETAIL, START, LOOPED = 0, 1, 2, 3, 4  # places in Scratch.counts
 LOOP = 512  # firings kept of a livelock
 
 
@@ -55,7 +55,7 @@ class Scratch(NamedTuple):
     stack: np.ndarray  # of expressions
     score: np.ndarray  # (objects,)
     conflict: np.ndarray  # (n, 3) int64 transition fired, transition it disabled, how often
-    counts: np.ndarray  # conflicts found; events in the trace; detail of an error; whether clocks may start now
+    counts: np.ndarray  # conflicts found; events in the trace; detail of an error; whether clocks may start; firings in the loop
     loop: np.ndarray  # (LOOP,) int32 firings of a livelock
     event: np.ndarray  # (E, 4) int64 copy, cycle, transition, timed; no rows: no trace
     event_enabled: np.ndarray  # (E, T) uint8 what was enabled
@@ -416,8 +416,11 @@ def advance(p, s, out, x, w):
             beyond = count - p.options[0].most - 1
             if beyond >= LOOP:
                 return LIVELOCK
-            if beyond >= 0:
+            if beyond >= 0:  # go on for a while, to see what goes round
                 x.loop[beyond] = t
+                x.counts[LOOPED] = beyond + 1
+        elif count > p.options[0].most:
+            return LIVELOCK
         else:
             count = 0
             if x.counts[START] == 0:  # quiet for the first time: clocks of what is enabled now start

@@ -22,11 +22,11 @@ from cprm_gym.architecture.petri import (
 OBJECTS = {"Opponent": 4}
 
 
-def random_net(rng: np.random.Generator, *, objects: bool = True, timed: bool = True, sets: bool = True) -> PetriNet:
+def random_net(rng: np.random.Generator, *, objects: bool = True, small: bool = False, random_choice: bool = True) -> PetriNet:
     """A small net in which things happen."""
     discrete = []
-    for i in range(rng.integers(3, 8)):
-        capacity = pick(rng, [1, 3, 6, 20])
+    for i in range(rng.integers(3, 5 if small else 8)):
+        capacity = pick(rng, [1, 2, 3] if small else [1, 3, 6, 20])
         discrete.append(Place(f"p{i}", capacity=capacity, tokens=int(rng.integers(0, capacity + 1))))
     reals = [Input("i0", observes="o0"), Input("i1", observes="o1"), Input("i2", observes="o0"), Belief("b0", variable="v")]
     reals.append(Continuous("c0", 0.5))
@@ -44,11 +44,11 @@ def random_net(rng: np.random.Generator, *, objects: bool = True, timed: bool = 
         maths.append(Math("m2", pick(rng, ["h0.x + m1", "s0.y", "h1.x if h1 > 0 else 1"]), default=-1.0))
     readable = [p.name for p in (*reals, *maths)]
     movable = [p.name for p in held]
-    transitions = [random_transition(rng, i, names, readable, movable, timed, sets) for i in range(rng.integers(5, 12))]
+    transitions = [random_transition(rng, i, names, readable, movable) for i in range(rng.integers(5, 12))]
     semantics = Semantics(
         capacity=pick(rng, ["strong", "strong", "weak"]),
         persistence=pick(rng, ["intermediate", "intermediate", "atomic"]),
-        choice=pick(rng, ["declared", "declared", "random"]),
+        choice=pick(rng, ["declared", "declared", "random"]) if random_choice else "declared",
         max_firings=60,
     )
     return PetriNet("random", (*discrete, *reals, *held, *maths), tuple(transitions), semantics=semantics)
@@ -59,8 +59,8 @@ def pick(rng: np.random.Generator, options):
     return options[int(rng.integers(len(options)))]
 
 
-def random_transition(rng, i: int, names: list[str], readable: list[str], held: list[str], timed: bool, sets: bool) -> Transition:
-    delay = int(rng.integers(1, 5)) if timed and rng.random() < 0.75 else 0
+def random_transition(rng, i: int, names: list[str], readable: list[str], held: list[str]) -> Transition:
+    delay = int(rng.integers(1, 5)) if rng.random() < 0.75 else 0
     source, target = names[i % len(names)], pick(rng, names)  # tokens go round
     inputs = {source: 1} if rng.random() < 0.9 else {}
     outputs = {target: 1}
@@ -83,15 +83,13 @@ def random_transition(rng, i: int, names: list[str], readable: list[str], held: 
     if held and rng.random() < 0.2:
         (tests if rng.random() < 0.5 else inhibitors)[str(rng.choice(held))] = 1
     set_to = {}
-    if sets and rng.random() < 0.15:
+    if rng.random() < 0.15:
         set_to = {str(p): int(rng.integers(0, 2)) for p in rng.choice(names, size=rng.integers(1, 3), replace=False)}
         if held and rng.random() < 0.3:
             set_to["h0"] = 0
     emits = None
     if rng.random() < 0.4:
-        emits = pick(
-            rng, [Command("turn", moment="m0"), Command("kick", power="m1", to="h0" if held else 1.0), Command("say", what="p0")]
-        )
+        emits = pick(rng, [Command("turn", moment="m0"), Command("kick", power="m1", to="h0" if held else 1.0), Command("say", what="p0")])
     memory = pick(rng, ["enabling", "enabling", "age", "resampling"])
     servers = 1 if memory == "age" else pick(rng, [1, 1, 2, INFINITE])
     return Transition(
