@@ -15,8 +15,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from . import __version__
 from .errors import CprmError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-                  help="Structured, concurrent, real-time action: 2D soccer environments, Petri nets that act, models that infer.")  # fmt: skip
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Structured, concurrent, real-time action: 2D soccer environments, Petri nets that act, models that infer.",
+)
 console = Console()
 complaints = Console(stderr=True)
 

@@ -17,7 +17,10 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import config, event, types
+from numba.core import config as _config
+from numba.core import event, types
+
+config: Any = _config
 
 _announced = False
 

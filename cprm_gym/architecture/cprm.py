@@ -409,9 +409,10 @@ class Controller:
         fired: list[str] = []
         enabled: set[str] = set()
         if executor.trace is not None:
-            for firing in executor.trace.firings(copy=copy, cycle=cycle):
-                fired.append(firing.transition)
-                enabled.update(firing.enabled)
+            for firing in executor.trace.firings(copy):
+                if firing.cycle == cycle:
+                    fired.append(firing.transition)
+                    enabled.update(firing.enabled)
         row = executor.marking[copy]
         told = {name: _shown(value, copy if len(np.shape(value)) else 0) for name, value in self._evidence.items()}
         commands = {

@@ -50,7 +50,9 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         For a task, agent, action mode or render mode that does not exist.
     """
 
-    metadata: dict[str, Any] = {"name": "soccer_v0", "render_modes": ["human", "rgb_array", "ansi"], "render_fps": 10, "is_parallelizable": True}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "name": "soccer_v0", "render_modes": ["human", "rgb_array", "ansi"], "render_fps": 10, "is_parallelizable": True,
+    }  # fmt: skip
 
     def __init__(
         self,
