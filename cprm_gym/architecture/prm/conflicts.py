@@ -8,6 +8,7 @@ import numpy as np
 
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings
 from cprm_gym.architecture.prm.exact import ExactEngine, Outcome
+from cprm_gym.architecture.prm.static import one_hot
 from cprm_gym.architecture.prm.transitions import ABSORBED, NeedsVariable, SliceInfo
 from cprm_gym.errors import ImpossibleEvidence
 
@@ -85,39 +86,51 @@ def explain(
 
 
 def soften(
-    outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, everything: bool
-) -> Readings:
+    outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, extent: str
+) -> Readings | None:
     """Readings with the impossible ones taken out, or taken as true with probability ``1 - eps``.
 
     Parameters
     ----------
     outcome : Outcome
+        Of the readings.
     info : SliceInfo
     readings : Readings
     agents : int array
         Those concerned.
     eps : float or None
         None takes the readings out.
-    everything : bool
-        Not only childless readings, but every observed variable of the components concerned.
+    extent : {"readings", "components", "everything"}
+        Only childless readings of the components that are impossible; every observed variable of these; all that the agents
+        observed. Inputs stay.
+
+    Returns
+    -------
+    Readings or None
+        None if there is nothing left to change.
     """
     hard = readings.hard.copy()
     soft = dict(readings.soft)
-    width = hard.shape[1]
-    for agent in agents:
-        for name in suspects(outcome, int(agent)):
+    changed = False
+    for agent in map(int, agents):
+        for name in info.names if extent == "everything" else suspects(outcome, agent):
             row = info.row[name]
-            if outcome.transition.status[row] != ABSORBED and not everything:
+            if info.inputs[row] or (extent == "readings" and outcome.transition.status[row] != ABSORBED):
                 continue
             card = int(info.cards[row])
-            if eps is not None and hard[row, agent] >= 0:
-                likelihood = np.array(soft[name]) if name in soft else np.ones((width, card))
+            observed = hard[row, agent] >= 0
+            if observed and eps is not None:
+                likelihood = np.array(soft[name]) if name in soft else one_hot(hard[row], card)
                 likelihood[agent] = eps / card
                 likelihood[agent, hard[row, agent]] += 1.0 - eps
                 soft[name] = likelihood
-            elif name in soft:
+                changed = True
+            elif not observed and name in soft and (soft[name][agent] <= 0.0).any():
                 likelihood = np.array(soft[name])
-                likelihood[agent] = 1.0 if eps is None else (1.0 - eps) * likelihood[agent] + eps * likelihood[agent].max()
+                share = 0.0 if eps is None else 1.0 - eps
+                likelihood[agent] = share * likelihood[agent] + (1.0 - share) * max(likelihood[agent].max(), 1e-300)
                 soft[name] = likelihood
+                changed = True
+            changed |= bool(observed)
             hard[row, agent] = UNOBSERVED
-    return Readings(hard, soft)
+    return Readings(hard, soft) if changed else None

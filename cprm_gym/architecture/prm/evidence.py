@@ -32,6 +32,11 @@ class Readings(NamedTuple):
     hard: np.ndarray
     soft: dict[str, np.ndarray]
 
+    def extended(self, count: int) -> Readings:
+        """The readings with unobserved variables added at the end, `count` in all."""
+        missing = count - len(self.hard)
+        return self._replace(hard=np.pad(self.hard, ((0, missing), (0, 0)), constant_values=UNOBSERVED)) if missing else self
+
     def rows(self, agents: np.ndarray) -> Readings:
         """The readings of some agents."""
         return Readings(self.hard[:, agents], {name: likelihood[agents] for name, likelihood in self.soft.items()})
@@ -100,7 +105,7 @@ def state_of(variable: GroundVariable, value: Any) -> np.ndarray | int:
             raise EvidenceError(f"evidence for {variable.name!r}: unknown state {value!r}.{hint} Known: {_shown(variable)}")
         return variable.states.index(value)
     array = np.asarray(value)
-    if array.dtype == object or array.dtype.kind in "US":
+    if array.ndim and array.dtype.kind in "OUS":
         return np.array([state_of(variable, v) for v in array.ravel()], np.int64).reshape(array.shape)
     mask = np.ma.getmaskarray(value) if isinstance(value, np.ma.MaskedArray) else None
     if mask is not None:

@@ -497,6 +497,7 @@ class Filter:
                     raise ModelError(f"{need.name!r} of the previous slice is needed, but there is none") from None
                 self._keep(need)
                 info = self._info(info.slice)
+                readings = readings.extended(len(info.names))
                 past = self._history[-1]
                 again = past._replace(info=self._info(past.info.slice))
                 outcome = self.engine.advance(past.before, again.info, past.readings)
@@ -514,6 +515,7 @@ class Filter:
                 f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`"
             )
         self._static |= {need.name}
+        self._atemporal = {**self._atemporal, need.name: self._history[-1].info.variables[need.name]}
 
     def _commit(self, outcome: Any, past: Past, active: Any) -> None:
         self.belief = outcome.belief
@@ -564,16 +566,20 @@ class Filter:
             again = self._begin_anew(outcome, readings, outcome.impossible, active)
             if not again.impossible.any():
                 return again
-        changed = readings
-        for everything in (False, True):
-            changed = soften(outcome, info, changed, agents, self.eps if self.on_impossible == "soften" else None, everything)
-            again = self.engine.advance(before, info, changed)
-            if self._fresh.any():
-                again = self._begin_anew(again, changed, self._fresh, active)
-            if self.on_impossible == "restart":
-                again = self._begin_anew(again, changed, outcome.impossible, active)
-            if not again.impossible.any():
-                return again
+        anew = self._fresh | (outcome.impossible if self.on_impossible == "restart" else False)
+        changed, again = readings, outcome
+        for extent in ("readings", "components", "everything"):
+            for _ in range(len(info.names)):
+                bad = np.flatnonzero(again.impossible)
+                eps = self.eps if self.on_impossible == "soften" else None
+                softer = soften(again, info, changed, bad, eps, extent)
+                if softer is None:
+                    break
+                changed, again = softer, self.engine.advance(before, info, softer)
+                if anew.any():
+                    again = self._begin_anew(again, changed, anew, active)
+                if not again.impossible.any():
+                    return again
         raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
 
 

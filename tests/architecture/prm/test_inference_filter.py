@@ -1,0 +1,438 @@
+"""The filter as an object: batches, relations, snapshots, faults, costs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from ball_world import scene as goalie_scene
+from inference_cases import Schedule, load
+from inference_scene import Active, Scene
+from inference_worlds import RandomWorld
+
+from cprm_gym.architecture.prm.filtering import Filter
+from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.errors import CostError, EvidenceError, ImpossibleEvidence, ModelError, ParameterError
+
+
+def umbrella(**options) -> Filter:
+    """Rain and umbrella, the relation says whether the chain goes on."""
+    return Filter(Schedule(load("d01_umbrella")), **options)
+
+
+class Fixed:
+    """Two slices, made by hand."""
+
+    def __init__(self, first: GroundSlice, later: GroundSlice) -> None:
+        self.slices = {True: first, False: later}
+
+    def ground(self, active=(), first=False):
+        return self.slices[first]
+
+
+def rotation() -> Fixed:
+    """A token that goes round four places, each step for certain, and a reading that may be one place off."""
+    case = load("d12_impossible")
+    schedule = Schedule(case)
+    return Fixed(schedule.slices["prior"], schedule.slices["step"])
+
+
+# ------------------------------------------------------------------------------------------------------ patterns and plans
+
+
+def test_missing_readings_never_compile_a_new_plan():
+    scene = Scene(5, opponents=2)
+    filter_ = Filter(scene, batch=3)
+    rng = np.random.default_rng(0)
+    active = scene.all_attended()
+    for _ in range(4):
+        filter_.step(scene.readings(rng, 3), active=active)
+    compiled = filter_.engine.compiler.compiled
+    for _ in range(20):
+        evidence = scene.readings(rng, 3)
+        evidence = {n: np.where(rng.random(3) < 0.5, v, -1) if "obs" in n else v for n, v in evidence.items()}
+        filter_.step(evidence, active=active)
+    assert filter_.engine.compiler.compiled == compiled
+
+
+def test_objects_of_the_same_class_run_as_one_batch():
+    scene = Scene(4, opponents=11)
+    filter_ = Filter(scene)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        filter_.step(scene.readings(rng), active=scene.all_attended())
+    costs = filter_.cost(scene.all_attended())
+    assert sorted(c.objects for c in costs) == [11, 12, 12]
+
+
+def test_a_relation_that_was_on_before_needs_no_new_plan():
+    scene = Scene(3, opponents=2)
+    filter_ = Filter(scene)
+    rng = np.random.default_rng(0)
+    pattern = [scene.all_attended(), Active(("o1",)), Active(("o1",), "o1")]
+
+    def around():
+        for active in pattern:
+            for _ in range(3):
+                filter_.step(scene.readings(rng), active=active)
+
+    filter_.step(scene.readings(rng))
+    around()
+    around()
+    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.transitions)
+    around()
+    assert filter_.engine.compiler.compiled == compiled
+    assert len(filter_.engine.compiler.transitions) == made
+
+
+def test_cost_grows_linearly_with_unattended_opponents():
+    totals = []
+    for opponents in (5, 10, 20):
+        scene = Scene(6, opponents)
+        filter_ = Filter(scene)
+        rng = np.random.default_rng(0)
+        for _ in range(3):
+            filter_.step(scene.readings(rng))
+        totals.append(sum(c.flops for c in filter_.cost()))
+    assert totals[2] - totals[1] == pytest.approx(2 * (totals[1] - totals[0]))
+
+
+def test_cost_is_known_before_the_step_and_a_step_beyond_the_memory_is_refused():
+    scene = Scene(10, opponents=1)
+    filter_ = Filter(scene, memory_limit=1e8)
+    rng = np.random.default_rng(0)
+    held = Active(("o1",), "o1")
+    filter_.step(scene.readings(rng))
+    for _ in range(2):
+        filter_.step(scene.readings(rng), active=held)
+    before = filter_.snapshot()
+    costs = filter_.cost(Active(("o1",)))
+    assert costs[0].largest >= 8e8
+    assert costs[0].bytes > 6e9
+    with pytest.raises(CostError, match="GiB"):
+        filter_.step(scene.readings(rng), active=Active(("o1",)))
+    assert filter_.belief is before.belief
+    filter_.step(scene.readings(rng), active=held)
+
+
+def test_a_variable_that_becomes_a_parent_in_time_later_is_brought_back():
+    """A hidden chain without readings: at slice 0 nothing says that the next slice will need it."""
+    x, y = (GroundVariable(n, ("a", "b")) for n in "xy")
+    first = GroundSlice({"x": x}, (GroundCPD("x", (), np.array([0.2, 0.8]), "x0"),))
+    move = np.array([[0.9, 0.1], [0.3, 0.7]])
+    later = GroundSlice({"x": x, "y": y}, (GroundCPD("x", (("x", 1),), move, "x"), GroundCPD("y", (("x", 0),), move, "y")))
+    filter_ = Filter(Fixed(first, later))
+    filter_.step()
+    result = filter_.step({"y": 1})
+    expected = np.array([0.2, 0.8]) @ move * move[:, 1]
+    np.testing.assert_allclose(result["x"][0], expected / expected.sum(), atol=1e-12)
+
+
+def test_an_atemporal_parent_is_learned_about_for_ever():
+    rng = np.random.default_rng(3)
+    bias = GroundVariable("bias", ("fair", "loaded"))
+    coin = GroundVariable("coin", ("heads", "tails"))
+    toss = np.array([[0.5, 0.5], [0.8, 0.2]])
+    prior = np.array([0.7, 0.3])
+    first = GroundSlice({"bias": bias, "coin": coin}, (GroundCPD("bias", (), prior, "b"), GroundCPD("coin", (("bias", 0),), toss, "c0")))
+    later = GroundSlice({"coin": coin}, (GroundCPD("coin", (("bias", -1),), toss, "c"),))
+    filter_ = Filter(Fixed(first, later), window=6)
+    belief = prior
+    for coin_state in rng.integers(0, 2, 6):
+        result = filter_.step({"coin": int(coin_state)})
+        belief = belief * toss[:, coin_state]
+        np.testing.assert_allclose(result["bias"][0], belief / belief.sum(), atol=1e-12)
+    assert result.log_likelihood[0] == pytest.approx(np.log(belief.sum()), abs=1e-12)
+    np.testing.assert_allclose(filter_.smooth()[0]["bias"][0], belief / belief.sum(), atol=1e-12)
+
+
+def test_a_model_with_classes_is_filtered_and_new_relations_need_no_telling():
+    grounding = goalie_scene(bins=4, opponents=2)
+    filter_ = Filter(grounding, batch=2, window=4)
+    for relations in ((), ("attended(o1)",), ("attended(o1)", "possesses(o1,ball)"), ("attended(o1)",)):
+        result = filter_.step({"ball.seen": "yes", "ball.obs_dist": np.array([3.0, 12.0])}, active=relations)
+    assert result.exact
+    np.testing.assert_allclose(result["ball.dist"].sum(axis=1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(filter_.smooth()[-1]["o1.dist"], result["o1.dist"], atol=1e-10)
+
+
+# ------------------------------------------------------------------------------------------------------ agents
+
+
+@pytest.mark.parametrize("engine", ["exact", "projection"])
+def test_agents_that_begin_anew_are_new_filters(engine):
+    world = RandomWorld(5, static=False)
+    rng = np.random.default_rng(0)
+    width = 4
+    batch = Filter(world, batch=width, engine=engine)
+    alone = [Filter(world) for _ in range(width)]
+    for t in range(8):
+        active = (int(t % 5),) if t else ()
+        evidence = {n: rng.integers(0, v.card, width) for n, v in world.ground().variables.items() if "obs" in n or n in world.inputs}
+        if t in (3, 5):
+            mask = rng.random(width) < 0.5
+            batch.reset(mask)
+            for w in np.flatnonzero(mask):
+                alone[w].reset()
+        result = batch.step(evidence, active=active)
+        for w, one in enumerate(alone):
+            single = one.step({n: int(v[w]) for n, v in evidence.items()}, active=active)
+            assert result.log_likelihood[w] == pytest.approx(single.log_likelihood[0], abs=1e-10)
+            for name in result:
+                np.testing.assert_allclose(result[name][w], single[name][0], atol=1e-10)
+            np.testing.assert_allclose(result.joint("x0.p", "x1.q")[w], single.joint("x0.p", "x1.q")[0], atol=1e-10)
+
+
+def test_a_snapshot_is_the_whole_state():
+    filter_ = umbrella(batch=2, window=3)
+    filter_.step(active="prior")
+    filter_.step({"umb": [0, 1]}, active="step")
+    kept = filter_.snapshot()
+    first = filter_.step({"umb": 1}, active="step")
+    filter_.step({"umb": 0}, active="step")
+    filter_.restore(kept)
+    again = filter_.step({"umb": 1}, active="step")
+    np.testing.assert_array_equal(first["rain"], again["rain"])
+    np.testing.assert_array_equal(first.log_likelihood, again.log_likelihood)
+    assert again.step == 2
+
+
+def test_prediction_leaves_the_filter_where_it_is():
+    filter_ = umbrella()
+    filter_.step(active="prior")
+    filter_.step({"umb": 1}, active="step")
+    belief = filter_.belief
+    ahead = filter_.predict(50, active="step")
+    np.testing.assert_allclose(ahead["rain"], 0.5, atol=1e-12)
+    assert filter_.belief is belief
+    assert filter_.step_count == 2
+
+
+# ------------------------------------------------------------------------------------------------------ evidence
+
+
+def test_a_number_falls_into_its_bin_and_an_angle_goes_round():
+    edges = np.array([0.0, 1.0, 3.0, 6.0])
+    names = {
+        "d": GroundVariable("d", ("a", "b", "c"), edges),
+        "a": GroundVariable("a", ("w", "n", "e"), np.array([-3.0, -1.0, 1.0, 3.0]), circular=True),
+    }
+    uniform = np.full(3, 1 / 3)
+    slice_ = GroundSlice(names, (GroundCPD("d", (), uniform, 0), GroundCPD("a", (), uniform, 0)))
+    filter_ = Filter(Fixed(slice_, slice_), batch=4)
+    result = filter_.step({"d": np.array([0.0, 1.0, 5.9, 6.0]), "a": np.array([3.5, -2.5, 0.0, 8.9])})
+    np.testing.assert_array_equal(result["d"].argmax(axis=1), [0, 1, 2, 2])
+    np.testing.assert_array_equal(result["a"].argmax(axis=1), [0, 0, 1, 2])
+    for wrong, match in ((np.nan, "'d'.*nan"), (7.0, "'d'.*outside"), (-0.1, "'d'.*outside")):
+        with pytest.raises(EvidenceError, match=match):
+            filter_.step({"d": wrong})
+    with pytest.raises(EvidenceError, match="'d'"):
+        filter_.step({"d": np.array([0.5, np.nan, 1.0, 1.0])})
+    masked = np.ma.masked_array([0.5, np.nan, 1.0, 1.0], mask=[False, True, False, False])
+    np.testing.assert_allclose(filter_.step({"d": masked})["d"][1], uniform)
+
+
+def test_wrong_observations_are_refused_by_name_and_change_nothing():
+    filter_ = umbrella(batch=2)
+    filter_.step(active="prior")
+    before = filter_.snapshot()
+    wrong = [
+        ({"umb": 2}, "'umb': 2 is no state"),
+        ({"umb": -2}, "'umb'"),
+        ({"umb": [0, 5]}, "'umb': 5"),
+        ({"umb": "wet"}, "'umb': unknown state 'wet'"),
+        ({"umbr": 1}, "'umbr'.*umb"),
+        ({"umb": [0, 1, 0]}, "'umb' has shape"),
+        ({"umb": 0.5}, "'umb'.*names"),
+        ({"umb": object()}, "'umb'"),
+    ]
+    for evidence, match in wrong:
+        with pytest.raises(EvidenceError, match=match):
+            filter_.step(evidence, active="step")
+    for soft, match in [({"umb": [1.0]}, "shape"), ({"umb": [-1.0, 1.0]}, "negative"), ({"umb": [np.nan, 1.0]}, "finite"), ({"u": [1, 1]}, "'u'")]:
+        with pytest.raises(EvidenceError, match=match):
+            filter_.step({}, soft, active="step")
+    assert filter_.belief is before.belief
+    assert filter_.step_count == 1
+
+
+def test_evidence_may_be_an_array_in_the_order_of_the_variables():
+    one, other = umbrella(batch=3), umbrella(batch=3)
+    for filter_ in (one, other):
+        filter_.step(active="prior")
+    hard = np.full((2, 3), -1)
+    hard[one.variables("step").index("umb")] = [0, 1, -1]
+    np.testing.assert_array_equal(one.step(hard, active="step")["rain"], other.step({"umb": [0, 1, None]}, active="step")["rain"])
+    with pytest.raises(EvidenceError, match="shape"):
+        one.step(hard[:1], active="step")
+
+
+def test_an_unknown_name_in_a_question_is_answered_with_the_nearest():
+    filter_ = umbrella()
+    result = filter_.step(active="prior")
+    with pytest.raises(ModelError, match="'rian'.*'rain'"):
+        result["rian"]
+    with pytest.raises(ModelError, match="'um'"):
+        result.joint("rain", "um")
+    with pytest.raises(ModelError, match="twice"):
+        result.joint("rain", "rain")
+
+
+@pytest.mark.parametrize("wrong", [{"batch": 0}, {"on_impossible": "ignore"}, {"eps": 0.0}, {"engine": "exakt"}, {"particles": 5}])
+def test_wrong_settings_are_refused(wrong):
+    with pytest.raises(ParameterError):
+        umbrella(**wrong)
+
+
+def test_jeffrey_demands_a_posterior_and_pearl_weighs_it():
+    filter_ = umbrella(batch=2)
+    filter_.step(active="prior")
+    soft = filter_.jeffrey({"rain": [0.3, 0.7]})
+    np.testing.assert_allclose(filter_.step({}, soft, active="step")["rain"], [[0.3, 0.7]] * 2, atol=1e-12)
+    pearl = umbrella()
+    pearl.step(active="prior")
+    doubled = pearl.step({}, {"rain": [0.6, 1.4]}, active="step")
+    np.testing.assert_allclose(doubled["rain"], [[0.3, 0.7]], atol=1e-12)
+    assert doubled.increment[0] == pytest.approx(np.log(0.5 * 0.6 + 0.5 * 1.4))
+
+
+def test_an_input_must_be_observed():
+    case = load("d10_places_observed")
+    filter_ = Filter(Schedule(case, inputs=("pl", "tok")))
+    with pytest.raises(EvidenceError, match="input 'tok'"):
+        filter_.step({"pl": 1}, active="prior")
+
+
+# ------------------------------------------------------------------------------------------------------ impossible evidence
+
+
+def go_round(filter_: Filter, steps: int = 4) -> None:
+    for t in range(steps):
+        filter_.step({"pl": 0, "tok": 0, "obs": t} if t else {"pl": 0, "tok": 0})
+
+
+def test_impossible_evidence_names_a_smallest_conflict_and_leaves_the_belief():
+    filter_ = Filter(rotation(), batch=2)
+    go_round(filter_)
+    before = filter_.belief
+    with pytest.raises(ImpossibleEvidence, match="obs = 3") as caught:
+        filter_.step({"pl": 0, "tok": 0, "obs": [0, 3]})
+    assert caught.value.conflict == ("obs",)
+    assert caught.value.agents == (1,)
+    assert caught.value.step == 4
+    assert filter_.belief is before
+    np.testing.assert_allclose(filter_.step({"pl": 0, "tok": 0, "obs": [0, 1]})["pos"], [[1, 0, 0, 0], [1, 0, 0, 0]])
+
+
+def test_a_conflict_of_two_readings_names_both():
+    x = GroundVariable("x", ("0", "1"))
+    names = {"x": x, "a": GroundVariable("a", ("0", "1")), "b": GroundVariable("b", ("0", "1")), "c": GroundVariable("c", ("0", "1"))}
+    copy = np.eye(2)
+    cpds = (GroundCPD("x", (), np.array([0.5, 0.5]), 0), *(GroundCPD(n, (("x", 0),), copy if n != "c" else copy * 0 + 0.5, n) for n in "abc"))
+    slice_ = GroundSlice(names, cpds)
+    with pytest.raises(ImpossibleEvidence) as caught:
+        Filter(Fixed(slice_, slice_)).step({"a": 0, "b": 1, "c": 1})
+    assert set(caught.value.conflict) == {"a", "b"}
+
+
+def test_impossible_readings_are_dropped():
+    filter_ = Filter(rotation(), batch=3, on_impossible="drop")
+    go_round(filter_)
+    result = filter_.step({"pl": 0, "tok": 0, "obs": [0, 3, 1]})
+    np.testing.assert_allclose(result["pos"], [[1, 0, 0, 0]] * 3)
+    np.testing.assert_array_equal(result.impossible, [False, True, False])
+    np.testing.assert_array_equal(filter_.impossible_count, [0, 1, 0])
+    assert np.isfinite(result.log_likelihood).all()
+
+
+def test_impossible_readings_are_softened():
+    filter_ = Filter(rotation(), batch=2, on_impossible="soften", eps=1e-3)
+    go_round(filter_)
+    before = filter_.log_likelihood[1]
+    result = filter_.step({"pl": 0, "tok": 0, "obs": [0, 3]})
+    np.testing.assert_allclose(result["pos"], [[1, 0, 0, 0]] * 2)
+    assert result.increment[1] == pytest.approx(np.log(1 / 6 * 1e-3 / 4))
+    assert before + result.increment[1] == pytest.approx(result.log_likelihood[1])
+
+
+def test_impossible_readings_restart_the_agent_from_the_prior():
+    filter_ = Filter(rotation(), batch=2, on_impossible="restart")
+    go_round(filter_, 2)
+    result = filter_.step({"pl": 0, "tok": 0, "obs": [2, 1]})
+    fresh = Filter(rotation())
+    expected = fresh.step({"pl": 0, "tok": 0, "obs": 1})
+    np.testing.assert_allclose(result["pos"], [[0, 0, 1, 0], expected["pos"][0]])
+    np.testing.assert_allclose(expected["pos"][0], [1 / 3, 2 / 3, 0, 0])
+    follow = filter_.step({"pl": 0, "tok": 0, "obs": [3, 2]})
+    np.testing.assert_allclose(follow["pos"], [[0, 0, 0, 1], fresh.step({"pl": 0, "tok": 0, "obs": 2})["pos"][0]])
+    assert filter_.impossible_count.tolist() == [0, 1]
+
+
+def test_a_restart_with_readings_that_even_the_prior_excludes_goes_without_them():
+    filter_ = Filter(rotation(), batch=2, on_impossible="restart")
+    go_round(filter_)
+    result = filter_.step({"pl": 0, "tok": 0, "obs": [0, 3]})
+    np.testing.assert_allclose(result["pos"][1], [0.5, 0.5, 0, 0])
+    assert np.isfinite(result.log_likelihood).all()
+
+
+@pytest.mark.parametrize("policy", ["drop", "soften", "restart"])
+@pytest.mark.parametrize("seed", range(4))
+def test_no_policy_ever_gives_a_nan(policy, seed):
+    world = RandomWorld(seed, zeros=0.45)
+    rng = np.random.default_rng(seed)
+    filter_ = Filter(world, batch=3, on_impossible=policy)
+    for t in range(6):
+        evidence = {n: rng.integers(0, v.card, 3) for n, v in world.ground(first=t == 0).variables.items() if n in world.inputs or rng.random() < 0.6}
+        result = filter_.step(evidence)
+        assert np.isfinite(result.log_likelihood).all()
+        for name in result:
+            np.testing.assert_allclose(result[name].sum(axis=1), 1.0, atol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------------ for ever
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_steps_lose_no_mass_and_do_not_slow_down_or_grow():
+    import tracemalloc
+    from time import process_time
+
+    scene = Scene(10, opponents=0)
+    filter_ = Filter(scene)
+    rng = np.random.default_rng(0)
+    readings = [scene.readings(rng) for _ in range(64)]
+    spent, sizes = [], []
+    tracemalloc.start()
+    for block in range(10):
+        begun = process_time()
+        for t in range(10_000):
+            result = filter_.step(readings[(7 * t + block) % 64])
+        spent.append(process_time() - begun)
+        sizes.append(tracemalloc.get_traced_memory()[0])
+        for name in scene.hidden():
+            assert abs(result[name].sum() - 1.0) < 1e-9
+    tracemalloc.stop()
+    assert sizes[-1] < sizes[1] + 50_000
+    assert np.median(spent[-3:]) < 1.5 * np.median(spent[1:4])
+
+
+def test_what_is_remembered_stays_bounded_when_names_come_and_go():
+    card = ("0", "1")
+    table = np.array([[0.9, 0.1], [0.2, 0.8]])
+
+    def slice_of(names, old):
+        variables = {n: GroundVariable(n, card) for n in names}
+        return GroundSlice(variables, tuple(GroundCPD(n, ((n, 1),) if n in old else (), table if n in old else table[0], 0) for n in names))
+
+    filter_ = Filter(Fixed(slice_of(["a"], []), slice_of(["a"], ["a"])))
+    filter_.step()
+    old = ["a"]
+    for t in range(1500):
+        new = ["a", f"n{t}", f"n{t - 1}"][: 3 if t else 2]
+        result = filter_.step(active=slice_of(new, old))
+        old = new
+    assert result["a"].sum() == pytest.approx(1.0)
+    compiler = filter_.engine.compiler
+    assert len(compiler.transitions) <= 512
+    assert len(compiler.layouts) <= 512
+    assert compiler.compiled < 10
