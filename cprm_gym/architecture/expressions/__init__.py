@@ -98,9 +98,7 @@ class Expression:
                 raise ExpressionError(f"expression {self.text!r}: no range for {name!r}.{did_you_mean(name, ranges)}")
             low, high = ranges[name]
             if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-                raise ExpressionError(
-                    f"expression {self.text!r}: the range of {name!r} is (low, high), finite, got {ranges[name]}"
-                )
+                raise ExpressionError(f"expression {self.text!r}: the range of {name!r} is (low, high), finite, got {ranges[name]}")
         return bound(self.tree, ranges)
 
     def rename(self, rename: Callable[[str], str]) -> Expression:

@@ -52,9 +52,7 @@ def _div(a: Interval, b: Interval) -> Interval:
     if b.low == b.high == 0.0:
         return _NEVER
     if b.low < 0.0 < b.high:
-        return (
-            Interval(-1.7976931348623157e308, 1.7976931348623157e308, False) if a[:2] != (0.0, 0.0) else Interval(0.0, 0.0, False)
-        )
+        return Interval(-1.7976931348623157e308, 1.7976931348623157e308, False) if a[:2] != (0.0, 0.0) else Interval(0.0, 0.0, False)
     touches = b.low == 0.0 or b.high == 0.0
     corners = []
     for y in b[:2]:

@@ -20,7 +20,5 @@ class Commands(NamedTuple):
     def of(self, copy: int = 0) -> dict[str, dict[str, float]]:
         """The commands of one copy: ``{"turn": {"moment": 12.0}}``."""
         return {
-            name: {key: float(value[copy]) for key, value in self.values[name].items()}
-            for name, out in self.fired.items()
-            if out[copy]
+            name: {key: float(value[copy]) for key, value in self.values[name].items()} for name, out in self.fired.items() if out[copy]
         }

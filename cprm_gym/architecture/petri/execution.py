@@ -117,8 +117,8 @@ class Executor:
             conflict=np.zeros((256, 3), np.int64),
             counts=np.zeros(5, np.int64),
             loop=np.zeros(kernels.LOOP, np.int32),
-            event=np.zeros((1024 if trace else 0, 4), np.int64),
-            event_enabled=np.zeros((1024 if trace else 0, t), np.uint8),
+            event=np.zeros((0, 4), np.int64),
+            event_enabled=np.zeros((0, t), np.uint8),
         )
         self._failed = np.zeros(2, np.int64)
         self._identity = np.arange(len(layout.beliefs), dtype=np.int32)
@@ -295,7 +295,14 @@ class Executor:
             self._raise_overruled()
         return self._commands
 
+    def _trace_room(self, room: int) -> None:
+        """Make room for the events of one cycle."""
+        enabled = np.zeros((room, self.net.n_transitions), np.uint8)
+        self._scratch = self._scratch._replace(event=np.zeros((room, 4), np.int64), event_enabled=enabled)
+
     def _run_traced(self, trace: Trace) -> Commands:
+        if not len(self._scratch.event):
+            self._trace_room(1024)
         before = self.snapshot()
         conflicts = self._scratch.conflict.copy(), int(self._scratch.counts[kernels.CONFLICTS])
         while True:
@@ -305,10 +312,7 @@ class Executor:
                 break
             self.restore(before)
             self._scratch.conflict[:], self._scratch.counts[kernels.CONFLICTS] = conflicts
-            room = 2 * len(self._scratch.event)
-            self._scratch = self._scratch._replace(
-                event=np.zeros((room, 4), np.int64), event_enabled=np.zeros((room, self.net.n_transitions), np.uint8)
-            )
+            self._trace_room(2 * len(self._scratch.event))
         count = self._scratch.counts[kernels.EVENTS]
         trace.add(before, self._scratch.event[:count], self._scratch.event_enabled[:count])
         if status != kernels.OK:

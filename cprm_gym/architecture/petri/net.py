@@ -207,9 +207,7 @@ class _Check:
             ports = f"Its ports are {', '.join(module.ports.all) or 'none'}"
             if any(p.name == inner for p in module.places):
                 raise NetError(f"{where}: place {inner!r} is inside the module of instance {instance!r}. {ports}")
-            raise NetError(
-                f"{where}: instance {instance!r} has no port {inner!r}.{did_you_mean(inner, module.ports.all)} {ports}"
-            )
+            raise NetError(f"{where}: instance {instance!r} has no port {inner!r}.{did_you_mean(inner, module.ports.all)} {ports}")
         raise NetError(f"{where}: unknown place {name!r}.{did_you_mean(name, self.scope)}")
 
     def fused(self) -> None:

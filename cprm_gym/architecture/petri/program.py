@@ -179,9 +179,7 @@ class _Builder:
         for name, read in self.attributes.items():
             if name not in self.sizes:
                 if read:
-                    raise NetError(
-                        f"{title} reads attributes of class {name!r}; say how many there are: objects={{{name!r}: 11}}"
-                    )
+                    raise NetError(f"{title} reads attributes of class {name!r}; say how many there are: objects={{{name!r}: 11}}")
                 continue
             for attribute in ("", *read):
                 columns[name, attribute] = total
@@ -378,9 +376,7 @@ class _Builder:
         net, semantics = self.net, self.net.net.semantics
         order = sorted(range(net.n_transitions), key=lambda t: (-int(net.priority[t]), t))
         maths = {p.name for p in net.math}
-        texts = [
-            text for place, _, _ in self.selections if place.select for text in (place.select.best, place.select.where) if text
-        ]
+        texts = [text for place, _, _ in self.selections if place.select for text in (place.select.best, place.select.where) if text]
         early = any(name in maths for text in texts for name in Expression(text).names)
         return (
             int(semantics.persistence == "intermediate"),

@@ -96,9 +96,7 @@ class Trace:
                 executor.run()
                 again = mine._cycles[-1][1]
                 if not np.array_equal(again, events):
-                    raise NetError(
-                        f"replay differs in cycle {int(before.cycle[0])}: {self._show(events)}, now {self._show(again)}"
-                    )
+                    raise NetError(f"replay differs in cycle {int(before.cycle[0])}: {self._show(events)}, now {self._show(again)}")
         finally:
             executor.trace = kept
 

@@ -49,9 +49,7 @@ class Reference:
         self.objects.update(objects)
         self.fired: list[str] = []
         self.sent: list[tuple[object, dict[str, float]]] = []
-        texts = [
-            s for p in self.net.places if isinstance(p, ObjectPlace) and p.select for s in (p.select.best, p.select.where) if s
-        ]
+        texts = [s for p in self.net.places if isinstance(p, ObjectPlace) and p.select for s in (p.select.best, p.select.where) if s]
         names = {name for text in texts for name in Expression(text).names}
         if any(isinstance(self.places.get(name), Math) for name in names):
             self.evaluate()
