@@ -202,6 +202,7 @@ def explore(
         Never raises for lack of memory: see `StateSpace.complete` and `reason`.
     """
     budget = budget or Budget()
+    chunk = max(1, min(chunk, budget.states // 4))
     bits = first_bits(system)
     if bounds is not None:
         bits = np.maximum(bits, np.ceil(np.log2(np.asarray(bounds, np.int64).clip(1) + 1)).astype(np.int64))
@@ -234,7 +235,7 @@ def explore(
                 out = np.empty((t_count + 1, space.layout.words), np.uint64)
             if space.reason:
                 break
-            if progress:
+            if progress and code == packed.CHUNK:
                 progress(space.n_states, int(state[0]), space.seconds)
     except KeyboardInterrupt:
         space.reason = "interrupted"

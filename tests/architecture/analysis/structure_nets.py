@@ -101,3 +101,49 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
         )
     semantics = Semantics(capacity=draw.choice(["strong", "weak"]), persistence=draw.choice(["intermediate", "atomic"]), max_firings=100)
     return PetriNet("random", tuple(places), tuple(transitions), semantics=semantics)
+
+
+def flexible_manufacturing(n: int) -> PetriNet:
+    """The flexible manufacturing system of Ciardo and Trivedi (1993): three kinds of parts, `n` of each, three machines."""
+    places: list[Place] = []
+    transitions: list[Transition] = []
+    for kind, machine, partner in (("1", "M1", "2"), ("2", "M2", "1")):
+        p = f"P{kind}"
+        places += [Place(p, tokens=n), *(Place(f"{p}{s}") for s in (f"w{machine}", machine, "d", "s", f"wP{partner}"))]
+        transitions += [
+            Transition(f"t{p}", (p,), (f"{p}w{machine}",)),
+            Transition(f"t{machine}", (f"{p}w{machine}", machine), (f"{p}{machine}",)),
+            Transition(f"t{p}{machine}", (f"{p}{machine}",), (f"{p}d", machine)),
+            Transition(f"t{p}e", (f"{p}d",), (f"{p}s",)),
+            Transition(f"t{p}j", (f"{p}d",), (f"{p}wP{partner}",)),
+            Transition(f"t{p}s", (f"{p}s",), (p,)),
+        ]
+    places += [Place("P3", tokens=n), Place("P3M2"), Place("P3s"), *(Place(f"P12{s}") for s in ("", "wM3", "M3", "s"))]
+    places += [Place("M1", tokens=3), Place("M2", tokens=1), Place("M3", tokens=2)]
+    transitions += [
+        Transition("tP3", ("P3",), ("P3M2",)),
+        Transition("tP3M2", ("P3M2", "M2"), ("P3s", "M2")),
+        Transition("tP3s", ("P3s",), ("P3",)),
+        Transition("tx", ("P1wP2", "P2wP1"), ("P12",)),
+        Transition("tP12", ("P12",), ("P12wM3",)),
+        Transition("tM3", ("P12wM3", "M3"), ("P12M3",)),
+        Transition("tP12M3", ("P12M3",), ("P12s", "M3")),
+        Transition("tP12s", ("P12s",), ("P1", "P2")),
+    ]
+    return PetriNet("fms", tuple(places), tuple(transitions))
+
+
+def token_ring(n: int) -> PetriNet:
+    """Dijkstra's self-stabilising ring (1974): `n` + 1 processes copy their neighbour's value, the first counts on when all agree."""
+    states = {(p, v): f"s{p}_{v}" for p in range(n + 1) for v in range(n + 1)}
+    places = tuple(Place(name, tokens=int(p == v)) for (p, v), name in states.items())
+    transitions = [
+        Transition(f"count{v}", (states[0, v], states[n, v]), (states[0, (v + 1) % (n + 1)], states[n, v])) for v in range(n + 1)
+    ]
+    for p in range(1, n + 1):
+        for v in range(n + 1):
+            for w in range(n + 1):
+                if v != w:
+                    left = states[p - 1, w]
+                    transitions.append(Transition(f"copy{p}_{v}_{w}", (states[p, v], left), (states[p, w], left)))
+    return PetriNet("ring", places, tuple(transitions))
