@@ -94,6 +94,61 @@ def benchmark(
         raise typer.Exit(1)
 
 
+@app.command()
+def analyze(
+    net: Annotated[str, typer.Argument(help="A file (.pnml, .xml, .json), or the name of a net that ships with the package.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    memory: Annotated[float, typer.Option(help="MiB that an exploration may take before it stops with a partial answer.")] = 4096,
+    seconds: Annotated[float, typer.Option(help="Seconds that an exploration may take, likewise.")] = float("inf"),
+    minimal: Annotated[bool, typer.Option(help="Also find the minimal invariants without negative weights.")] = False,
+    rates: Annotated[str, typer.Option(help="Exponential rates in PNML: 'refuse', or 'plain' to read the net without them.")] = "refuse",
+) -> None:
+    """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module."""
+    from .agents.catalogue import shipped_net
+    from .architecture.analysis.report import analyze as analyze_net
+    from .architecture.analysis.report import load
+    from .architecture.analysis.state_space import Budget
+
+    with said_plainly():
+        if not (memory > 0 and seconds > 0):
+            raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
+        if rates not in ("refuse", "plain"):
+            raise CprmError(f"--rates {rates!r}: allowed are 'refuse' and 'plain'")
+        found = load(net, rates=rates) if _is_file(net) else shipped_net(net)
+        with complaints.status("exploring ...") as status:
+            report = analyze_net(
+                found,
+                budget=Budget(memory=int(memory * 2**20), seconds=seconds),
+                progress=lambda states, expanded, passed: status.update(f"{states:,} states, {expanded:,} expanded, {passed:.0f} s"),
+                minimal=minimal,
+            )
+    if as_json:
+        typer.echo(report.text())
+    else:
+        console.print(report.render())
+
+
+def _is_file(text: str) -> bool:
+    """Whether a net is meant as a file: it exists, or looks like one."""
+    return Path(text).exists() or Path(text).suffix.lower() in (".pnml", ".xml", ".json") or "/" in text
+
+
+@app.command()
+def conformance(
+    paths: Annotated[list[Path], typer.Argument(help="Recordings (.jsonl.gz), matches (.rcg.gz with its .rcl.gz), or folders of them.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")] = False,
+) -> None:
+    """Replay recordings of a real server and compare; exit status 1 when anything differs."""
+    from .simulator.conformance import run as replay
+
+    with said_plainly():
+        with complaints.status(f"replaying {len(paths)} paths ..."):
+            report = replay(paths)
+    typer.echo(report.to_json() if as_json else report.text())
+    if not report.ok:
+        raise typer.Exit(1)
+
+
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 

@@ -1,1 +1,1 @@
-""""""
+"""Soccer behaviours built from the architecture."""
