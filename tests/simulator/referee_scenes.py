@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+
 from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.parameters import Rules, ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from cprm_gym.simulator.state import CommandKind
 from referee_scenes import Scene, player
+
+from cprm_gym.simulator.state import CommandKind
 
 
 def goalie_with_ball_coming(kicker: str | None, **parameters: object) -> Scene:

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from referee_scenes import QUIET, Scene, player
+from scipy.stats import fisher_exact
+
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import CommandKind, PlayMode
-from referee_scenes import QUIET, Scene, player
-from scipy.stats import fisher_exact
 
 
 def duel(**parameters: Any) -> Scene:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from cprm_gym.simulator.parameters import Rules
 from referee_scenes import Scene
+
+from cprm_gym.simulator.parameters import Rules
 
 SHORT = {"half_time": 6, "extra_half_time": 3}   # 60 and 30 cycles
 

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from referee_scenes import Scene, player
+
 from cprm_gym.simulator.parameters import Rules
 from cprm_gym.simulator.state import CommandKind
-from referee_scenes import Scene, player
 
 SIDES = pytest.mark.parametrize(("near", "far", "sign"), [("l", "r", 1.0), ("r", "l", -1.0)], ids=["left", "right"])
 

@@ -1,0 +1,61 @@
+"""Keepaway (SIMULATOR.md 7.13)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from referee_scenes import Scene
+
+
+def keepaway(**parameters: object) -> Scene:
+    scene = Scene(3, 2, goalies=(0, 0), mode="before_kick_off", keepaway=True, half_time=-1, use_offside=False, **parameters)
+    scene.sim.start()
+    scene.listen()
+    return scene
+
+
+def test_kick_off_begins_to_play_at_once():
+    assert keepaway().mode == "play_on"
+
+
+def test_ball_that_leaves_the_region_ends_the_episode():
+    scene = keepaway().put_ball(9.0, 0.0, 0.5).step()
+    assert "training Keepaway 1" not in scene.said
+    scene.step(2)
+    assert scene.said[-1] == "training Keepaway 1"
+    assert scene.ball == (-6.0, -6.0)
+    corners = sorted(
+        (math.copysign(10.0, x), math.copysign(10.0, y))
+        for x, y in (scene.place_of(f"l{unum}") for unum in (1, 2, 3))
+    )
+    assert corners == [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0)]
+    for unum in (1, 2):
+        x, y = scene.place_of(f"r{unum}")
+        assert -10.0 <= x <= -7.0 and 7.0 <= y <= 10.0
+    assert (scene.world["stamina"][[0, 1, 2, 11, 12]] == 8000.0).all()
+
+
+def test_takers_need_the_ball_for_four_steps():
+    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(3)
+    assert "training Keepaway 1" not in scene.said
+    assert scene.step().said[-1] == "training Keepaway 1"
+
+
+def test_keeper_alone_with_the_ball_resets_the_count():
+    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(3)
+    scene.put("r1", 5.0, 5.0).put("l1", 0.5, 0.0).step()
+    scene.put("l1", 5.0, -5.0).put("r1", 0.5, 0.0).step(3)
+    assert "training Keepaway 1" not in scene.said
+
+
+def test_every_keeper_begins_in_every_corner():
+    firsts = set()
+    for seed in range(12):
+        scene = keepaway()
+        scene.sim.reset(seed)
+        scene.sim.change_mode("play_on")
+        scene.put_ball(9.9, 0.0, 1.0).step()
+        firsts.add(int(scene.world["keepaway_first"]))
+    assert firsts == {0, 1, 2}
+    assert np.isfinite(scene.world["pos"]).all()
