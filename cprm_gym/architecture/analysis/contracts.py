@@ -291,6 +291,10 @@ class _Judge:
         """The clause, broken at `node`."""
         return Clause(name, False, why, self.space.run(node))
 
+    def by_edge(self, name: str, edge: int, why: str) -> Clause:
+        """The clause, broken by an edge."""
+        return Clause(name, False, why, self.space.steps([*self.space.edges_to(int(self.sources[edge])), edge]))
+
     def after(self, name: str, starts: np.ndarray, inside: np.ndarray, goal: np.ndarray, why: str) -> Clause | None:
         """The clause broken by a run that goes from one of `starts` (nodes) through nodes `inside` to one of `goal`."""
         allowed = inside[self.sources] & (inside | goal)[self.targets]
@@ -459,7 +463,7 @@ class _Judge:
                 eaten &= (tokens[self.sources, column(i)] > 0) & (tokens[self.targets, column(i)] == 0)
                 if calls.any() and eaten.any():
                     edge = int(np.flatnonzero(eaten)[0])
-                    return self.broken(name, int(self.targets[edge]), f"{i!r} is consumed (declared: kept)")
+                    return self.by_edge(name, edge, f"{i!r} is consumed (declared: kept)")
         for check in (self.start, self.exclusive_end, self.clean):
             other = check()
             if other.holds is False and other.name not in broken:
@@ -477,7 +481,7 @@ class _Judge:
             return self.verdict("no spontaneous activity")
         edge = int(edges[0])
         fires = self.space.system.labels[self.labels[edge]]
-        return self.broken("no spontaneous activity", int(self.targets[edge]), f"{fires!r} fires although no run is on")
+        return self.by_edge("no spontaneous activity", edge, f"{fires!r} fires although no run is on")
 
     def bounded(self) -> Clause:
         """No place without capacity fills up."""
