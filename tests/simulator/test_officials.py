@@ -58,7 +58,8 @@ def test_player_keeps_what_is_not_given():
     scene.sim.place_player(2, 5.0, 5.0, 1.0, (0.3, 0.1))
     scene.sim.place_player(2, 6.0, 5.0)
     row = scene.world
-    assert row["pos"][2].tolist() == [6.0, 5.0] and row["vel"][2].tolist() == [0.3, 0.1]
+    assert row["pos"][2].tolist() == [6.0, 5.0]
+    assert row["vel"][2].tolist() == [0.3, 0.1]
     assert row["body"][1] == row["body_staged"][1] == 1.0
 
 
@@ -77,7 +78,8 @@ def test_recover_rests_everybody():
     for name in ("stamina", "effort", "recovery", "capacity"):
         sim.world[name] = 0.5
     sim.recover(worlds=1)
-    assert (sim.world["stamina"][1] == 8000.0).all() and (sim.world["capacity"][1] == 130600.0).all()
+    assert (sim.world["stamina"][1] == 8000.0).all()
+    assert (sim.world["capacity"][1] == 130600.0).all()
     assert (sim.world["stamina"][0] == 0.5).all()
 
 
@@ -92,7 +94,8 @@ def test_substitution_wipes_cards_and_rests_the_player_where_he_is():
     scene = Scene().put("l2", 5.0, 5.0)
     scene.world["card_count"][1], scene.world["stamina"][1] = 1, 100.0
     scene.sim.change_player_type(2, 3)
-    assert scene.world["card_count"][1] == 0 and scene.world["stamina"][1] == 8000.0
+    assert scene.world["card_count"][1] == 0
+    assert scene.world["stamina"][1] == 8000.0
     assert scene.world["effort"][1] == scene.sim.types[3].effort_max
     assert scene.place_of("l2") == (5.0, 5.0)
 

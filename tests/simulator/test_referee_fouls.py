@@ -54,7 +54,8 @@ def test_player_who_faces_the_tackler_is_not_fouled():
 def test_intentional_foul_freezes_the_victim_and_not_the_tackler():
     scene = force(duel(), "l2", foul=-1).tackle("l2", foul=True)
     row = player("r2") - 1
-    assert scene.world["foul_cycles"][row] == 5 and scene.world["tackle_cycles"][player("l2") - 1] == 0
+    assert scene.world["foul_cycles"][row] == 5
+    assert scene.world["tackle_cycles"][player("l2") - 1] == 0
     scene.step().do("r2", CommandKind.TURN, 90.0)
     assert scene.world["counts"][row, 2] == 0
     scene.step(4).do("r2", CommandKind.TURN, 90.0)
@@ -89,7 +90,8 @@ def test_foul_in_the_own_penalty_area_gives_an_indirect_free_kick_there():
     scene = force(duel(), "l2", foul=1)
     scene.put("l2", -42.0, 10.0, body=0.0).put("r2", -41.1, 10.0, body=0.0).put_ball(-40.4, 10.0)
     scene.dash("r2", 1.0).tackle("l2")
-    assert scene.mode == "foul_charge_l" and scene.ball == (-42.0, 10.0)
+    assert scene.mode == "foul_charge_l"
+    assert scene.ball == (-42.0, 10.0)
     assert scene.steps_until("indirect_free_kick_r") == 31
 
 

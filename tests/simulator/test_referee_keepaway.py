@@ -32,7 +32,8 @@ def test_ball_that_leaves_the_region_ends_the_episode():
     assert corners == [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0)]
     for unum in (1, 2):
         x, y = scene.place_of(f"r{unum}")
-        assert -10.0 <= x <= -7.0 and 7.0 <= y <= 10.0
+        assert -10.0 <= x <= -7.0
+        assert 7.0 <= y <= 10.0
     assert (scene.world["stamina"][[0, 1, 2, 11, 12]] == 8000.0).all()
 
 

@@ -69,7 +69,8 @@ def test_ball_through_the_goal_counts_and_the_other_team_kicks_off_after_51_step
     assert scene.mode == f"goal_{near}"
     assert scene.said[-1] == f"goal_{near}_1"
     assert scene.world["score"].tolist() == ([1, 0] if near == "l" else [0, 1])
-    assert abs(scene.ball[0]) > 52.5 and not scene.world["vel"][0].any()
+    assert abs(scene.ball[0]) > 52.5
+    assert not scene.world["vel"][0].any()
     assert scene.steps_until(f"kick_off_{far}") == 51
     assert scene.world["time"] == time + 2   # the clock stands after a goal
     assert scene.ball == (0.0, 0.0)
@@ -103,9 +104,11 @@ def test_kick_off_that_nobody_takes_ends_with_a_dropped_ball_at_time_100():
     scene.sim.start()
     scene.listen()
     scene.step(99)
-    assert scene.mode == "kick_off_l" and scene.world["time"] == 99
+    assert scene.mode == "kick_off_l"
+    assert scene.world["time"] == 99
     scene.step()
-    assert scene.mode == "play_on" and scene.world["time"] == 100
+    assert scene.mode == "play_on"
+    assert scene.world["time"] == 100
     assert scene.said[-2:] == ["drop_ball", "play_on"]
 
 
@@ -163,7 +166,8 @@ def test_cleared_players_stay_inside_the_margin_near_the_touch_line():
     scene = Scene().put_ball(0.0, 34.0).put("r2", 1.0, 36.0)
     scene.sim.change_mode("kick_in_l")
     x, y = scene.place_of("r2")
-    assert abs(y) <= 39.0 and math.hypot(x, y - 34.0) >= 9.15
+    assert abs(y) <= 39.0
+    assert math.hypot(x, y - 34.0) >= 9.15
 
 
 def test_two_kicks_of_the_taker_are_a_fault_only_when_he_dashed_between_them():
@@ -339,7 +343,9 @@ def test_nobody_leaves_the_margin_round_the_pitch():
 
 def test_without_rules_the_ball_rolls_out_and_time_never_ends():
     scene = Scene(rules=Rules.NONE, half_time=1).put_ball(52.0, 0.0, 2.0).step(30)
-    assert scene.mode == "play_on" and scene.ball[0] > 60.0 and not scene.said
+    assert scene.mode == "play_on"
+    assert scene.ball[0] > 60.0
+    assert not scene.said
 
 
 def test_a_rule_alone_works_without_the_others():

@@ -67,7 +67,8 @@ def assert_mirrored(sim: Simulator) -> None:
     assert PlayMode(mirrored_mode(int(here["mode"]))) == PlayMode(int(there["mode"]))
     assert here["kick_off_side"] == -there["kick_off_side"]
     assert here["score"].tolist() == there["score"].tolist()[::-1]
-    assert here["time"] == there["time"] and here["stoppage"] == there["stoppage"]
+    assert here["time"] == there["time"]
+    assert here["stoppage"] == there["stoppage"]
     for name in ("pos", "vel"):
         np.testing.assert_allclose(here[name][0], -there[name][0], atol=1e-7)
         np.testing.assert_allclose(here[name][1:], -np.roll(there[name][1:], 11, axis=0), atol=1e-7)
