@@ -28,18 +28,14 @@ def suspects(outcome: Outcome, agent: int) -> list[str]:
     return list(names)
 
 
-def minimal_conflict(
-    engine: ExactEngine, before: Any, info: SliceInfo, readings: Readings, names: list[str], agent: int
-) -> list[str]:
+def minimal_conflict(engine: ExactEngine, before: Any, info: SliceInfo, readings: Readings, names: list[str], agent: int) -> list[str]:
     """A smallest-by-inclusion subset of the readings that still has probability zero.
 
     Each reading is left out in turn, and stays out if the rest is still impossible.
     """
     row = np.array([agent])
     width = readings.hard.shape[1]
-    alone = before._replace(
-        messages=tuple(np.ascontiguousarray(m[agent::width]) for m in before.messages), hard=before.hard[:, row]
-    )
+    alone = before._replace(messages=tuple(np.ascontiguousarray(m[agent::width]) for m in before.messages), hard=before.hard[:, row])
     kept = list(names)
 
     def impossible(left: list[str]) -> bool:
@@ -85,9 +81,7 @@ def explain(
     )
 
 
-def soften(
-    outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, extent: str
-) -> Readings | None:
+def soften(outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, extent: str) -> Readings | None:
     """Readings with the impossible ones taken out, or taken as true with probability ``1 - eps``.
 
     Parameters

@@ -71,9 +71,7 @@ def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
         values = np.clip(values, edges[0], edges[-1])
     outside = (values < edges[0]) | (values > edges[-1])
     if outside.any():
-        raise EvidenceError(
-            f"evidence for {variable.name!r}: {values[outside].flat[0]} lies outside its bins, {edges[0]} to {edges[-1]}"
-        )
+        raise EvidenceError(f"evidence for {variable.name!r}: {values[outside].flat[0]} lies outside its bins, {edges[0]} to {edges[-1]}")
     return np.minimum(np.searchsorted(edges, values, side="right") - 1, variable.card - 1)
 
 
@@ -203,12 +201,8 @@ def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] |
         likelihood = np.asarray(value, dtype=np.float64)
         card = variables[name].card
         if likelihood.shape not in ((card,), (width, card)):
-            raise EvidenceError(
-                f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states"
-            )
+            raise EvidenceError(f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states")
         if not np.isfinite(likelihood).all() or (likelihood < 0).any():
-            raise EvidenceError(
-                f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}"
-            )
+            raise EvidenceError(f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}")
         read[name] = np.broadcast_to(likelihood, (width, card))
     return read

@@ -511,9 +511,7 @@ class Filter:
             self.engine.note(need.kind)
             return
         if self.step_count != 1 or not self._history:
-            raise ModelError(
-                f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`"
-            )
+            raise ModelError(f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`")
         self._static |= {need.name}
         self._atemporal = {**self._atemporal, need.name: self._history[-1].info.variables[need.name]}
 
@@ -558,9 +556,7 @@ class Filter:
             raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
         if not isinstance(outcome, Outcome):
             if self.on_impossible == "restart":
-                return self._begin_anew(
-                    self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active
-                )
+                return self._begin_anew(self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active)
             return self.engine.advance(before, info, readings, forgive=agents)
         if self.on_impossible == "restart":
             again = self._begin_anew(outcome, readings, outcome.impossible, active)

@@ -264,6 +264,8 @@ def run_plan(
 def draw(table, rows, likelihood, uniforms, weights, out):
     """Draw a variable for every particle from ``P(x | parents) L(x)`` and multiply its weight by the sum over x.
 
+    Where that sum is zero the particle is drawn from the CPD alone, and its weight is zero.
+
     Parameters
     ----------
     table : (R, K) float
@@ -284,11 +286,12 @@ def draw(table, rows, likelihood, uniforms, weights, out):
             total = 0.0
             for k in range(card):
                 total += table[row, k] * likelihood[w, k]
-            threshold = uniforms[w, p] * total
+            possible = total > 0.0
+            threshold = uniforms[w, p] * (total if possible else 1.0)
             reached = 0.0
             value = card - 1
             for k in range(card):
-                reached += table[row, k] * likelihood[w, k]
+                reached += table[row, k] * likelihood[w, k] if possible else table[row, k]
                 if reached > threshold:
                     value = k
                     break

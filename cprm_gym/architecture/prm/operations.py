@@ -102,24 +102,29 @@ class Tensor(NamedTuple):
     """The `TableFactor` of a constant without a place."""
 
 
-def materialise(factor: TableFactor, table: np.ndarray, order: Sequence[int]) -> tuple[np.ndarray, tuple[tuple[int, int], ...]]:
-    """A CPD's table with the axes of observed variables first and its nodes in the given order.
+def materialise(table: np.ndarray, order: Sequence[int], missing: int) -> tuple[np.ndarray, list[int]]:
+    """A CPD's table with its axes in another order.
+
+    Parameters
+    ----------
+    table : float array
+    order : sequence of int
+        Positions of the axes.
+    missing : int
+        Position of the axis that gets one more state, of ones; -1 for none.
 
     Returns
     -------
     flat : float array
-    shifts : tuple of (stride, column)
-        How the observed values move the address.
+    strides : list of int
+        Of each axis, in the new order.
     """
-    if factor.missing >= 0:
+    if missing >= 0:
         shape = list(table.shape)
-        shape[factor.missing] = 1
-        table = np.concatenate([table, np.ones(shape)], axis=factor.missing)
-    observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
-    nodes = [factor.axes.index(v) for v in order]
-    moved = np.ascontiguousarray(np.transpose(table, observed + nodes), dtype=np.float64)
-    strides = [s // moved.itemsize for s in moved.strides]
-    return moved.ravel(), tuple((strides[k], -1 - factor.axes[axis]) for k, axis in enumerate(observed))
+        shape[missing] = 1
+        table = np.concatenate([table, np.ones(shape)], axis=missing)
+    moved = np.ascontiguousarray(np.transpose(table, order), dtype=np.float64)
+    return moved.ravel(), [s // moved.itemsize for s in moved.strides]
 
 
 class Builder:
@@ -135,7 +140,7 @@ class Builder:
         self.sizes: list[int] = []
         self.constants: list[np.ndarray] = [np.ones(1)]
         self.constant_size = 1
-        self.placed: dict[tuple[Any, ...], tuple[int, tuple[tuple[int, int], ...]]] = {}
+        self.placed: dict[tuple[Any, ...], tuple[int, tuple[int, ...]]] = {}
         self.flops = 0.0
         self.sums = 0
         self.one = Tensor((), -2, 0)
@@ -159,14 +164,17 @@ class Builder:
         if tensor.buffer != -1:
             return tensor
         factor: TableFactor = tensor.constant
-        order = tuple(order)
-        if (factor, order) not in self.placed:
-            flat, shifts = materialise(factor, self.tables[factor.table], order)
-            self.placed[factor, order] = self.constant_size, shifts
+        observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
+        positions = (*observed, *(factor.axes.index(v) for v in order))
+        key = factor.table, factor.missing, positions
+        if key not in self.placed:
+            flat, strides = materialise(self.tables[factor.table], positions, factor.missing)
+            self.placed[key] = self.constant_size, tuple(strides)
             self.constants.append(flat)
             self.constant_size += len(flat)
-        base, shifts = self.placed[factor, order]
-        return Tensor(order, -2, base, shifts)
+        base, strides_ = self.placed[key]
+        shifts = tuple((strides_[i], -1 - factor.axes[k]) for i, k in enumerate(observed))
+        return Tensor(tuple(order), -2, base, shifts)
 
     def ones(self, size: int) -> Tensor:
         """A constant table of ones, flat."""
@@ -200,9 +208,7 @@ class Builder:
         order : sequence of variables, optional
             Axes of the result; chosen for speed if not given.
         """
-        if self.size(y.scope) > self.size(x.scope) or (
-            x.buffer == -1 and y.buffer != -1 and self.size(y.scope) * 4 >= self.size(x.scope)
-        ):
+        if self.size(y.scope) > self.size(x.scope) or (x.buffer == -1 and y.buffer != -1 and self.size(y.scope) * 4 >= self.size(x.scope)):
             x, y = y, x
         drop = set(drop)
         scope = list(dict.fromkeys(x.scope + y.scope))
@@ -250,9 +256,7 @@ class Builder:
             run.insert(0, v)
         return run
 
-    def emit(
-        self, kind: int, a: Tensor, b: Tensor, c: Tensor, loops: Sequence[tuple[int, int, int, int]] = (), extra: int = 0
-    ) -> None:
+    def emit(self, kind: int, a: Tensor, b: Tensor, c: Tensor, loops: Sequence[tuple[int, int, int, int]] = (), extra: int = 0) -> None:
         """Append one operation."""
         first = len(self.loops)
         self.loops += loops

@@ -58,7 +58,7 @@ class Scene:
         rng = np.random.default_rng(0)
         inside = np.where(np.abs(place - middle) < n / 3, 0.95, 0.05)
         chance = np.outer(np.clip(1.1 - place / n, 0.0, 1.0), inside) if coupled else inside
-        around = np.exp(-turn.astype(float) ** 2)
+        around = np.exp(-(turn.astype(float) ** 2))
         sharp = np.exp(-2.0 * turn.astype(float) ** 2)
         self.tables = {
             "place": np.full(n, 1.0 / n),
@@ -76,8 +76,9 @@ class Scene:
             "held vdist": rng.dirichlet(np.ones(n), size=(SIDES, 2)),
             "held vdir": rng.dirichlet(np.ones(n), size=(SIDES, 2)),
             "kick vdist": rng.dirichlet(np.ones(n), size=(n, SIDES, 2)),
-            "kick dist": bump(0.5 * (place[:, None, None, None] + speed[None, :, None, None] + place[None, None, :, None])
-                              - np.array([0.0, 2.0]), n, 0.8),
+            "kick dist": bump(
+                0.5 * (place[:, None, None, None] + speed[None, :, None, None] + place[None, None, :, None]) - np.array([0.0, 2.0]), n, 0.8
+            ),
         }
         self.slices: dict[tuple[Active, bool], GroundSlice] = {}
 

@@ -85,13 +85,20 @@ class RandomWorld:
                     parents[f"{one}.p"] = []
         names = [*parents, *self.inputs]
         variables = {n: GroundVariable(n, tuple(map(str, range(self.cards[n])))) for n in names}
-        clean = {c: list(dict.fromkeys((p, lag) for p, lag in ps if lag != 1 or p.split(".")[0] not in new | gone)) for c, ps in parents.items()}
+        clean = {
+            c: list(dict.fromkeys((p, lag) for p, lag in ps if lag != 1 or p.split(".")[0] not in new | gone)) for c, ps in parents.items()
+        }
         self.slices[key] = GroundSlice(variables, tuple(self.cpd(c, ps) for c, ps in clean.items()), self.inputs)
         return self.slices[key]
 
 
-def unrolled_joint(slices: Sequence[GroundSlice], hard: Sequence[Mapping[str, int]], soft: Sequence[Mapping[str, np.ndarray]],
-                   keep: Sequence[tuple[str, int]], static: Sequence[str] = ()) -> np.ndarray:
+def unrolled_joint(
+    slices: Sequence[GroundSlice],
+    hard: Sequence[Mapping[str, int]],
+    soft: Sequence[Mapping[str, np.ndarray]],
+    keep: Sequence[tuple[str, int]],
+    static: Sequence[str] = (),
+) -> np.ndarray:
     """Sum of the product of everything onto some variables (name, slice): not normalised, axes as in `keep`."""
     numbers: dict[tuple[str, int], int] = {}
     evidence: dict[tuple[str, int], int] = {}

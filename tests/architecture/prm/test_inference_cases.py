@@ -14,9 +14,21 @@ from cprm_gym.errors import ImpossibleEvidence
 
 STATIC = ("s01_asia", "s02_cancer", "s03_earthquake", "s04_survey", "s05_sachs", "s06_child", "s07_insurance", "s08_alarm")
 OURS = ("s11_sprinkler", "s12_student")
-FILTERS = ("d01_umbrella", "d02_casino", "d03_ball_n10", "d05_attention_on_off", "d06_possession_on_off", "d07_entangle_min",
-           "d08_possession_temporal", "d10_places_observed", "d11_soft", "d12_impossible", "d13_object_enter_leave", "d15_corridor",
-           "d17_scene_11opp")
+FILTERS = (
+    "d01_umbrella",
+    "d02_casino",
+    "d03_ball_n10",
+    "d05_attention_on_off",
+    "d06_possession_on_off",
+    "d07_entangle_min",
+    "d08_possession_temporal",
+    "d10_places_observed",
+    "d11_soft",
+    "d12_impossible",
+    "d13_object_enter_leave",
+    "d15_corridor",
+    "d17_scene_11opp",
+)
 EXACT = 1e-9
 
 

@@ -248,7 +248,12 @@ def test_wrong_observations_are_refused_by_name_and_change_nothing():
     for evidence, match in wrong:
         with pytest.raises(EvidenceError, match=match):
             filter_.step(evidence, active="step")
-    for soft, match in [({"umb": [1.0]}, "shape"), ({"umb": [-1.0, 1.0]}, "negative"), ({"umb": [np.nan, 1.0]}, "finite"), ({"u": [1, 1]}, "'u'")]:
+    for soft, match in [
+        ({"umb": [1.0]}, "shape"),
+        ({"umb": [-1.0, 1.0]}, "negative"),
+        ({"umb": [np.nan, 1.0]}, "finite"),
+        ({"u": [1, 1]}, "'u'"),
+    ]:
         with pytest.raises(EvidenceError, match=match):
             filter_.step({}, soft, active="step")
     assert filter_.belief is before.belief
@@ -327,7 +332,10 @@ def test_a_conflict_of_two_readings_names_both():
     x = GroundVariable("x", ("0", "1"))
     names = {"x": x, "a": GroundVariable("a", ("0", "1")), "b": GroundVariable("b", ("0", "1")), "c": GroundVariable("c", ("0", "1"))}
     copy = np.eye(2)
-    cpds = (GroundCPD("x", (), np.array([0.5, 0.5]), 0), *(GroundCPD(n, (("x", 0),), copy if n != "c" else copy * 0 + 0.5, n) for n in "abc"))
+    cpds = (
+        GroundCPD("x", (), np.array([0.5, 0.5]), 0),
+        *(GroundCPD(n, (("x", 0),), copy if n != "c" else copy * 0 + 0.5, n) for n in "abc"),
+    )
     slice_ = GroundSlice(names, cpds)
     with pytest.raises(ImpossibleEvidence) as caught:
         Filter(Fixed(slice_, slice_)).step({"a": 0, "b": 1, "c": 1})
@@ -382,7 +390,11 @@ def test_no_policy_ever_gives_a_nan(policy, seed):
     rng = np.random.default_rng(seed)
     filter_ = Filter(world, batch=3, on_impossible=policy)
     for t in range(6):
-        evidence = {n: rng.integers(0, v.card, 3) for n, v in world.ground(first=t == 0).variables.items() if n in world.inputs or rng.random() < 0.6}
+        evidence = {
+            n: rng.integers(0, v.card, 3)
+            for n, v in world.ground(first=t == 0).variables.items()
+            if n in world.inputs or rng.random() < 0.6
+        }
         result = filter_.step(evidence)
         assert np.isfinite(result.log_likelihood).all()
         for name in result:
