@@ -23,9 +23,9 @@ from ...errors import ExpressionError, did_you_mean
 from .compiler import Assembler, Code
 from .interpreter import interpret
 from .intervals import Interval, bound
-from .language import CONSTANTS, FUNCTIONS, Node, complaint, parse, unparse
+from .language import CONSTANTS, FUNCTIONS, WORDS, Node, complaint, parse, unparse
 
-__all__ = ["CONSTANTS", "FUNCTIONS", "Assembler", "Code", "Expression", "Interval", "Node", "parse", "unparse"]
+__all__ = ["CONSTANTS", "FUNCTIONS", "WORDS", "Assembler", "Code", "Expression", "Interval", "Node", "parse", "unparse"]
 
 
 @functools.lru_cache(maxsize=4096)

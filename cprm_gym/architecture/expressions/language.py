@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import keyword
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -34,6 +35,10 @@ _BINARY: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mul
 _COMPARE: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
+WORDS = frozenset({"and", "or", "not", "if", "else", "True", "False", "None"})
+"""Words of the language, beside functions and constants; no name may be one of them."""
+
+_PYTHON_WORDS = re.compile(rf"\b({'|'.join(sorted(set(keyword.kwlist) - WORDS))})\b")
 _PART = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _PRECEDENCE = {"if": 0, "or": 1, "and": 2, "not": 3, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 4, "!=": 4, "+": 5, "-": 5,
                "*": 6, "/": 6, "%": 6, "neg": 7, "**": 8}  # fmt: skip
@@ -99,7 +104,8 @@ def parse(text: str) -> Node:
     if not (text.isascii() and text.isprintable()):
         at = next(i for i, c in enumerate(text) if not (c.isascii() and c.isprintable()))
         raise ExpressionError(f"character {text[at]!r} at column {at} of {text!r}; an expression is printable ASCII")
-    source = text.strip()
+    # Python's other keywords are names like any other here: hidden from its parser, read from the text afterwards
+    source = _PYTHON_WORDS.sub(lambda word: "_" * len(word[0]), text.strip())
     shift = len(text) - len(text.lstrip())
     _check_nesting(text)
     try:
@@ -136,6 +142,11 @@ class _Reader:
     def at(self, tree: ast.AST) -> int:
         return int(getattr(tree, "col_offset", 0)) + self.shift
 
+    def written(self, tree: ast.expr, length: int) -> str:
+        """The last `length` characters of a part of the text."""
+        end = int(tree.end_col_offset or 0) + self.shift
+        return self.text[end - length : end]
+
     def refuse(self, tree: ast.AST, message: str) -> ExpressionError:
         return complaint(self.text, self.at(tree), message)
 
@@ -161,11 +172,11 @@ class _Reader:
         parts: list[str] = []
         inner: ast.expr = tree
         while isinstance(inner, ast.Attribute):
-            parts.append(inner.attr)
+            parts.append(self.written(inner, len(inner.attr)))
             inner = inner.value
         if not isinstance(inner, ast.Name):
             raise self.refuse(tree, f"only names have dotted parts, not {_describe(inner)}")
-        parts.append(inner.id)
+        parts.append(self.written(inner, len(inner.id)))
         for part in parts:
             if not _PART.match(part):
                 raise self.refuse(tree, f"{part!r} cannot be part of a name: names start with a letter")
@@ -228,7 +239,7 @@ class _Reader:
     def call(self, tree: ast.Call, depth: int) -> Node:
         if not isinstance(tree.func, ast.Name):
             raise self.refuse(tree, "only the functions of the language can be called")
-        name = tree.func.id
+        name = self.written(tree.func, len(tree.func.id))
         if name not in FUNCTIONS:
             known = f"{did_you_mean(name, FUNCTIONS)} Known: {', '.join(sorted(FUNCTIONS))}"
             raise self.refuse(tree, f"unknown function {name!r}.{known}")
@@ -254,12 +265,9 @@ _READERS: Mapping[type[ast.expr], Callable[..., Node]] = {
 }  # fmt: skip
 
 _DESCRIPTIONS: Mapping[str, str] = {
-    "Lambda": "a lambda", "Subscript": "a subscript", "List": "a list", "Tuple": "a tuple", "Dict": "a dictionary",
-    "Set": "a set", "ListComp": "a comprehension", "SetComp": "a comprehension", "DictComp": "a comprehension",
-    "GeneratorExp": "a comprehension", "JoinedStr": "a formatted string", "NamedExpr": "an assignment", "Await": "await",
-    "Yield": "yield", "YieldFrom": "yield", "Starred": "a starred expression", "FloorDiv": "//", "MatMult": "@",
-    "LShift": "<<", "RShift": ">>", "BitOr": "|", "BitAnd": "&", "BitXor": "^", "Is": "is", "IsNot": "is not", "In": "in",
-    "NotIn": "not in", "Constant": "a number", "Call": "a call",
+    "Subscript": "a subscript", "List": "a list", "Tuple": "a tuple", "Dict": "a dictionary", "Set": "a set",
+    "JoinedStr": "a formatted string", "NamedExpr": "an assignment", "Starred": "a starred expression", "Constant": "a number",
+    "Call": "a call", "FloorDiv": "//", "MatMult": "@", "LShift": "<<", "RShift": ">>", "BitOr": "|", "BitAnd": "&", "BitXor": "^",
 }  # fmt: skip
 
 

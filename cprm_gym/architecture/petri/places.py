@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ...errors import ExpressionError, NetError
-from ..expressions import CONSTANTS, FUNCTIONS, Expression
+from ..expressions import CONSTANTS, FUNCTIONS, WORDS, Expression
 from .values import FrozenMap
 
 ArcSpec = Mapping[str, float] | tuple[str, ...]
@@ -27,7 +27,7 @@ def check_name(name: object, what: str) -> None:
         raise NetError(f"the name of a {what} is text, got {type(name).__name__}: {name!r}")
     if not name or len(name) > 200 or not name.isprintable() or name != name.strip():
         raise NetError(f"the name of a {what} is 1 to 200 printable characters without spaces around them, got {name[:80]!r}")
-    if name in FUNCTIONS or name in CONSTANTS:
+    if name in FUNCTIONS or name in CONSTANTS or name in WORDS:
         raise NetError(f"{name!r} is a word of the expression language and cannot name a {what}")
 
 
