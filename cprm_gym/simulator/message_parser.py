@@ -108,7 +108,7 @@ def _object(item: str | _Tree) -> SeenObject:
         distance, rest = numbers[0], numbers[1:]
     direction = int(rest[0])
     if kind != "player":
-        changes = rest[1:] or [None, None]
+        changes: list[float | None] = [*rest[1:]] or [None, None]
         return SeenObject(
             kind, " ".join(name[1:]), close, distance=distance, direction=direction, distance_change=changes[0],
             direction_change=changes[1],

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body, landmarks, senses
+from cprm_gym.simulator.kernels import audio, body, landmarks, rounding, senses
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
 from cprm_gym.simulator.player_types import TypeColumn
 from cprm_gym.simulator.senses import new_landmarks, new_see
@@ -28,9 +28,9 @@ _R2D = 180.0 / math.pi
 _WIDTHS = ("", "narrow", "normal", "wide")
 _QUALITIES = ("high", "high", "low")
 _CARDS = ("none", "yellow", "red")
-_SHORT = {"ball": "b", "close_ball": "B", "flag": "f", "goal": "g", "close_flag": "F", "close_goal": "G", "player": "p", "close_player": "P", "line": "l"}
-_LONG = {"ball": "ball", "close_ball": "Ball", "flag": "flag", "goal": "goal", "close_flag": "Flag", "close_goal": "Goal", "player": "player",
-         "close_player": "Player", "line": "line"}  # fmt: skip
+_WORDS = ("ball", "close_ball", "flag", "close_flag", "goal", "close_goal", "player", "close_player", "line")
+_SHORT = dict(zip(_WORDS, "bBfFgGpPl"))
+_LONG = dict(zip(_WORDS, ("ball", "Ball", "flag", "Flag", "goal", "Goal", "player", "Player", "line")))
 
 
 def real(value: float) -> str:
@@ -130,7 +130,12 @@ def _landmarks(r: _Reader, message: int) -> list[_Object]:
     landmarks.look_at_landmarks(r.w, r.p, r.i, r.protocol, message, out.landmarks[0], out.level[0])
     rows, levels = out.landmarks[0, r.i], out.level[0, r.i]
     far = r.limit("FLAG_CHG_FAR_LENGTH", 20.0)
-    return [_still_or_moving(r.landmark_name(j, levels[j]), rows[j], levels[j], far) for j in np.flatnonzero(levels)]
+    return [_still_or_moving(r.landmark_name(j, levels[j]), rows[j], levels[j], far) for j in _rows(levels)]
+
+
+def _rows(levels: Any) -> list[int]:
+    """Rows of what is seen or felt."""
+    return [int(j) for j in np.flatnonzero(levels)]
 
 
 def _still_or_moving(name: str, row: Any, level: int, far: float) -> _Object:
@@ -151,7 +156,7 @@ def _ball_and_players(r: _Reader, message: int) -> list[_Object]:
         name = r.words["close_ball" if level == senses.FELT else "ball"]
         seen.append(_still_or_moving(name, ball, level, r.limit("BALL_VEL_FAR_LENGTH", 20.0)))
     number, team = r.limit("UNUM_FAR_LENGTH", 20.0), r.limit("TEAM_FAR_LENGTH", 40.0)
-    for j in np.flatnonzero(levels):
+    for j in _rows(levels):
         row, mark = rows[j], int(marks[j])
         lesser = []
         if levels[j] == senses.NAME_SEEN and not row[0] <= number:
@@ -356,7 +361,7 @@ def _fullstate_player(r: _Reader, j: int) -> str:
 
 
 def _face_angle(w: Any, j: int, x: float, y: float) -> float:
-    return float(senses.face_direction(x, y, w["body"][j], w["neck"][j]))
+    return float(rounding.face_direction(x, y, w["body"][j], w["neck"][j]))
 
 
 def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> str:

@@ -77,7 +77,10 @@ class See(NamedTuple):
 
 
 class Landmarks(NamedTuple):
-    """What the see messages of a cycle tell of the pitch; felt landmarks have no name and stand in the first unseen places of their kind."""
+    """What the see messages of a cycle tell of the pitch.
+
+    A felt landmark has no name: felt flags stand in the first places of unseen flags, a felt goal in that of the right goal.
+    """
 
     landmarks: Array
     """(W, 22, 55, 4) columns as `See.ball`, order as `cprm_gym.simulator.landmarks.LANDMARK_NAMES`."""

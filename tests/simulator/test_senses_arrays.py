@@ -51,7 +51,8 @@ def test_arrays_and_texts_tell_the_same(changes):
             objects = parse_see(see_text(sim, world, row + 1)).objects
             ball = [seen for seen in objects if seen.kind == "ball"]
             level = arrays.ball_level[world, row]
-            assert len(ball) == (level > 0) and all(seen.close == (level == BallLevel.FELT) for seen in ball)
+            assert len(ball) == (level > 0)
+            assert all(seen.close == (level == BallLevel.FELT) for seen in ball)
             for seen in ball:
                 assert told_ball(arrays.ball[world, row], level) == pytest.approx(numbers_of(seen), rel=1e-5, abs=1e-9)
             left = {"L": [], "R": [], None: []}
@@ -65,7 +66,8 @@ def test_arrays_and_texts_tell_the_same(changes):
                 assert arrays.players_level[world, row, slot] == PlayerLevel.NUMBER
                 told = told_player(arrays.players[world, row, slot], PlayerLevel.NUMBER, flags)
                 assert told == pytest.approx(numbers_of(seen), rel=1e-5, abs=1e-9)
-                assert seen.tackling == bool(flags & PlayerFlag.TACKLING) and seen.kicking == bool(flags & PlayerFlag.KICKING)
+                assert seen.tackling == bool(flags & PlayerFlag.TACKLING)
+                assert seen.kicking == bool(flags & PlayerFlag.KICKING)
             for side, slots in (("L", range(11)), ("R", range(11, 22)), (None, range(22))):
                 wanted = PlayerLevel.UNKNOWN if side is None else PlayerLevel.TEAM
                 mine = [slot for slot in slots if arrays.players_level[world, row, slot] == wanted]
@@ -86,7 +88,8 @@ def compare_pitch(pitch, world, row, objects):
         assert told == pytest.approx(numbers_of(named[LANDMARK_NAMES[j]]), rel=1e-5, abs=1e-9)
     felt = sorted(told_ball(pitch.landmarks[world, row, j], 1) for j in np.flatnonzero(levels == BallLevel.FELT))
     close = sorted(numbers_of(seen) for seen in objects if seen.kind in ("flag", "goal") and seen.close)
-    assert len(felt) == len(close) and all(a == pytest.approx(b, rel=1e-5) for a, b in zip(felt, close))
+    assert len(felt) == len(close)
+    assert all(a == pytest.approx(b, rel=1e-5) for a, b in zip(felt, close))
     lines = [(LINE_NAMES[line][2:], *told_ball(pitch.lines[world, row, k], 1)) for k, line in enumerate(pitch.line[world, row]) if line]
     assert [line[0] for line in lines] == [seen.name for seen in objects if seen.kind == "line"]
     for line, seen in zip(lines, [seen for seen in objects if seen.kind == "line"]):
@@ -141,7 +144,8 @@ def test_rows_without_a_number_stand_in_the_first_free_places_nearest_first(seed
     for world in range(4):
         for row in range(22):
             levels, players = arrays.players_level[world, row], arrays.players[world, row]
-            assert levels[row] == 0 and not players[row].any()
+            assert levels[row] == 0
+            assert not players[row].any()
             own = 0 if row < 11 else 11
             for level, order in ((2, range(11)), (2, range(11, 22)), (1, [*range(11 - own, 22 - own), *range(own, own + 11)])):
                 free = [slot for slot in order if levels[slot] <= level and slot != row]
@@ -192,11 +196,16 @@ def test_a_player_without_a_message_gets_zeros_and_out_is_overwritten():
     out, pitch = new_see(3), new_landmarks(3)
     for array in (*out, *pitch):
         array[...] = 1
-    assert sim.see(out) is out and sim.landmarks(pitch) is pitch
+    assert sim.see(out) is out
+    assert sim.landmarks(pitch) is pitch
     fresh = np.arange(22) % 2 == 1
     assert (out.fresh == fresh).all()
-    assert not out.players[:, ~fresh].any() and not out.ball_level[:, ~fresh].any() and not out.players_flags[:, ~fresh].any()
-    assert not pitch.level[:, ~fresh].any() and not pitch.line[:, ~fresh].any() and pitch.level[:, fresh].any()
+    assert not out.players[:, ~fresh].any()
+    assert not out.ball_level[:, ~fresh].any()
+    assert not out.players_flags[:, ~fresh].any()
+    assert not pitch.level[:, ~fresh].any()
+    assert not pitch.line[:, ~fresh].any()
+    assert pitch.level[:, fresh].any()
     for ours, theirs in zip(out, see(sim.world, sim.packed)):
         assert np.array_equal(ours, theirs)
     for ours, theirs in zip(pitch, see_landmarks(sim.world, sim.packed)):
@@ -215,7 +224,8 @@ def test_looking_changes_nothing_and_depends_on_nothing_but_the_world():
     threaded.world[...] = before
     alone = see(before[7:8].copy(), sim.packed)
     for ours, theirs, single in zip(arrays, threaded.see(), alone):
-        assert np.array_equal(ours, theirs) and np.array_equal(ours[7:8], single)
+        assert np.array_equal(ours, theirs)
+        assert np.array_equal(ours[7:8], single)
 
 
 def test_seeing_allocates_nothing():
@@ -243,7 +253,8 @@ def test_an_asynchronous_player_is_fresh_in_the_cycles_in_which_a_message_comes(
         sim.advance()
         fresh.append(sim.see().fresh[0, :2].tolist())
     normal, quick = np.array(fresh)[3:].T
-    assert quick.all() and normal.sum() == 6
+    assert quick.all()
+    assert normal.sum() == 6
 
 
 @given(st.floats(0.0, 200.0))

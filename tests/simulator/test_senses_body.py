@@ -98,10 +98,13 @@ def test_after_pointing_and_tackling_the_arm_and_the_freeze_count_down():
     sim.step(commands)
     body = sense_body(sim.world, sim.packed)[0]
     assert "(arm (movable 4) (expires 19) (target 10 20) (count 1))" in sense_body_text(sim, 0, 2)
-    assert body[1, BodyColumn.ARM_MOVABLE] == 4 and body[1, BodyColumn.ARM_EXPIRES] == 19
-    assert body[1, BodyColumn.ARM_DISTANCE] == 10.0 and body[1, BodyColumn.ARM_DIRECTION] == pytest.approx(math.radians(20))
+    assert body[1, BodyColumn.ARM_MOVABLE] == 4
+    assert body[1, BodyColumn.ARM_EXPIRES] == 19
+    assert body[1, BodyColumn.ARM_DISTANCE] == 10.0
+    assert body[1, BodyColumn.ARM_DIRECTION] == pytest.approx(math.radians(20))
     assert "(tackle (expires 9) (count 1))" in sense_body_text(sim, 0, 3)
-    assert body[2, BodyColumn.TACKLE_EXPIRES] == 9 and body[2, BodyColumn.COUNT_TACKLE] == 1
+    assert body[2, BodyColumn.TACKLE_EXPIRES] == 9
+    assert body[2, BodyColumn.COUNT_TACKLE] == 1
     for _ in range(19):
         sim.advance()
     assert "(arm (movable 0) (expires 0) (target 0 0) (count 1))" in sense_body_text(sim, 0, 2)
@@ -140,7 +143,9 @@ def test_array_and_text_tell_the_same():
 def test_players_who_are_not_there_are_told_nothing():
     sim = in_play(left=3, right=2, goalies=(1, 1))
     body = sense_body(sim.world, sim.packed, new_body(1) + 7.0)[0]
-    assert not body[3:11].any() and not body[13:].any() and body[:3, BodyColumn.STAMINA].all()
+    assert not body[3:11].any()
+    assert not body[13:].any()
+    assert body[:3, BodyColumn.STAMINA].all()
 
 
 def test_fullstate_is_the_example_of_the_protocol():
@@ -169,8 +174,14 @@ def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
     w["mode"], w["ball_catcher"], w["score"], w["kick_cycles"] = PlayMode.free_kick_r, 12, (3, 1), -1
     w["bits"][11], w["foul_cycles"][0] = PlayerBit.RED_CARD, 2
     new, old = fullstate_text(sim, 0, 12, 19), fullstate_text(sim, 0, 12, 8)
-    assert "(pmode goalie_catch_ball_r)" in new and "(score 1 3)" in new and "((p r 1 g 0)" in new
-    assert "((p r 1 g)" in old and "focus_point" not in old and "130600" not in old
-    assert new.endswith(" r)") is False and new.endswith(" r))") and " f) " in new
+    assert "(pmode goalie_catch_ball_r)" in new
+    assert "(score 1 3)" in new
+    assert "((p r 1 g 0)" in new
+    assert "((p r 1 g)" in old
+    assert "focus_point" not in old
+    assert "130600" not in old
+    assert new.endswith(" r)") is False
+    assert new.endswith(" r))")
+    assert " f) " in new
     with pytest.raises(ParameterError, match="versions 8 to 19, got 7"):
         fullstate_text(sim, 0, 12, 7)

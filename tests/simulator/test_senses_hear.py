@@ -40,7 +40,8 @@ def test_a_message_is_heard_after_the_step_with_the_time_after_it():
     assert [parse_hear(text).sender for text in hear_text(sim, 0, 13)] == ["opp"]
     assert sim.world["counts"][0, 0, Count.SAY] == 1
     sim.advance()
-    assert hear_text(sim, 0, 1) == [] and hear_text(sim, 0, 2) == []
+    assert hear_text(sim, 0, 1) == []
+    assert hear_text(sim, 0, 2) == []
 
 
 @pytest.mark.parametrize(("distance", "heard"), [(50.0, True), (50.001, False)])
@@ -62,7 +63,8 @@ def test_the_direction_is_that_of_the_moment_of_hearing_relative_to_the_body_tru
     w["pos"][1] = 30.0, 30.0
     sim.advance()
     assert hear_text(sim, 0, 2) == ['(hear 1 27 our 1 "x")']       # 45 - 17.19 = 27.81
-    assert hear_text(sim, 0, 2, 7) == ['(hear 1 28 "x")'] and hear_text(sim, 0, 2, 6) == ["(hear 1 27 x)"]
+    assert hear_text(sim, 0, 2, 7) == ['(hear 1 28 "x")']
+    assert hear_text(sim, 0, 2, 6) == ["(hear 1 27 x)"]
     assert hear(sim.world, sim.packed).direction[0, 1, 0] == pytest.approx(math.radians(27))
 
 
@@ -73,7 +75,8 @@ def test_one_message_of_each_team_is_heard_per_cycle():
         sim.advance()
         for player in (1, 15):
             heard = [parse_hear(text) for text in hear_text(sim, 0, player)]
-            assert heard[0].sender == "self" and heard[0].message == f"m{player}"
+            assert heard[0].sender == "self"
+            assert heard[0].message == f"m{player}"
             assert sorted(message.sender for message in heard[1:]) == ["opp", "our"]
             assert all(message.unum is None for message in heard if message.sender == "opp")
 
@@ -97,7 +100,8 @@ def test_the_attention_target_is_heard_first():
     sim.advance()
     for world in range(50):
         heard = [parse_hear(text) for text in hear_text(sim, world, 1)]
-        assert heard[0].unum == 7 and [message.sender for message in heard] == ["our", "opp"]
+        assert heard[0].unum == 7
+        assert [message.sender for message in heard] == ["our", "opp"]
 
 
 def test_a_partial_ear_hears_that_somebody_spoke():
@@ -131,7 +135,8 @@ def test_too_long_messages_are_dropped_and_not_counted():
     sim = field()
     speak(sim, {1: "0123456789", 2: "0123456789a"})
     sim.advance()
-    assert hear_text(sim, 0, 1) == ['(hear 1 self "0123456789")'] and hear_text(sim, 0, 2)[-1].endswith('our 1 "0123456789")')
+    assert hear_text(sim, 0, 1) == ['(hear 1 self "0123456789")']
+    assert hear_text(sim, 0, 2)[-1].endswith('our 1 "0123456789")')
     assert sim.world["counts"][0, :2, Count.SAY].tolist() == [1, 0]
 
 
@@ -162,10 +167,12 @@ def test_arrays_and_texts_tell_the_same():
             for slot in range(12):
                 sender, level = out.sender[world, row, slot], out.level[world, row, slot]
                 if slot >= len(told):
-                    assert sender == level == 0 and not out.text[world, row, slot].any()
+                    assert sender == level == 0
+                    assert not out.text[world, row, slot].any()
                     continue
                 message = told[slot]
-                assert sender == (1 if message.sender == "our" else 2) and level == (1 if message.message is None else 2)
+                assert sender == (1 if message.sender == "our" else 2)
+                assert level == (1 if message.message is None else 2)
                 assert out.unum[world, row, slot] == (message.unum or 0)
                 text = bytes(out.text[world, row, slot][: out.length[world, row, slot]]).decode()
                 assert text == (message.message or "")
@@ -175,10 +182,11 @@ def test_arrays_and_texts_tell_the_same():
 def test_messages_without_a_slot_are_counted():
     sim = field()
     sim.world["ear"][0, 0] = 3
-    speak(sim, {player: "x" for player in range(2, 12)})
+    speak(sim, dict.fromkeys(range(2, 12), "x"))
     sim.advance()
     out = hear(sim.world, sim.packed, new_hear(1, slots=2))
-    assert out.heard[0, 0] == 10 and (out.level[0, 0] > 0).all()
+    assert out.heard[0, 0] == 10
+    assert (out.level[0, 0] > 0).all()
 
 
 def test_who_is_heard_has_the_recorded_frequencies():
@@ -209,4 +217,5 @@ def test_the_referee_and_the_trainer_are_heard_without_ears():
 
     set_mode(sim.world[0], sim.packed[0], int(PlayMode.kick_in_l))
     assert referee_text(sim, 0) == ["(hear 0 referee kick_in_l)"]
-    assert trainer_text(103, "hi_all") == '(hear 103 coach "hi_all")' and trainer_text(103, "hi_all", 6) == "(hear 103 referee hi_all)"
+    assert trainer_text(103, "hi_all") == '(hear 103 coach "hi_all")'
+    assert trainer_text(103, "hi_all", 6) == "(hear 103 referee hi_all)"

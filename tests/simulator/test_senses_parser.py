@@ -5,9 +5,8 @@ import math
 import pytest
 from senses_recordings import random_worlds
 
-from cprm_gym.errors import LogError
+from cprm_gym.errors import LogError, UnknownName
 from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, landmark_index
-from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.message_parser import SeenObject, parse_hear, parse_see, parse_sense_body
 from cprm_gym.simulator.messages import see_text, sense_body_text
 
@@ -41,31 +40,36 @@ def test_texts_of_every_version_are_read_back(protocol):
         objects = parse_see(text).objects
         assert len(objects) == text.count("((")
         for seen in objects:
-            assert seen.distance is not None and -180 <= seen.direction <= 180
+            assert seen.distance is not None
+            assert -180 <= seen.direction <= 180
             if seen.unum is not None:
-                assert seen.distance_change is not None and (seen.body is not None) == (protocol >= 4)
+                assert seen.distance_change is not None
+                assert (seen.body is not None) == (protocol >= 4)
                 assert (seen.head is not None) == (protocol >= 5)
         names = [seen.name for seen in objects if seen.kind == "flag" and not seen.close]
         assert {f"f {name}" for name in names} <= set(LANDMARK_NAMES)
 
 
-@pytest.mark.parametrize("text", ["", "(see)", "(see x)", "(see 3", "(see 3))", "(hear 3 self x)", "(see 3 (f c) 2 3)", "(see 3 ((q) 1 2))", "(see 3 ((b) z 2))"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "(see)", "(see x)", "(see 3", "(see 3))", "(hear 3 self x)", "(see 3 (f c) 2 3)", "(see 3 ((q) 1 2))", "(see 3 ((b) z 2))"],
+)
 def test_what_is_no_see_message_is_refused(text):
     with pytest.raises(LogError, match="see"):
         parse_see(text)
 
 
-@pytest.mark.parametrize("text", ["", "(hear)", "(hear 3 our)", "(hear x self y)", '(hear 3 "m")', "(see 3)"])
+@pytest.mark.parametrize("text", ["", "(hear)", "(hear 3)", "(hear x self y)", '(hear 3 "m")', "(see 3)"])
 def test_what_is_no_hear_message_is_refused(text):
     with pytest.raises(LogError, match="hear"):
-        if parse_hear(text).sender:
-            raise LogError("hear: told nothing") if parse_hear(text).unum is None and parse_hear(text).sender == "our" else AssertionError
+        parse_hear(text)
 
 
 def test_hear_messages():
     assert parse_hear('(hear 3 116 our 1 "a b")')[1:] == ("our", 116, 1, "a b")
     assert parse_hear('(hear 9 -7 opp "x")')[1:] == ("opp", -7, None, "x")
-    assert parse_hear("(hear 37 our 3)")[1:] == ("our", None, 3, None) and parse_hear("(hear 37 opp)")[1:] == ("opp", None, None, None)
+    assert parse_hear("(hear 37 our 3)")[1:] == ("our", None, 3, None)
+    assert parse_hear("(hear 37 opp)")[1:] == ("opp", None, None, None)
     assert parse_hear("(hear 2 referee goal_l_1)")[1:] == ("referee", None, None, "goal_l_1")
     assert parse_hear('(hear 3 online_coach_left (freeform "go"))').message == '(freeform "go")'
     assert parse_hear('(hear 9 -7 "x")').sender == "player"
@@ -74,8 +78,12 @@ def test_hear_messages():
 def test_sense_body_is_read_as_lists():
     sim = random_worlds(1)
     told = parse_sense_body(sense_body_text(sim, 0, 4))
-    assert told["view_mode"][0] == "high" and told["stamina"] == (8000.0, 1.0, 130600.0) and told["focus.target"] == ("none",)
-    assert told["arm.count"] == (0.0,) and told["collision"] == ("none",) and told["foul.card"] == ("none",)
+    assert told["view_mode"][0] == "high"
+    assert told["stamina"] == (8000.0, 1.0, 130600.0)
+    assert told["focus.target"] == ("none",)
+    assert told["arm.count"] == (0.0,)
+    assert told["collision"] == ("none",)
+    assert told["foul.card"] == ("none",)
     with pytest.raises(LogError, match="sense_body"):
         parse_sense_body("(sense_body)")
     with pytest.raises(LogError, match="sense_body"):
@@ -83,7 +91,8 @@ def test_sense_body_is_read_as_lists():
 
 
 def test_landmarks_are_those_of_the_table():
-    assert len(LANDMARK_NAMES) == 55 == len(set(LANDMARK_NAMES)) and (LANDMARK_PROTOCOLS == 4).sum() == 36
+    assert len(LANDMARK_NAMES) == 55 == len(set(LANDMARK_NAMES))
+    assert (LANDMARK_PROTOCOLS == 4).sum() == 36
     assert LANDMARK_POSITIONS[landmark_index("g r")].tolist() == [52.5, 0.0]
     assert LANDMARK_POSITIONS[landmark_index("f p l b")].tolist() == [-36.0, 20.16]
     mirrored = {(-x, -y) for x, y in LANDMARK_POSITIONS.tolist()}

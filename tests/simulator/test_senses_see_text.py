@@ -144,9 +144,16 @@ def test_old_protocols_have_long_names_truncated_directions_and_no_outer_flags()
     sim = random_worlds(40, seed=5)
     sim.team_names = ("Ours", "Theirs")
     short, long, oldest = (" ".join(see_text(sim, k, 3, version) for k in range(40)) for version in (7, 5, 3))
-    assert '((p "Theirs" ' in short and "((player Theirs " in long
-    assert "((f " in short and "((flag " in long and "((l " in short and "((line " in long and "((b) " in short and "((ball) " in long
-    assert "((flag t l 10)" in long and "((flag t l 10)" not in oldest
+    assert '((p "Theirs" ' in short
+    assert "((player Theirs " in long
+    assert "((f " in short
+    assert "((flag " in long
+    assert "((l " in short
+    assert "((line " in long
+    assert "((b) " in short
+    assert "((ball) " in long
+    assert "((flag t l 10)" in long
+    assert "((flag t l 10)" not in oldest
     rounded, cut = (re.findall(r"\(\((?:f|flag) c\) [\d.]+ (-?\d+)", see_text_all(sim, version)) for version in (7, 6))
     differences = np.abs(np.array(rounded, int)) - np.abs(np.array(cut, int))
     assert set(differences) == {0, 1}
@@ -168,18 +175,23 @@ def test_body_head_and_marks_come_with_their_versions():
     assert {len(values) for values in players_told(sim, 4)} == {5}
     assert {len(values) for values in players_told(sim, 5)} == {6}
     sim.world["kick_cycles"] = 0
-    assert all(values[-1] != "k" for values in players_told(sim, 12)) and all(values[-1] == "k" for values in players_told(sim, 13))
+    assert all(values[-1] != "k" for values in players_told(sim, 12))
+    assert all(values[-1] == "k" for values in players_told(sim, 13))
     sim.world["tackle_cycles"] = 5
-    assert all(values[-1] != "t" for values in players_told(sim, 7)) and all(values[-1] == "t" for values in players_told(sim, 8))
+    assert all(values[-1] != "t" for values in players_told(sim, 7))
+    assert all(values[-1] == "t" for values in players_told(sim, 8))
     sim.world["arm_timer"] = 0
-    assert {len(values) for values in players_told(sim, 7)} == {6} and {len(values) for values in players_told(sim, 8)} == {8}
+    assert {len(values) for values in players_told(sim, 7)} == {6}
+    assert {len(values) for values in players_told(sim, 8)} == {8}
 
 
 def test_goalie_is_marked_only_together_with_the_number():
     sim = random_worlds(60, seed=9)
     text = see_text_all(sim, 19)
-    assert re.search(r'\(p "Right" 1 goalie\)', text) and not re.search(r'\(p "Right" 1\)', text)
-    assert not re.search(r'"(?:Left|Right)" goalie', text) and not re.search(r"\(p \"Right\" [2-9] goalie", text)
+    assert re.search(r'\(p "Right" 1 goalie\)', text)
+    assert not re.search(r'\(p "Right" 1\)', text)
+    assert not re.search(r'"(?:Left|Right)" goalie', text)
+    assert not re.search(r"\(p \"Right\" [2-9] goalie", text)
 
 
 def test_opponents_are_told_the_fixed_team_name():
@@ -187,9 +199,11 @@ def test_opponents_are_told_the_fixed_team_name():
 
     sim = random_worlds(20, seed=9)
     sim.parameters = dataclasses.replace(sim.parameters, fixed_teamname_r="Masked")
-    assert '"Masked"' in see_text_all(sim, 19) and '"Right"' not in see_text_all(sim, 19)
+    assert '"Masked"' in see_text_all(sim, 19)
+    assert '"Right"' not in see_text_all(sim, 19)
     theirs = " ".join(see_text(sim, k, 14) for k in range(20))
-    assert '"Right"' in theirs and '"Masked"' not in theirs
+    assert '"Right"' in theirs
+    assert '"Masked"' not in theirs
 
 
 def test_nobody_there_is_a_message_with_the_time_only():

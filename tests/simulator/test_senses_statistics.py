@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
-from senses_recordings import ROW, load, recording
+from senses_recordings import load, recording
 
 from cprm_gym.simulator.landmarks import landmark_index
 from cprm_gym.simulator.simulator import Simulator
@@ -105,7 +105,8 @@ def test_gaussian_distances_have_the_recorded_distribution(number):
     ]
     for ours, kinds in ((np.concatenate(movables), "bp"), (np.concatenate(flags), "f")):
         theirs = standardised(rows, kinds, RATES)
-        assert len(theirs) > 500 and stats.ks_2samp(ours, theirs).pvalue > 1e-3
+        assert len(theirs) > 500
+        assert stats.ks_2samp(ours, theirs).pvalue > 1e-3
         assert stats.kstest(ours, "norm").pvalue > 1e-3
 
 
@@ -138,7 +139,8 @@ def test_pointing_directions_have_the_recorded_distribution():
         ours = np.rint(np.degrees(arrays.players[:, 0][seen][:, 6]))
         theirs = np.array([row[2] for row in rows if row[0] == distance])
         wrapped = [(values - direction + 180) % 360 - 180 for values in (ours, theirs)]
-        assert len(theirs) > 1000 and len(ours) == 2000
+        assert len(theirs) > 1000
+        assert len(ours) == 2000
         assert stats.ks_2samp(*wrapped).pvalue > 1e-3
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from cprm_gym.simulator.kernels import kernel
 from cprm_gym.simulator.kernels.geometry import EPS, R2D, direction, norm, quantize
 
+
 @kernel
 def quantised_length(length, step):
     """`length` (m) rounded on the logarithmic scale."""
