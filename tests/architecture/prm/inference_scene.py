@@ -145,10 +145,10 @@ class Scene:
                 out[f"{o}.obs_orient"] = np.where(seen == 1, rng.integers(0, SIDES, width), -1)
         return out if width > 1 else {name: int(states[0]) for name, states in out.items()}
 
-    def hidden(self, active: Active = Active()) -> list[str]:
+    def hidden(self, active: Active | None = None) -> list[str]:
         """Variables whose posteriors are wanted."""
         names = [f"{o}.{x}" for o in ("b", *self.opponents) for x in HIDDEN] + [f"{o}.orient" for o in self.opponents]
-        return names + ([f"{active.possessor}.shoot"] if active.possessor else [])
+        return names + ([f"{active.possessor}.shoot"] if active and active.possessor else [])
 
     def all_attended(self) -> Active:
         """Every opponent attended."""

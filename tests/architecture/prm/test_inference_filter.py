@@ -274,7 +274,7 @@ def test_evidence_may_be_an_array_in_the_order_of_the_variables():
 def test_an_unknown_name_in_a_question_is_answered_with_the_nearest():
     filter_ = umbrella()
     result = filter_.step(active="prior")
-    with pytest.raises(ModelError, match="'rian'.*'rain'"):
+    with pytest.raises(ModelError, match=r"'rian'.*'rain'"):
         result["rian"]
     with pytest.raises(ModelError, match="'um'"):
         result.joint("rain", "um")
