@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +14,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...errors import LogError, NetError
+from ...errors import LogError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.io import load_net
 from ..petri.pnml import read_pnml
@@ -98,12 +100,13 @@ class Report:
 
 
 def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
-    """The net in a PNML or JSON file.
+    """The net in a PNML or JSON file, or by its Python name.
 
     Parameters
     ----------
-    source : path or PetriNet
-        A file ``*.pnml``, ``*.xml`` or ``*.json``; a net is returned as it is.
+    source : path, str or PetriNet
+        A file ``*.pnml``, ``*.xml`` or ``*.json``; ``package.module:NAME`` for a net (or a function without parameters that
+        returns one) in an installed module; a net is returned as it is.
     rates : {"refuse", "plain"}
         For PNML files with exponential rates: see `read_pnml`.
 
@@ -115,13 +118,31 @@ def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
     if isinstance(source, PetriNet):
         return source
     path = Path(source)
+    if not path.is_file() and re.fullmatch(r"[\w.]+:\w+", str(source)):
+        return _named_net(*str(source).split(":"))
     if not path.is_file():
-        raise LogError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json")
+        raise LogError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json, or as package.module:NAME")
     if path.suffix.lower() == ".json":
         return load_net(path)
     if path.suffix.lower() in (".pnml", ".xml"):
         return read_pnml(path, rates="plain" if rates == "plain" else "refuse")
     raise LogError(f"{path}: a net is given as a file .pnml, .xml or .json, got {path.suffix or 'no suffix'!r}")
+
+
+def _named_net(module: str, name: str) -> PetriNet:
+    """The net called `name` in an installed module."""
+    try:
+        found = importlib.import_module(module)
+    except ImportError as error:
+        raise LogError(f"no module {module!r}: {error}") from None
+    if not hasattr(found, name):
+        raise LogError(f"module {module!r} has no {name!r}.{did_you_mean(name, vars(found))}")
+    net = getattr(found, name)
+    if callable(net):
+        net = net()
+    if not isinstance(net, PetriNet):
+        raise LogError(f"{module}:{name} is no net, it is a {type(net).__name__}")
+    return net
 
 
 def analyze(
