@@ -12,11 +12,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from cprm_gym.errors import LogError
+from cprm_gym.simulator.conformance_match import replay_match
 from cprm_gym.simulator.conformance_recording import read_recording
 from cprm_gym.simulator.conformance_report import Check, Mismatch, Report, Result
 from cprm_gym.simulator.conformance_scenario import ScenarioReplay
 
-__all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_scenario", "run"]
+__all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_match", "replay_scenario", "run"]
 
 _RECORDINGS = (".jsonl", ".jsonl.gz")
 _MATCHES = (".rcg", ".rcg.gz")
@@ -74,4 +75,4 @@ def run(paths: Iterable[str | os.PathLike[str]]) -> Report:
     LogError
         When a path does not exist or a file cannot be read.
     """
-    return Report([replay_scenario(path) for path in files_in(paths)])
+    return Report([replay_match(path) if path.name.endswith(_MATCHES) else replay_scenario(path) for path in files_in(paths)])

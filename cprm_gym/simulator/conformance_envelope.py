@@ -28,7 +28,7 @@ class Envelope(NamedTuple):
 
     ``start`` is where the objects stood when the step began, ``move`` the way they go without noise, before any collision, ``radius`` how
     far noise can change that way, ``decay`` what is left of the speed, ``body`` the angle without noise (degrees), ``turn`` how much
-    noise can change it.
+    noise can change it, ``turning`` how far the player turns without noise.
     """
 
     start: Array
@@ -37,6 +37,7 @@ class Envelope(NamedTuple):
     decay: Array
     body: Array
     turn: Array
+    turning: Array
 
 
 def calm(packed: Array) -> Array:
@@ -79,8 +80,8 @@ def envelope(packed: Any, before: Any, middle: Any, after: Any, kick_noise: floa
     extra[BALL] = kick_noise
     radius = extra + rand * (speed + extra)
     turned = (after["body"] - before["body"] + math.pi) % (2 * math.pi) - math.pi
-    turn = np.degrees(np.abs(turned)) * rand[1:]
-    return Envelope(middle["pos"].copy(), move, radius, decay, np.degrees(after["body"]), turn)
+    turning = np.degrees(np.abs(turned))
+    return Envelope(middle["pos"].copy(), move, radius, decay, np.degrees(after["body"]), turning * rand[1:], turning)
 
 
 def kick_noise(packed: Any, before: Any, after: Any, row: int, command: PlayerCommand) -> float:

@@ -77,7 +77,7 @@ def _place(
         result.chance += 1
         return
     if hit is None:
-        hit = outside(bounds, number, pos, vel, False, SLACK, 1.2)[1] > 0.0
+        hit = max(outside(bounds, number, pos, vel, False, SLACK, 1.2)) > 0.0
     place, speed = outside(bounds, number, pos, vel, hit, SLACK, 1.2)
     result.number(case, cycle, name, "position outside its bounds", 0.0, max(place, 0.0), 0.0)
     result.number(case, cycle, name, "velocity outside its bounds", 0.0, max(speed, 0.0), 0.0)

@@ -135,8 +135,10 @@ class Result:
             lines.append("     compared as they are: " + ", ".join(f"{name} {count}" for name, count in sorted(texts.items())))
         lines += [f"     {check}" for check in self.checks]
         lines += [f"     note: {note}" for note in self.notes]
-        if self.failed:
-            lines.append(f"     {self.failed} mismatches" + (f", the first {SHOWN}:" if self.failed > SHOWN else ":"))
+        if self.mismatches:
+            number = max(self.failed, len(self.mismatches))
+            what = "mismatches" if self.failed else "differences within what the checks allow"
+            lines.append(f"     {number} {what}" + (f", the first {SHOWN}:" if number > SHOWN else ":"))
             lines += [f"       {mismatch}" for mismatch in self.mismatches[:SHOWN]]
         return "\n".join(lines)
 

@@ -37,7 +37,7 @@ from cprm_gym.simulator.conformance_recording import (
 )
 from cprm_gym.simulator.conformance_report import Result
 from cprm_gym.simulator.conformance_texts import Listener, compare_messages, said_by_referee
-from cprm_gym.simulator.conformance_trainer import execute_trainer, recover, set_play_mode
+from cprm_gym.simulator.conformance_trainer import execute_trainer
 from cprm_gym.simulator.state import BALL, LEFT, RIGHT, PlayerBit
 
 Watch = Callable[[int, PlayerCommand, Any], None]
@@ -128,12 +128,12 @@ class ScenarioReplay:
         load_objects(world, init)
         world["collided"] = 0
         if case.get("recover"):
-            recover(self.simulator)
+            self.simulator.recover()
         load_objects(world, init)
         if "ex" in init:
             load_extras(world, init, self.parameters.point_to_duration)
         if case.get("change_mode"):
-            set_play_mode(self.simulator, MODES[case["change_mode"]])
+            self.simulator.change_mode(case["change_mode"])
             load_objects(world, init)
         world["announced"] = 0
         if "init_hid" in case:
