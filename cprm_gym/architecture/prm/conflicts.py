@@ -17,14 +17,11 @@ def suspects(outcome: Outcome, agent: int) -> list[str]:
     """Observed variables of the components in which an agent's readings are impossible, inputs excepted."""
     info = outcome.info
     names: dict[str, None] = {}
-    for group, zero in zip(outcome.transition.groups, outcome.zero):
-        if not zero[agent]:
-            continue
-        for readings in group.readings:
-            for name in sorted(readings, key=lambda n: info.row[n]):
-                seen = outcome.readings.hard[info.row[name], agent] >= 0 or name in outcome.readings.soft
-                if seen and not info.inputs[info.row[name]]:
-                    names[name] = None
+    for group, b in outcome.excluded(agent):
+        for name in sorted(group.readings[b], key=lambda n: info.row[n]):
+            seen = outcome.readings.hard[info.row[name], agent] >= 0 or name in outcome.readings.soft
+            if seen and not info.inputs[info.row[name]]:
+                names[name] = None
     return list(names)
 
 

@@ -156,7 +156,8 @@ def read_hard(
         hard = evidence.astype(np.int64, copy=True)
     else:
         hard = np.full((len(names), width), UNOBSERVED, np.int64)
-        for name, value in (evidence or {}).items():
+        items = () if _all_at_once(hard, row, evidence) else (evidence or {}).items()
+        for name, value in items:
             at = row.get(name)
             if at is None:
                 raise EvidenceError(f"evidence for unknown variable {name!r}.{did_you_mean(name, names)}")
@@ -174,6 +175,20 @@ def read_hard(
             f"evidence for {names[at]!r}: {hard[at, agent]} is no state; allowed are 0 to {cards[at] - 1}, -1 is not observed"
         )
     return hard
+
+
+def _all_at_once(hard: np.ndarray, row: Mapping[str, int], evidence: Mapping[str, Any] | None) -> bool:
+    """Put in evidence that is all plain integers, or all integer arrays with one entry for each agent; else do nothing."""
+    if not evidence:
+        return True
+    types = set(map(type, evidence.values()))
+    if (types != {int} and types != {np.ndarray}) or not all(map(row.__contains__, evidence)):
+        return False
+    values = list(evidence.values())
+    if types == {np.ndarray} and any(v.shape != (hard.shape[1],) or v.dtype != np.int64 for v in values):
+        return False
+    hard[list(map(row.__getitem__, evidence))] = np.array(values, np.int64).reshape(len(values), -1)
+    return True
 
 
 def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] | None, width: int) -> dict[str, np.ndarray]:

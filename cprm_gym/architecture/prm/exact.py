@@ -12,7 +12,7 @@ Murphy, Dynamic Bayesian Networks, 2002, section 3; dissertation sections 2.3.3 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -28,7 +28,6 @@ from cprm_gym.architecture.prm.transitions import (
     EMPTY,
     HELD,
     PRESENT,
-    WEIGHTED,
     Choose,
     Compiler,
     Group,
@@ -86,8 +85,8 @@ class Outcome:
         ln P(readings of this slice | those of earlier ones); -inf where impossible.
     loss : (W,) float array
         Kullback-Leibler divergence of the projection, nats; zero if nothing was projected.
-    zero : tuple of (W,) bool arrays
-        For each group of components, the agents for which the readings are impossible.
+    sums : list of (objects * W, roots) float arrays
+        Normalising constants of each group of components.
     replaced : list of (agents, Outcome)
         Agents whose answer comes from another step: those that began anew.
     """
@@ -99,7 +98,7 @@ class Outcome:
     marginals: list[np.ndarray]
     increment: np.ndarray
     loss: np.ndarray
-    zero: tuple[np.ndarray, ...]
+    sums: list[np.ndarray]
     replaced: list[tuple[np.ndarray, Outcome]] = field(default_factory=list)
     engine: str = "exact"
     report: dict[str, Any] = field(default_factory=dict)
@@ -109,10 +108,17 @@ class Outcome:
         """Whether the step approximated nothing."""
         return "clusters" not in self.report
 
-    @property
-    def width(self) -> int:
-        """Number of agents."""
-        return int(self.readings.hard.shape[1])
+    def __post_init__(self) -> None:
+        self.width = int(self.readings.hard.shape[1])
+
+    def excluded(self, agent: int) -> list[tuple[Group, int]]:
+        """Components in which an agent's readings are impossible: their group and number in it."""
+        found = []
+        for group, sums in zip(self.transition.groups, self.sums):
+            for b in range(len(group.members)):
+                if (sums[b * self.width + agent] <= 0.0).any():
+                    found.append((group, b))
+        return found
 
     @property
     def impossible(self) -> np.ndarray:
@@ -287,26 +293,18 @@ class ExactEngine:
         """Run a compiled step."""
         width = readings.hard.shape[1]
         soft = soft_array(transition, info, readings)
-        messages, marginals, zeros = [], [], []
+        messages, marginals, sums = [], [], []
         increment = np.zeros(width)
-        loss = np.zeros(width)
         for group in transition.groups:
             incoming = transition.assemble(group, belief.messages, width)
-            message, found, sums, losses = group.plan.run(
-                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at
+            message, found, totals, _ = group.plan.run(
+                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment
             )
             messages.append(message)
             marginals.append(found)
-            per_agent = sums.reshape(len(group.members), width, -1)
-            with np.errstate(divide="ignore"):
-                increment += np.log(per_agent).sum(axis=(0, 2))
-            zeros.append(np.asarray((per_agent <= 0.0).any(axis=(0, 2))))
-            if losses.shape[1]:
-                loss += losses.reshape(len(group.members), width).sum(axis=0)
+            sums.append(totals)
         after = Belief(transition.layout, tuple(messages), readings.hard)
-        return Outcome(
-            after, info, readings, transition, marginals, increment, np.maximum(loss, 0.0), tuple(zeros), engine=self.name
-        )
+        return Outcome(after, info, readings, transition, marginals, increment, np.zeros(width), sums, engine=self.name)
 
 
 def soft_array(transition: Transition, info: SliceInfo, readings: Readings) -> np.ndarray:
@@ -322,12 +320,3 @@ def soft_array(transition: Transition, info: SliceInfo, readings: Readings) -> n
         if name in readings.soft:
             block *= readings.soft[name]
     return out
-
-
-def involved(group: Group, names: Iterable[str]) -> list[str]:
-    """Which of the names are observed in some component of the group."""
-    readings = frozenset().union(*group.readings) if group.readings else frozenset()
-    return [n for n in names if n in readings]
-
-
-__all__ = ["WEIGHTED", "Belief", "ComponentCost", "ExactEngine", "Outcome", "belief_factors", "involved", "soft_array"]

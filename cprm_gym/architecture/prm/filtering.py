@@ -109,11 +109,10 @@ class Result(Mapping[str, np.ndarray]):
         return self._outcome.info.variables  # type: ignore[no-any-return]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self._cache:
-            if name not in self.variables:
-                raise ModelError(f"no variable {name!r} in slice {self.step}.{did_you_mean(name, self.variables)}")
-            self._cache[name] = self._outcome.marginal(name)
-        return self._cache[name]
+        found = self._cache.get(name)
+        if found is None:
+            found = self._cache[name] = self._outcome.marginal(name)
+        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.variables)
@@ -318,7 +317,10 @@ class Filter:
         relations = self._active if active is None else active
         try:
             for _ in range(steps):
-                relations = self._situation(relations, None)
+                if isinstance(relations, Situation):
+                    relations = self.grounding.situation(relations.relations, relations.objects, self._active or None)  # type: ignore[attr-defined]
+                else:
+                    relations = self._situation(relations, None)
                 ground = self._ground(relations, self.step_count == 0)
                 last = self._history[-1] if self._history else None
                 known = dict(given)
@@ -457,6 +459,8 @@ class Filter:
 
     def _info(self, ground: GroundSlice) -> SliceInfo:
         """The slice as the compiler sees it."""
+        if self.step_count and not self._static and not self._atemporal:
+            return self._infos.fetch((ground, frozenset()), lambda: self._new_info(ground, {}))
         static = self._static
         if self.step_count == 0:
             static = static | {p for cpd in ground.cpds for p, lag in cpd.parents if lag == STATIC}
@@ -466,13 +470,13 @@ class Filter:
             gone = bool(variable.object_name) and variable.object_name in self._owners and variable.object_name not in owners
             if name not in ground.variables and not gone:
                 fixed[name] = variable
+        return self._infos.fetch((ground, frozenset(fixed)), lambda: self._new_info(ground, fixed))
 
-        def make() -> SliceInfo:
-            info = SliceInfo(ground, fixed, self.engine.store)
-            self.engine.learn(info)
-            return info
-
-        return self._infos.fetch((ground, frozenset(fixed)), make)
+    def _new_info(self, ground: GroundSlice, fixed: dict[str, GroundVariable]) -> SliceInfo:
+        """A slice, indexed; the engine learns which variables have links in time."""
+        info = SliceInfo(ground, fixed, self.engine.store)
+        self.engine.learn(info)
+        return info
 
     def _read(self, info: SliceInfo, evidence: Any, soft: Any, checked: bool = True) -> Readings:
         if checked and info.inputs.any() and isinstance(self.grounding, Grounding) and not isinstance(evidence, np.ndarray):
@@ -520,9 +524,7 @@ class Filter:
         self.log_likelihood = self.log_likelihood + outcome.increment
         self.step_count += 1
         self.exact = self.exact and outcome.exact_step
-        info = outcome.info
-        self._atemporal = {n: info.variables[n] for n in info.names if info.fixed[info.row[n]]}
-        self._owners = frozenset(v.object_name for v in info.slice.variables.values())
+        self._atemporal, self._owners = outcome.info.fixed_variables, outcome.info.owners
         self._fresh = np.zeros(self.width, bool)
         self._active = active
         self._history.append(past)
@@ -531,7 +533,7 @@ class Filter:
         """The first slice, for agents that begin anew."""
         ground = self._ground(active, True)
         fixed = {n: ground.variables[n] for n in sorted(self._static & ground.variables.keys())}
-        return self._infos.fetch((ground, frozenset(fixed)), lambda: SliceInfo(ground, fixed, self.engine.store))
+        return self._infos.fetch((ground, frozenset(fixed)), lambda: self._new_info(ground, fixed))
 
     def _begin_anew(self, outcome: Any, readings: Readings, agents: np.ndarray, active: Any) -> Any:
         """Replace the answer for some agents by that of a first slice."""

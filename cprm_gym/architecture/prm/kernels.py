@@ -171,6 +171,7 @@ def run_plan(
     marginals,
     sums,
     entropies,
+    increment,
 ):
     """Run a plan for every row.
 
@@ -206,6 +207,8 @@ def run_plan(
     sums : (B * W, R) float
         Normalising constants.
     entropies : (B * W, E) float
+    increment : (W,) float
+        The logarithm of every normalising constant of an agent is added to it.
     """
     width = evidence.shape[1]
     for row in range(new_message.shape[0]):
@@ -245,6 +248,8 @@ def run_plan(
                 slot = ops[o, EXTRA]
                 sign = 1.0 if slot > 0 else -1.0
                 entropies[row, abs(slot) - 1] += sign * entropy(heap, a, size)
+        for k in range(sums.shape[1]):
+            increment[w] += np.log(sums[row, k])
         for p in range(outputs.shape[0]):
             at = outputs[p, 1]
             column = outputs[p, 3]

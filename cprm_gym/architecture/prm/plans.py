@@ -63,6 +63,10 @@ class Plan:
     cost: Cost
     _heap: np.ndarray | None = field(default=None, repr=False)
 
+    def __post_init__(self) -> None:
+        self._counter = np.zeros(MAX_LOOPS, np.int64)
+        self._values = np.zeros(max(self.spec.values, 1), np.int64)
+
     def heap(self) -> np.ndarray:
         """Room for one row, the constants in place."""
         if self._heap is None:
@@ -78,8 +82,9 @@ class Plan:
         previous: np.ndarray,
         soft: np.ndarray,
         soft_at: np.ndarray,
+        increment: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Run for all rows; see `kernels.run_plan` for the arguments.
+        """Run for all rows; see `kernels.run_plan` for the arguments. to `increment`, (W,), is added in place.
 
         Returns
         -------
@@ -98,9 +103,9 @@ class Plan:
             self.ops,
             self.loops,
             self.shifts,
-            np.zeros(MAX_LOOPS, np.int64),
+            self._counter,
             self.heap(),
-            np.zeros(max(self.spec.values, 1), np.int64),
+            self._values,
             self.message_at,
             message,
             columns,
@@ -113,6 +118,7 @@ class Plan:
             marginals,
             sums,
             losses,
+            np.zeros(evidence.shape[1]) if increment is None else increment,
         )
         return new_message, marginals, sums, losses
 

@@ -146,6 +146,8 @@ class SliceInfo:
                     self.parents[child, self.row[parent]] = True
         self.leaf = ~self.parents.any(axis=0)
         self.fixed = np.array([n in self.atemporal for n in self.names], bool)
+        self.fixed_variables = {n: self.variables[n] for n in self.names if n in self.atemporal}
+        self.owners = frozenset(v.object_name for v in ground.variables.values())
         self._statuses: Recent[tuple[Any, ...], np.ndarray] = Recent(1024)
 
     def status(self, evidence: np.ndarray, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
