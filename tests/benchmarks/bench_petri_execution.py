@@ -1,0 +1,158 @@
+"""Speed of the executor: CPU time per cycle and copy of behaviour nets, in a batch and for one copy through Python.
+
+    python tests/benchmarks/bench_petri_execution.py
+
+The 60-transition net holds ten behaviour modules of six transitions each. *Busy*: all of them run, so that in every cycle each
+emits a command, counts, and reads its inputs through math. *Quiet*: all of them wait. The last lines run a token game without
+timing, for comparison with libraries that do nothing else (SNAKES, when it is installed).
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+
+import numpy as np
+
+from cprm_gym.architecture.expressions import Expression
+from cprm_gym.architecture.expressions.compiler import Assembler
+from cprm_gym.architecture.expressions.kernels import run_rows
+from cprm_gym.architecture.petri import Belief, Command, Executor, Input, Math, PetriNet, Place, Ports, Transition
+
+ORIENT = PetriNet(
+    "orient",
+    ports=Ports(begin="begin", ongoing="ongoing", done="facing", errors=("failed",), interrupts=("abort",)),
+    places=(
+        Place("begin", 1), Place("ongoing", 1), Place("facing", 1), Place("failed", 1), Place("abort", 1), Place("turns", 1000),
+        Input("ball_seen", observes="ball.seen"), Input("speed", observes="body.speed"), Belief("bearing", "ball.direction"),
+        Math("off_axis", "abs(bearing)"), Math("moment", "clip(0.9 * bearing * (1 + 5 * speed), -180, 180)"),
+    ),
+    transitions=(
+        Transition("start", ("begin",), ("ongoing",), sets={"turns": 0}),
+        Transition("turn", ("ongoing",), ("ongoing", "turns"), delay=1, tests={"off_axis": 3.0, "ball_seen": 1}, inhibitors={"turns": 999},
+                   emits=Command("turn", moment="moment")),
+        Transition("arrive", ("ongoing",), ("facing",), inhibitors={"off_axis": 3.0}),
+        Transition("give_up", ("ongoing",), ("failed",), tests={"turns": 999, "off_axis": 3.0}),
+        Transition("stop", ("abort", "ongoing"), ("failed",), priority=10),
+        Transition("ignore", ("abort",), inhibitors=("ongoing",), priority=9),
+    ),
+)  # fmt: skip
+
+
+def behaviours(count: int, running: bool) -> PetriNet:
+    """So many orient modules side by side, all begun or all waiting."""
+    return PetriNet(
+        f"{count} behaviours",
+        tuple(Place(f"go_{i}", 1, int(running)) for i in range(count)),
+        modules={f"m{i}": ORIENT for i in range(count)},
+        fuse={f"m{i}.begin": f"go_{i}" for i in range(count)},
+    )
+
+
+def cpu(work: Callable[[], object], repeat: int = 7) -> tuple[float, float]:
+    """Least and median CPU seconds of `work`."""
+    times = []
+    for _ in range(repeat):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return min(times), statistics.median(times)
+
+
+def report(name: str, seconds: tuple[float, float], per: float, unit: str) -> None:
+    least, median = (s / per * 1e6 for s in seconds)
+    print(f"{name:64s} {least:8.2f} {median:8.2f}  us per {unit}")
+
+
+def bench_net(net: PetriNet, copies: int, cycles: int, as_names: bool = False) -> tuple[float, float]:
+    executor = Executor(net, copies, exclusive=[("turn",)])
+    inputs = np.ones((copies, len(executor.input_names)))
+    inputs[:, executor.input_names.index("body.speed")] = 0.1
+    beliefs = np.full((copies, len(executor.belief_names)), 40.0)
+    named = {"ball.seen": 1.0, "body.speed": 0.1}
+    believed = dict.fromkeys(executor.belief_names, 40.0)
+    executor.step(inputs, beliefs=beliefs)
+
+    def work() -> None:
+        for _ in range(cycles):
+            if as_names:
+                executor.step(named, beliefs=believed)
+            else:
+                executor.step(inputs, beliefs=beliefs)
+
+    return cpu(work)
+
+
+def ring(places: int) -> PetriNet:
+    """One token that goes round and round in immediate firings, stopped by a counter."""
+    names = tuple(Place(f"p{i}", tokens=int(i == 0)) for i in range(places))
+    steps = tuple(Transition(f"t{i}", (f"p{i}", "fuel"), (f"p{(i + 1) % places}",)) for i in range(places))
+    return PetriNet("ring", (*names, Place("fuel", tokens=9000)), steps)
+
+
+def snakes_ring(places: int) -> Callable[[int], None]:
+    from snakes.nets import PetriNet as Snakes
+    from snakes.nets import Place as SPlace
+    from snakes.nets import Substitution, Value
+    from snakes.nets import Transition as STransition
+
+    net = Snakes("ring")
+    for i in range(places):
+        net.add_place(SPlace(f"p{i}", [1] if i == 0 else []))
+    for i in range(places):
+        net.add_transition(STransition(f"t{i}"))
+        net.add_input(f"p{i}", f"t{i}", Value(1))
+        net.add_output(f"p{(i + 1) % places}", f"t{i}", Value(1))
+
+    def run(firings: int) -> None:
+        for k in range(firings):
+            for t in net.transition():
+                modes = t.modes()
+                if modes:
+                    t.fire(Substitution(modes[0].dict()))
+                    break
+            del k
+
+    return run
+
+
+def main() -> None:
+    print(f"{'':64s} {'least':>8s} {'median':>8s}")
+    for running in (True, False):
+        net = behaviours(10, running)
+        state = "busy" if running else "quiet"
+        report(f"60 transitions, {state}, batch of 1000 copies", bench_net(net, 1000, 20), 20 * 1000, "cycle and copy")
+        report(f"60 transitions, {state}, one copy, arrays", bench_net(net, 1, 1000), 1000, "cycle")
+    report("60 transitions, busy, one copy, inputs by name", bench_net(behaviours(10, True), 1, 1000, as_names=True), 1000, "cycle")
+    report("6 transitions, busy, batch of 1000 copies", bench_net(behaviours(1, True), 1000, 50), 50 * 1000, "cycle and copy")
+
+    assembler = Assembler(["bearing", "speed"].index)
+    assembler.add(Expression("clip(0.9 * bearing * (1 + 5 * speed), -180, 180)").tree)
+    code = assembler.finish()
+    rows, out, stack = np.random.default_rng(0).normal(size=(20_000, 2)), np.zeros(20_000), np.zeros(code.depth)
+    run_rows(code.code, code.constants, 0, len(code.code), rows, stack, out)
+    work = lambda: run_rows(code.code, code.constants, 0, len(code.code), rows, stack, out)  # noqa: E731
+    report("expression of 12 operations, byte code", cpu(work), 20_000, "value")
+
+    places = 41
+    executor = Executor(ring(places))
+    start = executor.snapshot()
+    executor.step()
+
+    def burn() -> None:
+        executor.restore(start)
+        executor.step()
+
+    ours = cpu(burn)
+    report(f"token game, ring of {places} places", ours, 9000, "firing")
+    if find_spec("snakes") is not None:
+        run = snakes_ring(places)
+        theirs = cpu(lambda: run(200), repeat=3)
+        report(f"token game, ring of {places} places, SNAKES", theirs, 200, "firing")
+        print(f"ratio: {theirs[0] / 200 / (ours[0] / 9000):.0f}")
+
+
+if __name__ == "__main__":
+    main()
