@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cprm_gym.simulator.command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from cprm_gym.simulator.conformance_clock import compare_late, set_asynchronous_clocks
 from cprm_gym.simulator.conformance_envelope import calm, envelope, kick_noise
 from cprm_gym.simulator.conformance_noisy import compare_noisy
 from cprm_gym.simulator.conformance_recording import (
@@ -83,6 +84,8 @@ class ScenarioReplay:
         self.listener = Listener(recording)
         self._keys = np.random.SeedSequence(20240607).generate_state(4 * TRIES, np.uint64).reshape(TRIES, 4)
         self._last: dict[str, Any] | None = None
+        self._late: list[tuple[str, str, Any, Any]] = []
+        set_asynchronous_clocks(self.simulator, recording)
         self._started = False
 
     @property
@@ -120,6 +123,7 @@ class ScenarioReplay:
                 name = "before_kick_off"
             world["mode"] = MODES[name]
             world["kick_off_side"] = LEFT
+            world["kick_cycles"] = world["dash_cycles"] = -1   # steps have been before the recording
             self._started = True
         for row, key in enumerate(KEYS):
             if key in init["pl"]:
@@ -291,6 +295,7 @@ class ScenarioReplay:
         middle = world.copy() if watch else None
         if watch:
             world["bits"] &= np.uint32(~COLLISIONS & 0xFFFFFFFF)   # from here on they tell of the step
+        self._late = compare_late(simulator, step)
         simulator.advance()
         for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
             world[name] = 0
@@ -346,6 +351,8 @@ class ScenarioReplay:
                         continue   # told of the placements before it too
                     result.equal(row.case, row.cycle, key, name, told, own)
         self._compare_aux(row, result)
+        for key, quantity, told, own in () if skip else self._late:
+            result.equal(row.case, row.cycle, key, quantity, told, own)
         if not skip:
             expected, said = self.listener.announcements(step), said_by_referee(self.simulator)
             if expected is not None:
