@@ -33,6 +33,8 @@ Array = npt.NDArray[Any]
 INSIDE, SAME_MODE = 0.999, 0.995
 TRIES = 48
 """States around the logged one that are tried before an object counts as different."""
+CLEARED = 10.0
+"""Radius (m) of the circle to which the referee clears players, rounded up."""
 _POS, _VEL, _ANGLE = 0.5e-4, 0.5e-4, 0.5e-3
 _COUNTS = (
     Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,
@@ -254,7 +256,7 @@ class MatchReplay:
         speed = np.hypot(*(vel - world["vel"]).T)
         if self.noisy:
             place, speed, place_limit, speed_limit = around(
-                bounds, pos, vel, told, world, place, speed, place_limit, speed_limit, share
+                self.packed[0], bounds, pos, vel, told, world, place, speed, place_limit, speed_limit, share
             )
         on = np.concatenate([[True], world["enabled"] != 0])
         for number in np.flatnonzero(on & ((place > place_limit) | (speed > speed_limit))):
@@ -270,6 +272,8 @@ class MatchReplay:
             _note(found, world, name, rows[name], np.degrees(world[name]), error, limit)
         for name in ("stamina", "effort", "recovery", "capacity"):
             limit = 1.05 * (half_digit(rows[name]) + half_digit(before.players[name])) + 2e-6 + 1e-6 * np.abs(rows[name])
+            if name in ("stamina", "capacity"):   # what one loses the other may gain, up to what is missing or left
+                limit = limit + half_digit(before.players["capacity" if name == "stamina" else "stamina"])
             _note(found, world, name, rows[name], world[name], np.abs(rows[name] - world[name]), limit)
         return found
 
@@ -405,13 +409,14 @@ def turn_rounding(packed: Any, world: Any, bounds: Envelope) -> Array:
 
 
 def around(
-    bounds: Envelope, pos: Array, vel: Array, told: Array, world: Any, place: Array, speed: Array, pos_slack: Array,
+    packed: Any, bounds: Envelope, pos: Array, vel: Array, told: Array, world: Any, place: Array, speed: Array, pos_slack: Array,
     vel_slack: Array, share: float,
 ) -> tuple[Array, Array, Array, Array]:
     """Distances of a logged state from the noise envelope's middle, and the limits: rounding, noise, and what a collision can push.
 
     Parameters
     ----------
+    packed : record of PARAMETERS
     bounds : Envelope
         Of the step without noise and without referee.
     pos, vel : (23, 2) arrays
@@ -432,9 +437,18 @@ def around(
     free_speed = np.hypot(*(vel - kept[:, None] * bounds.move).T)
     reach = np.where(told, 1.2, 0.0)
     free_inside = (free_place <= bounds.radius + pos_slack + reach) & (free_speed <= np.abs(kept) * bounds.radius + vel_slack)
-    # what the referee or a goalie put somewhere depends on the ball, the goalie who holds it, and itself
-    carried = share * (bounds.radius[BALL] + (bounds.radius[world["ball_catcher"]] if world["ball_catcher"] else 0.0))
-    own_limit = share * bounds.radius + 3.0 * carried + pos_slack
+    # a ball that is held goes where its catcher goes and turns
+    carried, catcher = bounds.radius[BALL], int(world["ball_catcher"])
+    if catcher:
+        arm = packed["types"][world["type"][catcher - 1], TypeColumn.PLAYER_SIZE] + packed["ball_size"]
+        carried += bounds.radius[catcher] + arm * np.radians(bounds.turn[catcher - 1])
+    # who is cleared from the ball goes to the edge of a circle round it: the nearer he stood, the more his direction is noise
+    target = bounds.start + bounds.move
+    relocated = np.hypot(*(world["pos"] - target).T) > 1e-6
+    near = np.maximum(np.hypot(*(target - world["pos"][BALL]).T), 0.05)
+    stretch = np.where(relocated, np.maximum(3.0, CLEARED / near), 1.0)
+    stretch[BALL] = 3.0
+    own_limit = stretch * (share * (bounds.radius + np.where(relocated | (np.arange(23) == BALL), carried, 0.0)) + pos_slack)
     own_inside = (place <= own_limit) & (speed <= share * bounds.radius * bounds.decay + vel_slack)
     inside = free_inside | own_inside
     return (
