@@ -1,1 +1,86 @@
-""""""
+"""Dynamic probabilistic relational models: what an agent believes about objects it sees badly or not at all.
+
+*Write* a `Model` of classes with attributes, CPDs and relations; *ground* it with the objects of a `World`; *track* the world
+while it is perceived, with relations switched on and off at will; *read* the belief as numbers (`View`), *learn* the CPDs
+(`count`, `em`), *save*, *draw* and *export* the rest.
+
+The words of this package
+-------------------------
+variable
+    One attribute of one object in one time slice. Its states are names, or the bins of a number.
+CPD
+    P(variable | parents). Tables have the parents' axes as declared and the child's axis last; rows sum to 1.
+slice
+    All variables of one time step. Parents are in the same slice, in the previous one (``prev.``), or static.
+relation
+    Holds between objects or not, as the agent decides before each step; while active it replaces CPDs or adds parents. It is
+    no evidence: what is believed is the posterior in the unrolled net whose slices have the CPDs of their active relations.
+belief
+    P(variables now | everything observed so far), kept as a set of factors.
+
+References
+----------
+Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Friedman 2009; Murphy 2002.
+"""
+
+from cprm_gym.architecture.prm.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
+from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from cprm_gym.architecture.prm.diffusion import diffusion_report
+from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.filtering import Filter
+from cprm_gym.architecture.prm.grounding import Grounding, GroundSlice, Situation, unroll
+from cprm_gym.architecture.prm.io import load, save
+from cprm_gym.architecture.prm.learning import Episode, Observed, count, em
+from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
+from cprm_gym.architecture.prm.static import BayesNet
+from cprm_gym.architecture.prm.views import View, view
+from cprm_gym.architecture.prm.world import Posterior, Tracker, World
+
+__all__ = [
+    "BOOL",
+    "Add",
+    "All",
+    "AnyCause",
+    "Attribute",
+    "BayesNet",
+    "Bins",
+    "Chance",
+    "Count",
+    "Dense",
+    "Episode",
+    "Exists",
+    "Filter",
+    "GroundSlice",
+    "Grounding",
+    "Input",
+    "Labels",
+    "Max",
+    "Mean",
+    "Min",
+    "Mixture",
+    "Model",
+    "Noise",
+    "NoisyOr",
+    "Observed",
+    "PRMClass",
+    "Posterior",
+    "Prior",
+    "Reference",
+    "Relation",
+    "Replace",
+    "Situation",
+    "Switch",
+    "Table",
+    "Tracker",
+    "Uniform",
+    "View",
+    "World",
+    "count",
+    "diffusion_report",
+    "em",
+    "load",
+    "prev",
+    "save",
+    "unroll",
+    "view",
+]

@@ -311,7 +311,7 @@ class Chance(CPD):
                 raise ModelError(f"{where}: {self.p!r} gives {float(p[~((p >= 0) & (p <= 1))][0])!r}; a probability is 0 to 1")
             return np.stack([1.0 - p, p], axis=1)
 
-        small = average_over_bins(value, [d for _, d in used], self.points, 2)
+        small = average_over_bins(value, [d for _, d in used], [self.points] * len(used), 2)
         return spread_axes(with_floor(small, self.floor), [n for n, _ in used], [n for n, _ in parents], shape)
 
 

@@ -33,78 +33,96 @@ _SQRT_3 = 1.7320508075688772
 _INV_SQRT_2PI = 0.3989422804014327
 
 
-def distribution(shape: str, z: np.ndarray) -> np.ndarray:
-    """F(z) of the standard noise: ``"normal"``, or ``"uniform"`` on -sqrt(3) to sqrt(3) (also of deviation 1)."""
+def tail(shape: str, z: np.ndarray) -> np.ndarray:
+    """F(-abs(z)) of the standard noise, ``"normal"`` or ``"uniform"`` on -sqrt(3) to sqrt(3) (also of deviation 1)."""
     if shape == "uniform":
-        return np.clip(0.5 + z / (2.0 * _SQRT_3), 0.0, 1.0)
-    return np.asarray(ndtr(z))
+        return np.clip(0.5 - np.abs(z) / (2.0 * _SQRT_3), 0.0, 0.5)
+    return np.asarray(ndtr(-np.abs(z)))
 
 
-def integral(shape: str, z: np.ndarray) -> np.ndarray:
-    """The integral of F from minus infinity to z, divided differences of which are averages of F over an interval."""
+def tail_integral(shape: str, z: np.ndarray) -> np.ndarray:
+    """The integral I of F from minus infinity to -abs(z); for symmetric noise ``I(z) = max(z, 0) + tail_integral(z)``."""
+    t = np.minimum(np.abs(z), 40.0)
     if shape == "uniform":
-        inside = np.clip(z, -_SQRT_3, _SQRT_3)
-        return np.asarray((inside + _SQRT_3) ** 2 / (4.0 * _SQRT_3) + np.maximum(z - _SQRT_3, 0.0))
-    return np.asarray(z * ndtr(z) + _INV_SQRT_2PI * np.exp(-0.5 * z * z))
+        return np.asarray(np.square(np.maximum(_SQRT_3 - t, 0.0)) / (4.0 * _SQRT_3))
+    return np.asarray(np.maximum(_INV_SQRT_2PI * np.exp(-0.5 * t * t) - t * ndtr(-t), 0.0))
 
 
-def mean_distribution(shape: str, x: np.ndarray, low: np.ndarray, high: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """P(m + noise <= x) for m uniform between `low` and `high`, all arrays broadcast against each other.
+def spread_masses(shape: str, edges: np.ndarray, circular: bool, means: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Mass of each bin for a mean uniform between neighbouring values.
 
-    Differences of it in x are the cells of a CPD; computed so that far tails keep their digits.
-    """
-    low, high = np.minimum(low, high), np.maximum(low, high)
-    width = high - low
-    tiny = width <= 1e-9 * np.maximum(np.abs(high), 1.0)
-    safe_width = np.where(tiny, 1.0, width)
-    noisy = sd > 0
-    s = np.where(noisy, sd, 1.0)
-    smooth = s / safe_width * (integral(shape, (x - low) / s) - integral(shape, (x - high) / s))
-    sharp = np.clip((x - low) / safe_width, 0.0, 1.0)
-    spread = np.where(noisy, smooth, sharp)
-    middle = 0.5 * (low + high)
-    point = np.where(noisy, distribution(shape, (x - middle) / s), (x >= middle).astype(float))
-    return np.where(tiny, point, spread)
-
-
-def cell_masses(shape: str, edges: np.ndarray, circular: bool, low: np.ndarray, high: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """Mass of each bin for a mean uniform between `low` and `high`.
+    The part without noise is an overlap of intervals; what noise changes is a double difference of `tail_integral`, so that
+    the far tails keep their digits.
 
     Parameters
     ----------
     shape : {"normal", "uniform"}
     edges : (K + 1,) float array
     circular : bool
-    low, high, sd : float arrays of one shape S
+    means : (N, M + 1) float array
+        The mean is uniform between ``means[:, j]`` and ``means[:, j + 1]``.
+    sd : (N,) float array
 
     Returns
     -------
-    S + (K,) float array, rows sum to 1
+    (N, M, K) float array, rows sum to 1
     """
-    low, high, sd = (np.asarray(a, dtype=float)[..., None] for a in (low, high, sd))
-    if not circular:
-        # Mirrored at the right of the middle, so that both tails are small differences of small numbers.
-        inner = edges[1:-1]
-        middle = 0.5 * (low + high)
-        below = mean_distribution(shape, inner, low, high, sd)
-        above = mean_distribution(shape, -inner, -high, -low, sd)
-        left = np.diff(below, axis=-1, prepend=0.0, append=1.0)
-        right = -np.diff(above, axis=-1, prepend=1.0, append=0.0)
-        use_left = edges[1:] <= middle
-        mass = np.where(use_left, left, right)
-    else:
-        period = edges[-1] - edges[0]
-        home = period * np.floor((0.5 * (low + high) - edges[0]) / period)
-        low, high = low - home, high - home
-        turns = int(np.ceil((0.5 * np.max(np.abs(high - low)) + 9.0 * np.max(sd)) / period))
-        mass = np.zeros(low.shape[:-1] + (len(edges) - 1,))
-        for turn in range(-turns, turns + 1):
-            shifted = edges + turn * period
-            below = np.diff(mean_distribution(shape, shifted, low, high, sd), axis=-1)
-            above = -np.diff(mean_distribution(shape, -shifted, -high, -low, sd), axis=-1)
-            mass += np.where(shifted[1:] <= 0.5 * (low + high), below, above)
+    low = np.minimum(means[:, :-1], means[:, 1:])[..., None]
+    high = np.maximum(means[:, :-1], means[:, 1:])[..., None]
+    width = high - low
+    scale = np.where(sd > 0.0, sd, 1.0)[:, None, None]
+    noisy = (sd > 0.0)[:, None, None]
+    narrow = width <= np.where(noisy, 1e-5 * scale, 1e-12 * np.maximum(np.abs(high), 1.0))
+    safe = np.where(narrow, 1.0, width)
+    sign = np.where(means[:, :-1] <= means[:, 1:], 1.0, -1.0)[..., None]
+    mass = np.zeros((*low.shape[:2], len(edges) - 1))
+    for at in _images(edges, circular, means, sd):
+        inside = np.clip(np.minimum(at[1:], high) - np.maximum(at[:-1], low), 0.0, None) / safe
+        corner = tail_integral(shape, (at - means[..., None]) / scale)
+        twice = np.diff(np.diff(corner, axis=2), axis=1)
+        mass += inside - np.where(noisy, sign * twice * scale / safe, 0.0)
+    if narrow.any():
+        points = point_masses(shape, edges, circular, 0.5 * (means[:, :-1] + means[:, 1:]), sd)
+        mass = np.where(narrow, points, mass)
     mass = np.maximum(mass, 0.0)
     return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
+
+
+def point_masses(shape: str, edges: np.ndarray, circular: bool, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Mass of each bin for a known mean.
+
+    Parameters
+    ----------
+    shape, edges, circular
+        As in `spread_masses`.
+    mean : (N, M) float array
+    sd : (N,) float array
+
+    Returns
+    -------
+    (N, M, K) float array, rows sum to 1
+    """
+    noisy = (sd > 0.0)[:, None, None]
+    scale = np.where(sd > 0.0, sd, 1.0)[:, None, None]
+    mass = np.zeros((*mean.shape, len(edges) - 1))
+    for at in _images(edges, circular, mean, sd):
+        z = at - mean[..., None]
+        beyond = z > 0.0
+        outside = np.where(noisy, tail(shape, z / scale), 0.0)
+        mass += np.diff(beyond.astype(float), axis=2) + np.diff(np.where(beyond, -outside, outside), axis=2)
+    mass = np.maximum(mass, 0.0)
+    return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
+
+
+def _images(edges: np.ndarray, circular: bool, means: np.ndarray, sd: np.ndarray) -> list[np.ndarray]:
+    """The edges with the tails in the end bins, or all turns of a circle that the noise can reach."""
+    if not circular:
+        return [np.concatenate([[-np.inf], edges[1:-1], [np.inf]])]
+    period = edges[-1] - edges[0]
+    reach = 9.0 * float(np.max(sd, initial=0.0))
+    first = int(np.floor((float(np.min(means)) - reach - edges[0]) / period))
+    last = int(np.floor((float(np.max(means)) + reach - edges[0]) / period))
+    return [edges + turn * period for turn in range(first, last + 1)]
 
 
 def nodes(low: float, high: float, points: int) -> tuple[np.ndarray, np.ndarray]:
@@ -113,7 +131,7 @@ def nodes(low: float, high: float, points: int) -> tuple[np.ndarray, np.ndarray]
     return 0.5 * (low + high) + 0.5 * (high - low) * x, 0.5 * w
 
 
-def average_over_bins(value: Vectorised, domains: list[Domain], points: int, width: int) -> np.ndarray:
+def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence[int], width: int) -> np.ndarray:
     """Average of `value` over every combination of states of some parents, uniform inside the bins.
 
     Parameters
@@ -122,15 +140,15 @@ def average_over_bins(value: Vectorised, domains: list[Domain], points: int, wid
         Takes one (N,) array per parent, returns (N, width).
     domains : list of Labels or Bins
         Of the parents; the value of a named state is its index.
-    points : int
-        Gauss-Legendre nodes per bin and parent.
+    points : sequence of int
+        Gauss-Legendre nodes per bin, for each parent.
     width : int
 
     Returns
     -------
     (K_1, ..., K_n, width) float array
     """
-    grids = [_grid(d, points) for d in domains]
+    grids = [_grid(d, n) for d, n in zip(domains, points)]
     out = np.empty([*(len(d) for d in domains), width])
     for index in np.ndindex(out.shape[:-1]):
         out[index] = _weighted_mean(value, [grids[axis][k] for axis, k in enumerate(index)], width)
@@ -202,23 +220,23 @@ def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: 
     bins = dict(parents).get(closed) if closed else None
     steps = np.asarray(bins.edges) if isinstance(bins, Bins) else np.zeros(2)
     count = len(steps) - 1
-    nodes_per_bin = points or _points_for(mean, sd, others, closed, steps)
+    per_bin = [points] * len(others) if points else _points_for(mean, sd, others, closed, steps)
 
     def value(arrays: list[np.ndarray]) -> np.ndarray:
         size = len(arrays[0]) if arrays else 1
-        known = {n: np.repeat(a, count + 1) for (n, _), a in zip(others, arrays)}
-        if closed:
-            known[closed] = np.tile(steps, size)
-        centre = mean(known, size * (count + 1)).reshape(size, count + 1)
         deviation = sd({n: a for (n, _), a in zip(others, arrays)}, size)
         if (deviation < 0).any():
             least = float(deviation.min())
             raise ModelError(f"the deviation {sd.text!r} is {least!r} somewhere; it must not be negative")
-        spread = np.broadcast_to(deviation[:, None], (size, count))
-        mass = cell_masses(shape, edges, child.circular, centre[:, :-1], centre[:, 1:], spread)
-        return mass.reshape(size, count * len(child))
+        if not closed:
+            centre = mean({n: a for (n, _), a in zip(others, arrays)}, size)[:, None]
+            return point_masses(shape, edges, child.circular, centre, deviation).reshape(size, len(child))
+        known = {n: np.repeat(a, count + 1) for (n, _), a in zip(others, arrays)}
+        known[closed] = np.tile(steps, size)
+        centres = mean(known, size * (count + 1)).reshape(size, count + 1)
+        return spread_masses(shape, edges, child.circular, centres, deviation).reshape(size, count * len(child))
 
-    flat = average_over_bins(value, [d for _, d in others], nodes_per_bin, count * len(child))
+    flat = average_over_bins(value, [d for _, d in others], per_bin, count * len(child))
     table = flat.reshape(*flat.shape[:-1], count, len(child))
     if not closed:
         return np.asarray(table[..., 0, :])
@@ -245,19 +263,16 @@ def _closed_parent(mean: Formula, sd: Formula, parents: Sequence[tuple[str, Doma
     return max(fit, key=lambda n: _effect(mean, n, parents), default="")
 
 
-def _points_for(mean: Formula, sd: Formula, others: Sequence[tuple[str, Domain]], closed: str, steps: np.ndarray) -> int:
-    """Nodes a bin: more where a bin moves the mean by many deviations."""
-    binned = [(n, d) for n, d in others if isinstance(d, Bins)]
-    if not binned:
-        return 1
+def _points_for(mean: Formula, sd: Formula, others: Sequence[tuple[str, Domain]], closed: str, steps: np.ndarray) -> list[int]:
+    """Nodes a bin of each parent: more where a bin moves the mean by many deviations."""
+    binned = [n for n, d in others if isinstance(d, Bins)]
     known = {n: np.array([_middle(d)[len(d) // 2]]) for n, d in others}
     deviation = float(sd({n: known[n] for n in sd.names}, 1)[0])
-    constant = not sd.names and all(mean.is_affine_in(n) for n, _ in binned)
-    if deviation <= 0.0 or not constant:
-        return 64 if len(binned) == 1 else 24
+    if deviation <= 0.0 or sd.names or not all(mean.is_affine_in(n) for n in binned):
+        return [(64 if len(binned) == 1 else 24) if n in binned else 1 for n, _ in others]
     everything = [*others] + ([(closed, Bins(tuple(steps)))] if closed else [])
-    widest = max(_effect(mean, n, everything) if n in mean.names else 0.0 for n, _ in binned)
-    return int(np.clip(np.ceil(4.5 + 1.4 * widest / deviation), 5, 128))
+    effects = [_effect(mean, n, everything) if n in mean.names else 0.0 for n, _ in others]
+    return [int(np.clip(np.ceil(4.5 + 1.4 * effect / deviation), 5, 128)) for effect in effects]
 
 
 def with_floor(table: np.ndarray, floor: float) -> np.ndarray:

@@ -1,15 +1,20 @@
 """A world that is watched: objects come and go, relations switch, and the belief is read as numbers.
 
-world = World(model, {"ball": "Ball", "o1": "Opponent"})
-tracker = world.tracker("exact", batch=64)
-seen = tracker.step({"ball.seen": "yes", "ball.obs_dist": readings}, relations=["attended(o1)"])
-seen.read("ball.dist", "expectation")                  # (64,) metres
+    world = World(model, {"ball": "Ball", "o1": "Opponent"})
+    tracker = world.tracker("exact", batch=64)
+    seen = tracker.step({"ball.seen": "yes", "ball.obs_dist": readings}, relations=["attended(o1)"])
+    seen.read("ball.dist", "expectation")                  # (64,) metres
+
+Inference can have two grains (dissertation section 2.3.3: frequent simple, occasional deep inference): with ``deep="exact"`` the
+tracker answers each step with its own, quicker engine, remembers the readings, and every so often, or when asked
+(`Tracker.deepen`), infers them again with the deep one and goes on from its belief.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +23,7 @@ from cprm_gym.architecture.prm.exact import ComponentCost
 from cprm_gym.architecture.prm.filtering import Filter, Result
 from cprm_gym.architecture.prm.grounding import Grounding, GroundSlice, GroundVariable, Situation
 from cprm_gym.architecture.prm.views import View
-from cprm_gym.errors import ModelError, did_you_mean
+from cprm_gym.errors import ModelError, ParameterError, did_you_mean
 
 Relations = Iterable[str | tuple[str, ...]]
 
@@ -43,7 +48,7 @@ class World(Grounding):
         return Tracker(self, engine, batch, **options)
 
 
-class Answer(Mapping[str, np.ndarray]):
+class Posterior(Mapping[str, np.ndarray]):
     """Posteriors of one slice, a mapping from variable to (W, card) array, and numbers read from them.
 
     Attributes
@@ -126,24 +131,59 @@ class Tracker:
     world : Grounding
     engine, batch, **options
         As for `filtering.Filter`.
+    deep : {"exact", "projection"}, optional
+        Engine of the occasional inference; its belief replaces the one of `engine`, which must be "projection", "anytime" or
+        "exact" (particles cannot be replaced by factors).
+    every : int
+        Steps from one deep inference to the next; as many readings are remembered.
 
     Attributes
     ----------
     filter : filtering.Filter
+    deep : filtering.Filter or None
     situation : Situation or None
         Of the last step.
     """
 
-    def __init__(self, world: Grounding, engine: Any = "exact", batch: int = 1, **options: Any) -> None:
+    def __init__(
+        self,
+        world: Grounding,
+        engine: Any = "exact",
+        batch: int = 1,
+        *,
+        deep: str | None = None,
+        every: int = 1000,
+        **options: Any,
+    ) -> None:
         self.world = world
         self.filter = Filter(world, batch=batch, engine=engine, **options)
         self.situation: Situation | None = None
+        self.deep: Filter | None = None
+        self.every = every
+        self._remembered: list[tuple[dict[str, Any], Any, Situation, Any]] = []
+        self._resets: Any = None
+        if deep is None:
+            return
+        if deep not in ("exact", "projection") or engine not in ("exact", "projection", "anytime"):
+            raise ParameterError(f"deep inference by {deep!r} cannot take over from engine {engine!r}; see `Tracker`")
+        if every < 1:
+            raise ParameterError(f"`every` is a number of steps, at least 1, got {every!r}")
+        shared = {k: options[k] for k in ("on_impossible", "eps", "window", "memory_limit") if k in options}
+        self.deep = Filter(world, batch=batch, engine=deep, **shared)
 
     def reset(self, agents: Any = None) -> None:
         """Begin anew from the prior: all agents, or only some of them (a mask or indices)."""
         self.filter.reset(agents)
         if self.filter.step_count == 0:
             self.situation = None
+            self._remembered.clear()
+            self._resets = None
+            if self.deep is not None:
+                self.deep.reset()
+        elif self.deep is not None:
+            chosen = np.zeros(self.filter.width, bool) if self._resets is None else self._resets.copy()
+            chosen[agents] = True
+            self._resets = chosen
 
     def step(
         self,
@@ -152,7 +192,7 @@ class Tracker:
         *,
         objects: Iterable[str] | None = None,
         soft: Mapping[str, Any] | None = None,
-    ) -> Answer:
+    ) -> Posterior:
         """Go on by one slice.
 
         Parameters
@@ -169,7 +209,7 @@ class Tracker:
 
         Returns
         -------
-        Answer
+        Posterior
 
         Raises
         ------
@@ -183,11 +223,46 @@ class Tracker:
         begun = time.perf_counter()
         situation = self.world.situation(relations, objects, self.situation)
         ground = self.world.ground(situation, first=self.filter.step_count == 0)
-        result = self.filter.step(self.world.with_defaults(ground, evidence or {}), soft=soft, active=situation)
+        readings = self.world.with_defaults(ground, evidence or {})
+        result = self.filter.step(readings, soft=soft, active=situation)
         self.situation = situation
-        return Answer(result, situation, 1e3 * (time.perf_counter() - begun))
+        if self.deep is not None:
+            kept = {n: v.copy() if isinstance(v, np.ndarray) else v for n, v in readings.items()}
+            likelihoods = {n: np.array(v, dtype=float) for n, v in (soft or {}).items()}
+            self._remembered.append((kept, likelihoods, situation, self._resets))
+            self._resets = None
+            if len(self._remembered) >= self.every:
+                return self.deepen()
+        return Posterior(result, situation, 1e3 * (time.perf_counter() - begun))
 
-    def predict(self, steps: int = 1, relations: Relations | None = None, inputs: Mapping[str, Any] | None = None) -> Answer:
+    def deepen(self) -> Posterior:
+        """Infer the remembered readings again with the deep engine, and go on from its belief.
+
+        Returns
+        -------
+        Posterior
+            Of the last step, better founded.
+
+        Raises
+        ------
+        ParameterError
+            Without a deep engine, or when no step was made since the last deep inference.
+        """
+        if self.deep is None or not self._remembered:
+            raise ParameterError("nothing to infer deeply: give the tracker a `deep` engine and make a step")
+        begun = time.perf_counter()
+        for readings, soft, situation, resets in self._remembered:
+            if resets is not None:
+                self.deep.reset(resets)
+            result = self.deep.step(readings, soft=soft, active=situation)
+        self._remembered.clear()
+        counted = self.filter.impossible_count
+        self.filter.restore(replace(self.deep.snapshot(), engine=None))
+        self.filter.impossible_count = counted
+        self.filter.exact = self.deep.exact
+        return Posterior(result, situation, 1e3 * (time.perf_counter() - begun))
+
+    def predict(self, steps: int = 1, relations: Relations | None = None, inputs: Mapping[str, Any] | None = None) -> Posterior:
         """The belief some slices ahead; the tracker stays where it is.
 
         Parameters
@@ -200,10 +275,11 @@ class Tracker:
 
         Returns
         -------
-        Answer
+        Posterior
         """
         begun = time.perf_counter()
-        kept, situation = self.filter.snapshot(), self.situation
+        kept, situation, deep = self.filter.snapshot(), self.situation, self.deep
+        self.deep = None
         active: Relations = (situation.relations if situation else ()) if relations is None else tuple(relations)
         live = None if situation is None else situation.objects
         answer = None
@@ -212,9 +288,9 @@ class Tracker:
                 answer = self.step(inputs, active, objects=live)
         finally:
             self.filter.restore(kept)
-            self.situation = situation
+            self.situation, self.deep = situation, deep
         assert answer is not None
-        return Answer(answer.result, answer.situation, 1e3 * (time.perf_counter() - begun))
+        return Posterior(answer.result, answer.situation, 1e3 * (time.perf_counter() - begun))
 
     def cost(self, relations: Relations = (), objects: Iterable[str] | None = None) -> list[ComponentCost]:
         """Bytes, operations and variables of each component of the next step, before it is run."""

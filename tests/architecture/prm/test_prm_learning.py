@@ -147,7 +147,7 @@ def test_em_on_complete_data_is_counting():
 
 def test_counting_says_which_variable_is_hidden():
     world = Grounding(chain_model(), {"c": "Chain"})
-    with pytest.raises(EvidenceError, match="step 1, run 0: 'c.h' is not observed; use `em`"):
+    with pytest.raises(EvidenceError, match=r"step 1, run 0: 'c.h' is not observed; use `em`"):
         count(world, [[{"c.h": 0, "c.o": 1}, {"c.o": 1}]])
 
 
