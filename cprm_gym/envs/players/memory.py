@@ -1,0 +1,76 @@
+"""What players remember of a match: one record per player, kept up to date from his percepts alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...simulator.senses import See, new_landmarks
+from ...simulator.simulator import Simulator
+from ...simulator.state import PLAYERS
+from . import memory_kernels as kernels
+
+MEMORY = np.dtype(
+    [
+        # himself, in the frame of his team: x towards the opponent's goal
+        ("x", "f8"), ("y", "f8"), ("vx", "f8"), ("vy", "f8"), ("body", "f8"), ("neck", "f8"), ("face", "f8"),
+        ("stamina", "f8"), ("effort", "f8"),
+        ("located", "u1"),              # he has known his place since the episode began
+        ("free", "u1"),                 # his body obeys (no tackle or foul lock)
+        # the ball and when it was last seen, cycles
+        ("ball_x", "f8"), ("ball_y", "f8"), ("ball_vx", "f8"), ("ball_vy", "f8"), ("ball_age", "i4"),
+        # own team 0..10, opponents 11..21
+        ("px", "f8", (PLAYERS,)), ("py", "f8", (PLAYERS,)), ("age", "i4", (PLAYERS,)),
+        ("search", "i4"),               # looks made for the ball since it was lost
+        ("taker", "i4"),                # cycles for which he leaves the ball alone: he took the set play
+        ("left", "u1"),                 # his team is the left one
+    ],
+    align=True,
+)  # fmt: skip
+"""One player's picture of the pitch; metres, radians, cycles."""
+
+INERTIA_MOMENT = 5.0
+"""Of the default type (SIMULATOR.md 4.1); the own type's differs a little, which the next look corrects."""
+
+
+class Memories:
+    """The memories of the players of W worlds.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    active : (22,) bool array
+        Whose memory is kept.
+
+    Attributes
+    ----------
+    records : (W, 22) array of MEMORY
+    """
+
+    def __init__(self, simulator: Simulator, active: np.ndarray) -> None:
+        self.simulator = simulator
+        self.active = np.asarray(active, bool)
+        self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
+        self._landmarks = new_landmarks(simulator.worlds)
+        self.forget(np.arange(simulator.worlds))
+
+    def forget(self, worlds: np.ndarray) -> None:
+        """Empty the memories of the given worlds; an episode begins."""
+        kernels.forget(self.records, np.asarray(worlds, np.int64))
+
+    def update(self, see: See, body: np.ndarray, sent: Any) -> None:
+        """Take in the percepts of a cycle.
+
+        Parameters
+        ----------
+        see : See
+        body : (W, 22, columns) array
+        sent : (W, 22) array of COMMAND
+            What was sent in the cycle before.
+        """
+        marks = self.simulator.landmarks(self._landmarks)
+        kernels.update(
+            self.simulator.world, self.records, sent, self.active, INERTIA_MOMENT, see.fresh, see.ball, see.ball_level, see.players,
+            see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
+        )  # fmt: skip

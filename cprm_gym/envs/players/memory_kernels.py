@@ -1,0 +1,229 @@
+"""Kernels that turn percepts into a picture of the pitch: where am I, where is the ball, where are the others.
+
+Frame: that of the own team (x towards the opponent's goal, y to its right hand), metres and radians. Players are numbered own team
+0..10, opponents 11..21.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...simulator.landmarks import LANDMARK_POSITIONS
+from ...simulator.senses import BodyColumn
+from ...simulator.state import CommandKind
+from .kernel import kernel
+
+PI = math.pi
+NEVER = 1000
+"""Age of what was never seen, cycles."""
+MARKS = np.ascontiguousarray(LANDMARK_POSITIONS)
+N_MARKS = len(MARKS)
+PLAYERS = 22
+STAMINA, EFFORT = int(BodyColumn.STAMINA), int(BodyColumn.EFFORT)
+SPEED, SPEED_DIRECTION = int(BodyColumn.SPEED), int(BodyColumn.SPEED_DIRECTION)
+HEAD, TACKLED, CHARGED = int(BodyColumn.HEAD_ANGLE), int(BodyColumn.TACKLE_EXPIRES), int(BodyColumn.FOUL_CHARGED)
+TURN, DASH = int(CommandKind.TURN), int(CommandKind.DASH)
+BALL_DECAY, PLAYER_DECAY = 0.94, 0.4
+D2R = PI / 180.0
+LINE_NORMAL = np.array([0.0, PI, 0.0, -0.5 * PI, 0.5 * PI])
+"""Outward direction of no line, left, right, top, bottom, as seen from inside, in the server's frame."""
+
+
+@kernel
+def norm(a):
+    """An angle in (-pi, pi]."""
+    return a - 2.0 * PI * math.ceil((a - PI) / (2.0 * PI))
+
+
+@kernel
+def localise(m, side, marks, levels, lines, line_ids):
+    """Face and position from the line ahead and the landmarks in view; False when there is too little to see.
+
+    The face comes from the direction of a line (half a degree), or else from the two most distant landmarks; the position is the
+    mean of what each landmark says, weighted by the inverse square of its distance (the eye's error grows with it).
+    """
+    face = m.face
+    known = False
+    if line_ids[0] > 0 and line_ids[1] == 0:
+        direction = lines[0, 1]
+        s = direction - 0.5 * PI if direction > 0.0 else direction + 0.5 * PI
+        face = norm(LINE_NORMAL[line_ids[0]] - s + (PI if side < 0 else 0.0))
+        known = True
+    if not known:
+        known, face = face_from_marks(m, side, marks, levels)
+        if not known:
+            return False
+    total, x, y = 0.0, 0.0, 0.0
+    for k in range(N_MARKS):
+        if levels[k] >= 2:
+            distance = marks[k, 0]
+            weight = 1.0 / (0.05 + distance * distance)
+            angle = face + marks[k, 1]
+            x += weight * (side * MARKS[k, 0] - distance * math.cos(angle))
+            y += weight * (side * MARKS[k, 1] - distance * math.sin(angle))
+            total += weight
+    m.face = face
+    if total == 0.0:
+        return False
+    m.x, m.y = x / total, y / total
+    return True
+
+
+@kernel
+def face_from_marks(m, side, marks, levels):
+    """(found, face) from the pair of landmarks in view that subtends the largest angle."""
+    first, last = -1, -1
+    for k in range(N_MARKS):
+        if levels[k] >= 2:
+            if first < 0 or marks[k, 1] < marks[first, 1]:
+                first = k
+            if last < 0 or marks[k, 1] > marks[last, 1]:
+                last = k
+    if first < 0 or marks[last, 1] - marks[first, 1] < 0.1:
+        return False, m.face
+    # the vector from one to the other, in the frame of the eye and in that of the pitch
+    ex = marks[last, 0] * math.cos(marks[last, 1]) - marks[first, 0] * math.cos(marks[first, 1])
+    ey = marks[last, 0] * math.sin(marks[last, 1]) - marks[first, 0] * math.sin(marks[first, 1])
+    px = side * (MARKS[last, 0] - MARKS[first, 0])
+    py = side * (MARKS[last, 1] - MARKS[first, 1])
+    return True, norm(math.atan2(py, px) - math.atan2(ey, ex))
+
+
+@kernel
+def predict(m, body, sent, inertia):
+    """Carry the picture on by one cycle: own turn and way, the ball's roll, everybody's age."""
+    before = m.body
+    if sent.kind == TURN and m.free:
+        moment = min(180.0, max(-180.0, sent.a)) * D2R
+        before = norm(before + moment / (1.0 + inertia * math.sqrt(m.vx * m.vx + m.vy * m.vy)))
+    m.body = before
+    m.neck = body[HEAD]
+    m.face = norm(m.body + m.neck)
+    m.stamina, m.effort = body[STAMINA], body[EFFORT]
+    m.free = body[TACKLED] <= 0.0 and body[CHARGED] <= 0.0
+    heading = m.face + body[SPEED_DIRECTION]
+    m.vx, m.vy = body[SPEED] * math.cos(heading), body[SPEED] * math.sin(heading)
+    # the speed told is what is left after the decay; the way of the cycle was longer
+    m.x += m.vx / PLAYER_DECAY
+    m.y += m.vy / PLAYER_DECAY
+    m.ball_x += m.ball_vx
+    m.ball_y += m.ball_vy
+    m.ball_vx *= BALL_DECAY
+    m.ball_vy *= BALL_DECAY
+    m.ball_age = min(NEVER, m.ball_age + 1)
+    for j in range(PLAYERS):
+        m.age[j] = min(NEVER, m.age[j] + 1)
+
+
+@kernel
+def take_ball(m, row, level):
+    """The ball as it was just seen: its place, and its velocity from the changes or from the place before."""
+    angle = m.face + row[1]
+    x, y = m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
+    if level >= 3:
+        along, across = row[2], row[3] * row[0]
+        m.ball_vx = m.vx + along * math.cos(angle) - across * math.sin(angle)
+        m.ball_vy = m.vy + along * math.sin(angle) + across * math.cos(angle)
+    elif m.ball_age <= 3:
+        # predicted place minus seen place corrects the velocity, carefully: both are noisy
+        m.ball_vx += 0.3 * (x - m.ball_x)
+        m.ball_vy += 0.3 * (y - m.ball_y)
+    else:
+        m.ball_vx, m.ball_vy = 0.0, 0.0
+    speed = math.sqrt(m.ball_vx * m.ball_vx + m.ball_vy * m.ball_vy)
+    if speed > 3.0:
+        m.ball_vx *= 3.0 / speed
+        m.ball_vy *= 3.0 / speed
+    m.ball_x, m.ball_y, m.ball_age = x, y, 0
+
+
+@kernel
+def own_number(j, side):
+    """Index in memory (own team first) of the player that stands at index `j` of the see arrays."""
+    return j if side > 0 else (j + 11) % PLAYERS
+
+
+@kernel
+def take_players(m, me, side, rows, levels):
+    """The players as they were just seen; the unknown ones are matched with the nearest remembered one that they could be."""
+    for j in range(PLAYERS):
+        if levels[j] == 3:
+            k = own_number(j, side)
+            place_player(m, k, rows[j])
+    for j in range(PLAYERS):
+        if levels[j] == 1 or levels[j] == 2:
+            angle = m.face + rows[j, 1]
+            x, y = m.x + rows[j, 0] * math.cos(angle), m.y + rows[j, 0] * math.sin(angle)
+            low, high = 0, PLAYERS
+            if levels[j] == 2:
+                low = 0 if own_number(j, side) < 11 else 11
+                high = low + 11
+            best, gap = -1, 0.0
+            for k in range(low, high):
+                if k == me or m.age[k] == 0:
+                    continue
+                d = math.sqrt((m.px[k] - x) ** 2 + (m.py[k] - y) ** 2)
+                reach = 3.0 + 1.1 * m.age[k]
+                if m.age[k] >= NEVER:
+                    d, reach = 200.0 + k, 1e9
+                if d <= reach and (best < 0 or d < gap):
+                    best, gap = k, d
+            if best >= 0 and (levels[j] == 2 or gap < 100.0):
+                place_player(m, best, rows[j])
+
+
+@kernel
+def place_player(m, k, row):
+    """Note player `k` at the distance and direction of `row`."""
+    angle = m.face + row[1]
+    m.px[k], m.py[k] = m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
+    m.age[k] = 0
+
+
+@kernel
+def update(worlds, memory, sent, active, inertia, fresh, ball, ball_level, players, players_level, marks, mark_levels, lines, line_ids, body):
+    """One cycle of everybody's memory.
+
+    memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle before; active : (22,) whose memory is kept
+    """
+    for n in range(memory.shape[0]):
+        w = worlds[n]
+        for i in range(PLAYERS):
+            if not active[i] or not w.enabled[i]:
+                continue
+            m = memory[n, i]
+            side = 1.0 if i < 11 else -1.0
+            me = i % 11
+            predict(m, body[n, i], sent[n, i], inertia)
+            if fresh[n, i]:
+                if localise(m, side, marks[n, i], mark_levels[n, i], lines[n, i], line_ids[n, i]):
+                    m.located = 1
+                m.body = norm(m.face - m.neck)
+                heading = m.face + body[n, i, SPEED_DIRECTION]
+                m.vx, m.vy = body[n, i, SPEED] * math.cos(heading), body[n, i, SPEED] * math.sin(heading)
+                if ball_level[n, i] > 0:
+                    take_ball(m, ball[n, i], ball_level[n, i])
+                take_players(m, me, side, players[n, i], players_level[n, i])
+            m.px[me], m.py[me], m.age[me] = m.x, m.y, 0
+
+
+@kernel
+def forget(memory, chosen):
+    """The empty memory of the players of the chosen worlds."""
+    for c in range(chosen.shape[0]):
+        for i in range(PLAYERS):
+            m = memory[chosen[c], i]
+            m.located = 0
+            m.free = 1
+            m.x, m.y, m.vx, m.vy = -20.0, 0.0, 0.0, 0.0
+            m.body, m.neck, m.face = 0.0, 0.0, 0.0
+            m.stamina, m.effort = 8000.0, 1.0
+            m.ball_x, m.ball_y, m.ball_vx, m.ball_vy = 0.0, 0.0, 0.0, 0.0
+            m.ball_age = NEVER
+            m.search = 0
+            m.taker = 0
+            for j in range(PLAYERS):
+                m.px[j], m.py[j] = 0.0, 0.0
+                m.age[j] = NEVER

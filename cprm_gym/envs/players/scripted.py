@@ -1,0 +1,119 @@
+"""Scripted players: teams of three strengths and the simplest opponents, for any player who is not controlled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...errors import UnknownName, unknown_name
+from ...simulator.senses import See
+from ...simulator.simulator import Simulator
+from ...simulator.state import PLAYERS, CommandKind, Stream
+from . import team_kernels
+from .memory import Memories
+
+STRENGTHS: Mapping[str, int] = {"weak": 0, "medium": 1, "strong": 2}
+"""Scripted teams by name."""
+SIMPLE = ("hold", "random", "chase")
+"""The simplest players: do nothing, act at random, run at the ball and kick it forward."""
+POLICIES = (*SIMPLE, *STRENGTHS)
+
+FORMATION = np.array(
+    [
+        (-50.0, 0.0), (-36.0, -6.0), (-36.0, 6.0), (-34.0, -18.0), (-34.0, 18.0), (-22.0, 0.0),
+        (-18.0, -12.0), (-18.0, 12.0), (-11.0, -22.0), (-11.0, 22.0), (-10.5, 0.0),
+    ]
+)  # fmt: skip
+"""(11, 2) places of the players 1 to 11 at a kick-off, metres in the own team's frame."""
+
+
+class ScriptedPlayers:
+    """The players of W worlds that no agent controls.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    policies : mapping of int to str
+        Object number 1..22 -> one of `POLICIES`.
+    counts : (int, int)
+        Players of the left and right side.
+
+    Raises
+    ------
+    UnknownName
+        For a policy or player that does not exist.
+    """
+
+    def __init__(self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int]) -> None:
+        for player, name in policies.items():
+            if name not in POLICIES:
+                raise unknown_name("scripted policy", name, POLICIES)
+            if not 1 <= player <= PLAYERS:
+                raise UnknownName(f"scripted player {player!r}: object numbers are 1 to {PLAYERS}")
+        self.simulator = simulator
+        self.policies = dict(policies)
+        self.counts = np.array(counts, np.int64)
+        thinking = [k - 1 for k, name in policies.items() if name in STRENGTHS or name == "chase"]
+        self._rows = np.array(thinking, np.int64)
+        self._strengths = np.array([STRENGTHS.get(policies[k + 1], 0) for k in thinking], np.int64)
+        self._chasers = np.array([k for k in thinking if policies[k + 1] == "chase"], np.int64)
+        self._random = np.array([k - 1 for k, name in policies.items() if name == "random"], np.int64)
+        active = np.zeros(PLAYERS, bool)
+        active[thinking] = True
+        self.memories = Memories(simulator, active) if thinking else None
+
+    @property
+    def needs_senses(self) -> bool:
+        """Whether anybody here looks."""
+        return self.memories is not None
+
+    def reset(self, worlds: np.ndarray) -> None:
+        """An episode begins in the given worlds."""
+        if self.memories is not None:
+            self.memories.forget(worlds)
+
+    def act(self, see: See, body: np.ndarray, commands: np.ndarray) -> None:
+        """Write the commands of this cycle.
+
+        Parameters
+        ----------
+        see, body
+            The percepts of the cycle.
+        commands : (W, 22) array of COMMAND
+            Those of the cycle before; the rows of the scripted players are overwritten.
+        """
+        if self.memories is not None:
+            self.memories.update(see, body, commands)
+            team_kernels.act(
+                self.simulator.world, self.memories.records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands
+            )
+        if len(self._random):
+            self._act_at_random(commands)
+
+    def _act_at_random(self, commands: np.ndarray) -> None:
+        rows = self._random
+        u = self.simulator.uniforms(None, 3 * len(rows), Stream.RESETS).reshape(-1, len(rows), 3)
+        kinds = np.array([CommandKind.DASH, CommandKind.TURN, CommandKind.KICK])
+        kind = kinds[(u[..., 0] * 3).astype(np.int64)]
+        commands["kind"][:, rows] = kind
+        commands["a"][:, rows] = np.where(kind == CommandKind.TURN, 360.0 * u[..., 1] - 180.0, 100.0 * u[..., 1])
+        commands["b"][:, rows] = 360.0 * u[..., 2] - 180.0
+
+
+def assign(default: str | Sequence[str] | Mapping[str, str], players: Sequence[int]) -> dict[int, str]:
+    """Policies of the given players from one name for all, or a mapping with the keys ``left`` and ``right``.
+
+    Raises
+    ------
+    UnknownName
+        For a policy or side that does not exist.
+    """
+    if isinstance(default, str):
+        return dict.fromkeys(players, default)
+    if isinstance(default, Mapping):
+        for side in default:
+            if side not in ("left", "right"):
+                raise UnknownName(f"opponents: unknown side {side!r}; allowed are left and right")
+        return {p: default.get("left" if p <= 11 else "right", "hold") for p in players}
+    return dict(zip(players, default))
