@@ -84,7 +84,12 @@ def steps() -> None:
     stepper = Stepper(Scene(30, 1), pair, engine="projection")
     losses: list[float] = []
     spent = median_ms(lambda k: losses.append(float(stepper(k).loss[0])), 100)
-    line("possession pair, projected, 30 bins", spent, 5.0, f"loss of a projection: mean {np.mean(losses):.1e}, worst {np.max(losses):.1e} nats")
+    line(
+        "possession pair, projected, 30 bins",
+        spent,
+        5.0,
+        f"loss of a projection: mean {np.mean(losses):.1e}, worst {np.max(losses):.1e} nats",
+    )
     for particles in (100, 1000, 10_000):
         stepper = Stepper(Scene(10, 0), Active(), engine="particles", particles=particles, seed=0)
         line(f"ball, 10 bins, {particles} particles", median_ms(stepper, 40))
@@ -169,7 +174,9 @@ def belief_of(result: Any, linked: Sequence[str]) -> dict[tuple[str, str], np.nd
     return belief
 
 
-def ask_pyagrum(cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]) -> Callable[[dict[str, int]], Any]:
+def ask_pyagrum(
+    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]
+) -> Callable[[dict[str, int]], Any]:
     """A function that gives all marginals, and the joints that are the next belief."""
     net = pyagrum.BayesNet()
     for child, _, table in cpds:
@@ -194,7 +201,9 @@ def ask_pyagrum(cpds: list[tuple[str, list[str], np.ndarray]], names: list[str],
     return step
 
 
-def ask_pgmpy(cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]) -> Callable[[dict[str, int]], Any]:
+def ask_pgmpy(
+    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]
+) -> Callable[[dict[str, int]], Any]:
     """The same with pgmpy's variable elimination, one query for each marginal and joint."""
     from pgmpy.factors.discrete import TabularCPD
     from pgmpy.inference import VariableElimination
@@ -219,8 +228,13 @@ def ask_pgmpy(cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], p
 def others() -> None:
     """The same step by pyAgrum and pgmpy, and that they agree."""
     print("\nthe same step by other engines (CPU ms, and how many times ours)")
-    cases = [("ball, 10 bins", 10, 0, 0), ("ball, 30 bins", 30, 0, 0), ("ball + 11, 3 attended, 10 bins", 10, 11, 3),
-             ("ball + 11, all attended, 10 bins", 10, 11, 11), ("ball + 11, all attended, 30 bins", 30, 11, 11)]
+    cases = [
+        ("ball, 10 bins", 10, 0, 0),
+        ("ball, 30 bins", 30, 0, 0),
+        ("ball + 11, 3 attended, 10 bins", 10, 11, 3),
+        ("ball + 11, all attended, 10 bins", 10, 11, 11),
+        ("ball + 11, all attended, 30 bins", 30, 11, 11),
+    ]
     for what, bins, opponents, attended in cases:
         scene = Scene(bins, opponents)
         active = Active(scene.opponents[:attended])
@@ -240,8 +254,11 @@ def others() -> None:
                 continue
             step = ask(cpds, scene.hidden(active), pairs)
             worst = max(float(np.abs(p - answers[n][0]).max()) for n, p in step(given[0]).items())
-            theirs = median_ms(lambda k, step=step: step(given[k % 8]), times)
-            print(f"{what:36s} {name:26s} {theirs:10.2f} ms  ours {ours:7.3f}  {theirs / ours:8.1f} times  (differ by {worst:.0e})", flush=True)
+            theirs = median_ms(lambda k, step=step, given=given: step(given[k % 8]), times)
+            print(
+                f"{what:36s} {name:26s} {theirs:10.2f} ms  ours {ours:7.3f}  {theirs / ours:8.1f} times  (differ by {worst:.0e})",
+                flush=True,
+            )
 
 
 def endurance() -> None:

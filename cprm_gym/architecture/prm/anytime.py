@@ -19,7 +19,7 @@ from cprm_gym.architecture.prm import smoothing
 from cprm_gym.architecture.prm.evidence import Readings
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, Outcome
 from cprm_gym.architecture.prm.particles import Estimate, ParticleEngine, Particles, _Step, count
-from cprm_gym.architecture.prm.projection import ProjectionEngine
+from cprm_gym.architecture.prm.projection import ProjectionEngine, project
 from cprm_gym.architecture.prm.transitions import Kind, Piece, PieceFactor, SliceInfo, Transition
 from cprm_gym.errors import CostError, ParameterError
 
@@ -134,7 +134,7 @@ class AnytimeEngine:
             if not chosen:
                 return None
             try:
-                belief, loss = self.factored.project(belief, chosen)
+                belief, loss = project(self.factored, belief, chosen)
             except CostError:
                 return None
             clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]

@@ -17,7 +17,7 @@ Dissertation sections 2.3.3 and 2.3.4; Murphy, Dynamic Bayesian Networks, 2002.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -29,6 +29,7 @@ from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, 
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, Outcome
 from cprm_gym.architecture.prm.grounding import Grounding, Situation
 from cprm_gym.architecture.prm.merging import replace_agents
+from cprm_gym.architecture.prm.projection import ProjectionEngine, given_clusters, project
 from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
@@ -44,11 +45,13 @@ class Grounds(Protocol):
 
 
 class Past(NamedTuple):
-    """What is remembered of a step: the belief before it, the slice, the readings."""
+    """What is remembered of a step: the belief before it, the slice, the readings, who began anew and the relations."""
 
     before: Any
     info: SliceInfo
     readings: Readings
+    fresh: np.ndarray
+    active: Any
 
 
 @dataclass(frozen=True)
@@ -294,7 +297,8 @@ class Filter:
         if outcome.impossible.any():
             impossible = outcome.impossible.copy()
             outcome = self._impossible(outcome, before, info, readings, active)
-        self._commit(outcome, Past(before, info, outcome.readings), active)
+        fresh = self._fresh | impossible if self.on_impossible == "restart" else self._fresh
+        self._commit(outcome, Past(before, info, outcome.readings, fresh, active), active)
         self.impossible_count += impossible
         return Result(outcome, self.step_count - 1, self.log_likelihood.copy(), self.exact, impossible)
 
@@ -314,20 +318,20 @@ class Filter:
             raise ParameterError(f"`steps` is at least 1, got {steps!r}")
         kept = self.snapshot()
         given = dict(inputs or {})
-        relations = self._active if active is None else active
+        relations, objects = self._active if active is None else active, None
+        if isinstance(self._active, Situation):  # what was new in the last step is not new again
+            objects = self._active.objects
+            relations = self._active.relations if active is None else active
         try:
             for _ in range(steps):
-                if isinstance(relations, Situation):
-                    relations = self.grounding.situation(relations.relations, relations.objects, self._active or None)  # type: ignore[attr-defined]
-                else:
-                    relations = self._situation(relations, None)
-                ground = self._ground(relations, self.step_count == 0)
+                situation = self._situation(relations, objects)
+                ground = self._ground(situation, self.step_count == 0)
                 last = self._history[-1] if self._history else None
                 known = dict(given)
                 for name in ground.inputs:
                     if name not in known and last is not None and name in last.info.row:
                         known[name] = last.readings.hard[last.info.row[name]]
-                result = self.step(known, active=relations)
+                result = self.step(known, active=situation)
         finally:
             self.restore(kept)
         return result
@@ -346,6 +350,8 @@ class Filter:
             Names of the variables that will be observed matter, not their values. By default those that were observed in the
             last step.
         """
+        if not hasattr(self.engine, "cost"):
+            raise ParameterError(f"engine {self.engine.name!r} has no plans whose cost could be told")
         info = self._info(self._ground(self._situation(active, None), self.step_count == 0))
         if evidence is not None:
             readings = self._read(info, evidence, None, checked=False)
@@ -358,15 +364,17 @@ class Filter:
                     if name in last.info.row:
                         hard[row] = np.minimum(last.readings.hard[last.info.row[name]], info.cards[row] - 1)
             readings = Readings(hard, {})
-        while True:
+        before = self.belief
+        for _ in range(1 + 2 * len(info.names)):
             try:
-                transition = self.engine.transition(self.belief, info, readings)
+                transition = self.engine.transition(before, info, readings)
             except NeedsVariable as need:
-                self._keep(need)
-                info = self._info(info.slice)
+                before, info = self._again_with(need, info)
+                readings = readings.extended(len(info.names))
                 continue
             found: list[ComponentCost] = self.engine.cost(transition, self.width)
             return found
+        raise ModelError("the belief cannot be kept in a form that the next slice needs")
 
     def jeffrey(self, targets: Mapping[str, Any]) -> dict[str, np.ndarray]:
         """Likelihood vectors that turn the predicted marginals into the given ones, one variable at a time.
@@ -392,10 +400,36 @@ class Filter:
             found[name] = np.divide(q, predicted[name], out=np.zeros(q.shape), where=predicted[name] > 0)
         return found
 
+    def project(self, clusters: Sequence[Sequence[str]]) -> np.ndarray:
+        """Replace the belief by the product of its clusters' marginals, now.
+
+        Parameters
+        ----------
+        clusters : sequence of sequences of str
+            Disjoint. Variables that are in none, but depend on some that are, become clusters of their own.
+
+        Returns
+        -------
+        (W,) float array
+            The loss: Kullback-Leibler divergence from the belief to the product, nats; 0 where nothing depended.
+        """
+        if not isinstance(self.belief, Belief):
+            raise ParameterError(f"`project` needs a belief of factors; the engine {self.engine.name!r} keeps particles")
+        known = {name for name, _ in self.belief.layout.variables()}
+        for name in (n for c in clusters for n in c):
+            if name not in known:
+                raise ModelError(f"`project`: {name!r} is not a hidden variable of the belief.{did_you_mean(name, known)}")
+        belief, loss = project(getattr(self.engine, "factored", self.engine), self.belief, given_clusters(self.belief, clusters))
+        self.exact = self.exact and belief is self.belief
+        self.belief = belief
+        return loss
+
     # ------------------------------------------------------------------------------------------------- the window
 
     def smooth(self) -> list[smoothing.Smoothed]:
         """Posteriors of the slices of the window given all their readings, the oldest slice first.
+
+        The window never reaches back over a step in which some agents began anew while others went on.
 
         Returns
         -------
@@ -434,16 +468,27 @@ class Filter:
         """
         if not self._history:
             raise ParameterError("nothing to sample from: the filter has made no step")
+        if not isinstance(self.belief, Belief):
+            raise ParameterError("the belief is samples already: particles are in `filter.belief`")
         return smoothing.sample_belief(self.belief, self.width, count, np.random.default_rng(seed))
 
     def _need_window(self, what: str) -> None:
         if not self.window:
             raise ParameterError(f"`{what}` needs a filter with `window` of at least 1")
-        if not isinstance(self.belief, Belief):
-            raise ParameterError(f"`{what}` needs a belief of factors; this engine keeps {type(self.belief).__name__}")
+        if not all(isinstance(past.before, Belief) for past in self._history):
+            raise ParameterError(f"`{what}` needs a belief of factors; the engine {self.engine.name!r} kept particles")
+        if not self._window():
+            raise ParameterError(f"`{what}` needs a step in which all agents went on")
 
     def _window(self) -> list[smoothing.Slice]:
-        return [smoothing.Slice(past.before, past.info, past.readings) for past in self._history]
+        """The slices of the window since the last step in which only some agents began anew."""
+        slices: list[smoothing.Slice] = []
+        for past in self._history:
+            if past.fresh.any():
+                slices.clear()
+            else:
+                slices.append(smoothing.Slice(past.before, past.info, past.readings))
+        return slices
 
     # ------------------------------------------------------------------------------------------------- inside
 
@@ -497,17 +542,22 @@ class Filter:
             try:
                 return self.engine.advance(before, info, readings), before, info
             except NeedsVariable as need:
-                if not self._history:
-                    raise ModelError(f"{need.name!r} of the previous slice is needed, but there is none") from None
-                self._keep(need)
-                info = self._info(info.slice)
+                before, info = self._again_with(need, info)
                 readings = readings.extended(len(info.names))
-                past = self._history[-1]
-                again = past._replace(info=self._info(past.info.slice))
-                outcome = self.engine.advance(past.before, again.info, past.readings)
-                before = outcome.belief
-                self._history[-1] = again
         raise ModelError("the belief cannot be kept in a form that the next slice needs")
+
+    def _again_with(self, need: NeedsVariable, info: SliceInfo) -> tuple[Any, SliceInfo]:
+        """Do the last step again with a variable kept: the belief after it, and the slice that needs it."""
+        if not self._history:
+            raise ModelError(f"{need.name!r} of the previous slice is needed, but there is none") from None
+        self._keep(need)
+        past = self._history[-1]
+        again = past._replace(info=self._info(past.info.slice))
+        outcome = self.engine.advance(past.before, again.info, past.readings)
+        if past.fresh.any():
+            outcome = self._begin_anew(outcome, past.readings, past.fresh, past.active)
+        self._history[-1] = again
+        return outcome.belief, self._info(info.slice)
 
     def _keep(self, need: NeedsVariable) -> None:
         """Keep a kind of variable in the belief from now on."""
@@ -589,8 +639,6 @@ def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, 
         _no_options(engine, options)
         return ExactEngine(memory_limit)
     if engine == "projection":
-        from cprm_gym.architecture.prm.projection import ProjectionEngine
-
         return ProjectionEngine(memory_limit=memory_limit, **options)
     if engine == "particles":
         from cprm_gym.architecture.prm.particles import ParticleEngine

@@ -93,66 +93,10 @@ class ProjectionEngine(ExactEngine):
         chosen = self.choice(belief, info, transition)
         if not chosen:
             return super().advance(belief, info, readings, status)
-        projected, loss = self.project(belief, chosen)
+        projected, loss = project(self, belief, chosen)
         outcome = super().advance(projected, info, readings, status)
         clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
         return replace(outcome, loss=outcome.loss + loss, report={**outcome.report, "clusters": clusters})
-
-    def project(self, belief: Belief, chosen: dict[int, Choice]) -> tuple[Belief, np.ndarray]:
-        """A belief with some pieces replaced by products of clusters.
-
-        Parameters
-        ----------
-        belief : Belief
-        chosen : dict of int to Choice
-            Pieces and the clusters that their variables are divided into; other variables are summed out first.
-
-        Returns
-        -------
-        belief : Belief
-        loss : (W,) float array
-            Kullback-Leibler divergence, nats; an upper bound where there are loose variables.
-        """
-        layout, width = belief.layout, belief.hard.shape[1]
-        info = layout.info
-        assert info is not None
-        pieces: list[Piece] = []
-        messages = list(belief.messages)
-        widths, counts = list(layout.widths), list(layout.counts)
-        loss = np.zeros(width)
-        none = np.zeros((1, 0, 3), np.int64)
-        for i, piece in enumerate(layout.pieces):
-            if i not in chosen:
-                pieces.append(piece)
-                continue
-            nodes = tuple(dict.fromkeys(v for f in piece.factors for v in f.scope))
-            number = {v: k for k, v in enumerate(nodes)}
-            start = piece.columns.start
-            kept = {v for c in chosen[i].clusters for v in c} | set(chosen[i].loose)
-            spec = PlanSpec(
-                tuple(int(info.cards[info.row[name]]) for name, _ in nodes),
-                tuple(v not in kept for v in nodes),
-                tuple(MessageFactor(tuple(number[v] for v in f.scope), f.column - start) for f in piece.factors),
-                0,
-                tuple(tuple(number[v] for v in c) for c in chosen[i].clusters),
-            )
-            plan = self.compiler.plan(spec)
-            if plan.cost.bytes > self.memory_limit:
-                names = ", ".join(sorted(n for n, _ in nodes)[:12])
-                raise CostError(f"projecting the belief about {names} needs {plan.cost.bytes / 2**30:.2f} GiB")
-            rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width, piece.columns]
-            message, _, _, losses = plan.run(
-                np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((width, 0)), none
-            )
-            loss += np.maximum(losses[:, 0], 0.0)
-            for factors in plan.pieces:
-                named = tuple(PieceFactor(tuple(nodes[v] for v in f.scope), f.column, f.size) for f in factors)
-                pieces.append(Piece(len(messages), 0, named))
-            messages.append(message)
-            widths.append(plan.message_size)
-            counts.append(1)
-        made = self.compiler.layout(tuple(pieces), tuple(widths), tuple(counts), layout.held, info)
-        return Belief(made, tuple(messages), belief.hard), loss
 
     # ------------------------------------------------------------------------------------------------- choosing
 
@@ -165,40 +109,27 @@ class ProjectionEngine(ExactEngine):
         """Pieces to project before this step, and their clusters."""
         layout = belief.layout
         if self.given is not None:
-            return {i: c for i, piece in enumerate(layout.pieces) if len((c := self._given(piece)).clusters) > 1}
+            return given_clusters(belief, self.given)
         chosen: dict[int, Choice] = {}
         place = layout.variables()
         for group in transition.groups:
             if group.plan.cost.flops <= self.max_flops and group.plan.cost.bytes <= self.memory_limit:
                 continue
-            for b, nodes in enumerate(group.members):
+            for nodes in group.members:
                 past = [(name, 0 if lag == 1 else lag) for name, lag in nodes if lag != 0]
                 inside = sorted({place[v] for v in past if v in place})
                 if inside:
                     scopes = [tuple(nodes[v] for v in scope) for scope in _table_scopes(group.plan.spec)]
                     cards = dict(zip(nodes, group.plan.spec.cards))
                     chosen.update(self._by_information(belief, inside, scopes, cards, info))
-                del b
         return chosen
-
-    def _given(self, piece: Piece) -> Choice:
-        """The given clusters, restricted to a piece; the rest one by one."""
-        assert self.given is not None
-        nodes = tuple(dict.fromkeys(v for f in piece.factors for v in f.scope))
-        of = {name: k for k, cluster in enumerate(self.given) for name in cluster}
-        parts: dict[object, list[Node]] = {}
-        for v in nodes:
-            parts.setdefault(of.get(v[0], v), []).append(v)
-        return Choice(tuple(tuple(c) for c in parts.values()))
 
     def _by_information(
         self, belief: Belief, inside: Iterable[int], scopes: Sequence[tuple[Node, ...]], cards: dict[Node, int], info: SliceInfo
     ) -> dict[int, Choice]:
         """Clusters of the pieces of one component, joined by mutual information while the step fits the budget."""
         needed = {(p, 0 if lag == 1 else lag) for cpd in info.slice.cpds for p, lag in cpd.parents if lag != 0}
-        pieces = {
-            i: lasting(belief.layout.pieces[i], needed, {v: cards[_past(v)] for v in home_nodes(belief, i)}) for i in inside
-        }
+        pieces = {i: lasting(belief.layout.pieces[i], needed, {v: cards[_past(v)] for v in home_nodes(belief, i)}) for i in inside}
         clusters = {v: frozenset([v]) for nodes in pieces.values() for v in nodes}
         home = {v: i for i, nodes in pieces.items() for v in nodes}
         shared = mutual_information(belief, pieces)
@@ -225,13 +156,79 @@ class ProjectionEngine(ExactEngine):
         for i, nodes in pieces.items():
             loose = tuple(v for v in nodes if v not in needed and v[1] == 0)
             parts = tuple(
-                tuple(v for v in nodes if v in part)
-                for part in dict.fromkeys(clusters[v] for v in nodes)
-                if not part <= set(loose)
+                tuple(v for v in nodes if v in part) for part in dict.fromkeys(clusters[v] for v in nodes) if not part <= set(loose)
             )
             if len(parts) > 1:
                 result[i] = Choice(parts, loose)
         return result
+
+
+def project(engine: ExactEngine, belief: Belief, chosen: dict[int, Choice]) -> tuple[Belief, np.ndarray]:
+    """A belief with some pieces replaced by products of clusters.
+
+    Parameters
+    ----------
+    belief : Belief
+    chosen : dict of int to Choice
+        Pieces and the clusters that their variables are divided into; other variables are summed out first.
+
+    Returns
+    -------
+    belief : Belief
+    loss : (W,) float array
+        Kullback-Leibler divergence, nats; an upper bound where there are loose variables.
+    """
+    layout, width = belief.layout, belief.hard.shape[1]
+    info = layout.info
+    assert info is not None
+    pieces: list[Piece] = []
+    messages = list(belief.messages)
+    widths, counts = list(layout.widths), list(layout.counts)
+    loss = np.zeros(width)
+    none = np.zeros((1, 0, 3), np.int64)
+    for i, piece in enumerate(layout.pieces):
+        if i not in chosen:
+            pieces.append(piece)
+            continue
+        nodes = tuple(dict.fromkeys(v for f in piece.factors for v in f.scope))
+        number = {v: k for k, v in enumerate(nodes)}
+        start = piece.columns.start
+        kept = {v for c in chosen[i].clusters for v in c} | set(chosen[i].loose)
+        spec = PlanSpec(
+            tuple(int(info.cards[info.row[name]]) for name, _ in nodes),
+            tuple(v not in kept for v in nodes),
+            tuple(MessageFactor(tuple(number[v] for v in f.scope), f.column - start) for f in piece.factors),
+            0,
+            tuple(tuple(number[v] for v in c) for c in chosen[i].clusters),
+        )
+        plan = engine.compiler.plan(spec)
+        if plan.cost.bytes > engine.memory_limit:
+            names = ", ".join(sorted(n for n, _ in nodes)[:12])
+            raise CostError(f"projecting the belief about {names} needs {plan.cost.bytes / 2**30:.2f} GiB")
+        rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width, piece.columns]
+        message, _, _, losses = plan.run(np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((width, 0)), none)
+        loss += np.maximum(losses[:, 0], 0.0)
+        for factors in plan.pieces:
+            named = tuple(PieceFactor(tuple(nodes[v] for v in f.scope), f.column, f.size) for f in factors)
+            pieces.append(Piece(len(messages), 0, named))
+        messages.append(message)
+        widths.append(plan.message_size)
+        counts.append(1)
+    made = engine.compiler.layout(tuple(pieces), tuple(widths), tuple(counts), layout.held, info)
+    return Belief(made, tuple(messages), belief.hard), loss
+
+
+def given_clusters(belief: Belief, clusters: Sequence[Sequence[str]]) -> dict[int, Choice]:
+    """How to project every piece with variables of two clusters or more; variables in no cluster are clusters of their own."""
+    of = {name: k for k, cluster in enumerate(clusters) for name in cluster}
+    chosen = {}
+    for i in range(len(belief.layout.pieces)):
+        parts: dict[object, list[Node]] = {}
+        for v in home_nodes(belief, i):
+            parts.setdefault(of.get(v[0], v), []).append(v)
+        if len(parts) > 1 and any(v[0] in of for v in home_nodes(belief, i)):
+            chosen[i] = Choice(tuple(tuple(c) for c in parts.values()))
+    return chosen
 
 
 def home_nodes(belief: Belief, i: int) -> tuple[Node, ...]:
@@ -249,9 +246,7 @@ def lasting(piece: Piece, needed: set[Node], cards: dict[Node, int], limit: floa
     gone: set[Node] = set()
     while True:
         price = {
-            v: prod(cards[u] for s in [frozenset().union(*(s for s in pool if v in s))] for u in s)
-            for v in nodes
-            if v not in needed | gone
+            v: prod(cards[u] for s in [frozenset().union(*(s for s in pool if v in s))] for u in s) for v in nodes if v not in needed | gone
         }
         cheap = [v for v in price if price[v] <= limit and v[1] == 0]
         if not cheap:

@@ -37,7 +37,7 @@ class RandomWorld:
                 self.cards[f"{o}.{a}"] = 2 if a == "seen" else card if self.like else int(rng.integers(2, 4))
         self.static = ("bias",) if static else ()
         self.inputs = ("turn",) if with_input else ()
-        self.cards.update({n: 2 for n in (*self.static, *self.inputs)})
+        self.cards.update(dict.fromkeys((*self.static, *self.inputs), 2))
         self.tables: dict[Any, np.ndarray] = {}
         self.slices: dict[Any, GroundSlice] = {}
 

@@ -7,7 +7,7 @@ import pytest
 from ball_world import scene as goalie_scene
 from inference_cases import Schedule, load
 from inference_scene import Active, Scene
-from inference_worlds import RandomWorld
+from inference_worlds import RandomWorld, table, unrolled_joint
 
 from cprm_gym.architecture.prm.filtering import Filter
 from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
@@ -430,11 +430,11 @@ def test_a_hundred_thousand_steps_lose_no_mass_and_do_not_slow_down_or_grow():
 
 def test_what_is_remembered_stays_bounded_when_names_come_and_go():
     card = ("0", "1")
-    table = np.array([[0.9, 0.1], [0.2, 0.8]])
+    chain = np.array([[0.9, 0.1], [0.2, 0.8]])
 
     def slice_of(names, old):
         variables = {n: GroundVariable(n, card) for n in names}
-        return GroundSlice(variables, tuple(GroundCPD(n, ((n, 1),) if n in old else (), table if n in old else table[0], 0) for n in names))
+        return GroundSlice(variables, tuple(GroundCPD(n, ((n, 1),) if n in old else (), chain if n in old else chain[0], 0) for n in names))
 
     filter_ = Filter(Fixed(slice_of(["a"], []), slice_of(["a"], ["a"])))
     filter_.step()
@@ -448,3 +448,152 @@ def test_what_is_remembered_stays_bounded_when_names_come_and_go():
     assert len(compiler.transitions) <= 512
     assert len(compiler.layouts) <= 512
     assert compiler.compiled < 10
+
+
+# ------------------------------------------------------------------------------------------------------ windows and beginnings
+
+
+def test_a_window_does_not_reach_back_over_agents_that_began_anew():
+    filter_ = umbrella(batch=2, window=10)
+    filter_.step(active="prior")
+    filter_.step({"umb": 1}, active="step")
+    filter_.reset([0])
+    filter_.step({"umb": 1}, active="step")
+    with pytest.raises(ParameterError, match="went on"):
+        filter_.smooth()
+    result = filter_.step({"umb": 0}, active="step")
+    smoothed = filter_.smooth()
+    assert len(smoothed) == 1
+    np.testing.assert_allclose(smoothed[0]["rain"], result["rain"], atol=1e-12)
+
+
+def test_the_last_step_is_done_again_with_the_agents_that_began_anew():
+    """A variable is found to be needed one step after some agents were reset."""
+    world = RandomWorld(3, static=False)
+    batch, alone = Filter(world, batch=2), [Filter(world), Filter(world)]
+    rng = np.random.default_rng(0)
+    names = [n for n in world.ground().variables if "obs" in n or n in world.inputs]
+    for t in range(5):
+        evidence = {n: rng.integers(0, 2, 2) for n in names}
+        if t == 3:
+            batch.reset([1])
+            alone[1].reset()
+            batch.engine.temporal = frozenset()
+            batch.engine.compiler.transitions.clear()
+            for info in batch._infos.values():
+                info._statuses.clear()
+        result = batch.step(evidence)
+        for w, one in enumerate(alone):
+            single = one.step({n: int(v[w]) for n, v in evidence.items()})
+            np.testing.assert_allclose(result["x1.p"][w], single["x1.p"][0], atol=1e-12)
+
+
+def test_a_belief_is_projected_on_demand_and_says_what_it_lost():
+    case = load("d07_entangle_min")
+    filter_ = Filter(Schedule(case))
+    for step, relations in list(zip(case["steps"], case["schedule"]))[:5]:
+        result = filter_.step(step["evidence"], active=relations)
+    joint = result.joint("A", "B")[0]
+    product = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
+    loss = filter_.project([("A",), ("B",)])
+    assert loss[0] == pytest.approx((joint * np.log(joint / product)).sum(), abs=1e-12)
+    result = filter_.step({}, active="off")
+    assert not result.exact
+    after = result.joint("A", "B")[0]
+    np.testing.assert_allclose(after, after.sum(axis=1, keepdims=True) * after.sum(axis=0, keepdims=True), atol=1e-14)
+    with pytest.raises(ModelError, match="'C'"):
+        filter_.project([("C",)])
+
+
+# ------------------------------------------------------------------------------------------------------ what couples what
+
+
+def test_possession_that_passes_on_entangles_both_players_through_the_ball():
+    """p has the ball, then q, then nobody: p and q are dependent, exactly as in the unrolled net."""
+    rng = np.random.default_rng(9)
+    names = {n: GroundVariable(n, ("0", "1", "2")) for n in ("b", "p", "q", "sb", "sp", "sq")}
+    tables = {k: table(rng, shape) for k, shape in {"prior": (3,), "move": (3, 3), "sense": (3, 3), "held": (3, 3, 3)}.items()}
+
+    def slice_of(active, first):
+        cpds = []
+        for n in "bpq":
+            parents = [] if first else [(n, 1)]
+            if n == "b" and active and not first:
+                parents.append((active, 0))
+            key = "prior" if first else "held" if len(parents) == 2 else "move"
+            cpds += [GroundCPD(n, tuple(parents), tables[key], key), GroundCPD(f"s{n}", ((n, 0),), tables["sense"], "sense")]
+        return GroundSlice(names, tuple(cpds))
+
+    made = {(a, f): slice_of(a, f) for a in ("", "p", "q") for f in (False, True)}
+
+    class Passing:
+        def ground(self, active="", first=False):
+            return made[active or "", first]
+
+    filter_ = Filter(Passing())
+    slices, hard = [], []
+    dependence = []
+    for t, active in enumerate(["", "", "p", "p", "q", "", ""]):
+        evidence = {f"s{n}": int(rng.integers(0, 3)) for n in "bpq" if rng.random() < 0.6}
+        slices.append(made[active, t == 0])
+        hard.append(evidence)
+        result = filter_.step(evidence, active=active)
+        joint = unrolled_joint(slices, hard, [{}] * 7, [("p", t), ("q", t)])
+        np.testing.assert_allclose(result.joint("p", "q")[0], joint / joint.sum(), atol=1e-12)
+        pq = joint / joint.sum()
+        dependence.append(np.abs(pq - pq.sum(axis=1, keepdims=True) * pq.sum(axis=0, keepdims=True)).max())
+    assert max(dependence[:4]) < 1e-12
+    assert min(dependence[4:]) > 1e-5
+
+
+def test_a_flag_that_depends_on_two_quantities_couples_all_four():
+    scene = Scene(3, opponents=0, coupled=True)
+    filter_ = Filter(scene, batch=2)
+    rng = np.random.default_rng(0)
+    slices, hard = [], [[], []]
+    for t in range(4):
+        evidence = scene.readings(rng, 2)
+        if t == 2:
+            evidence["b.seen"] = np.array([-1, 1])
+            evidence["b.obs_dist"] = np.array([2, -1])
+        slices.append(scene.ground(first=t == 0))
+        for w in range(2):
+            hard[w].append({n: int(v[w]) for n, v in evidence.items() if v[w] >= 0})
+        result = filter_.step(evidence)
+        for w in range(2):
+            keep = [(f"b.{x}", t) for x in ("dist", "dir", "vdist", "vdir")]
+            joint = unrolled_joint(slices, hard[w], [{}] * 4, keep)
+            np.testing.assert_allclose(result.joint("b.dist", "b.dir", "b.vdist", "b.vdir")[w], joint / joint.sum(), atol=1e-12)
+    assert filter_.cost()[0].largest >= 81
+
+
+def test_prediction_without_readings_keeps_apart_what_only_readings_would_couple():
+    scene = Scene(10, opponents=0)
+    filter_ = Filter(scene)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        filter_.step(scene.readings(rng))
+    assert max(c.largest for c in filter_.cost(evidence={})) == 100
+    filter_.step({})
+    assert max(c.largest for c in filter_.cost()) == 100
+
+
+def test_an_observed_variable_can_be_a_parent_in_the_next_slice():
+    """An action is observed now and moves the state later."""
+    rng = np.random.default_rng(4)
+    names = {n: GroundVariable(n, ("0", "1", "2")) for n in ("x", "a", "y")}
+    move, prior, sense = table(rng, (3, 3, 3)), table(rng, (3,)), table(rng, (3, 3))
+    common = (GroundCPD("a", (), prior, "a"), GroundCPD("y", (("x", 0),), sense, "y"))
+    first = GroundSlice(names, (GroundCPD("x", (), prior, "x0"), *common))
+    later = GroundSlice(names, (GroundCPD("x", (("x", 1), ("a", 1)), move, "x"), *common))
+    filter_ = Filter(Fixed(first, later), batch=2)
+    slices, hard = [], [[], []]
+    for t in range(5):
+        evidence = {"a": np.array([t % 3, -1 if t == 2 else 1]), "y": rng.integers(0, 3, 2)}
+        slices.append(first if t == 0 else later)
+        for w in range(2):
+            hard[w].append({n: int(v[w]) for n, v in evidence.items() if v[w] >= 0})
+        result = filter_.step(evidence)
+        for w in range(2):
+            joint = unrolled_joint(slices, hard[w], [{}] * 5, [("x", t)])
+            np.testing.assert_allclose(result["x"][w], joint / joint.sum(), atol=1e-12)

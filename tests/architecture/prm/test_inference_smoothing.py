@@ -9,9 +9,9 @@ import pytest
 from inference_cases import Schedule, load
 from inference_worlds import RandomWorld, table, unrolled_joint
 
+from cprm_gym.architecture.prm.factors import Factor
 from cprm_gym.architecture.prm.filtering import Filter
 from cprm_gym.architecture.prm.sampling import sample_factors
-from cprm_gym.architecture.prm.factors import Factor
 from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
 from cprm_gym.errors import ParameterError
 
