@@ -1,7 +1,7 @@
 """Byte code of expressions, run on a small stack.
 
 A program is an array of (operation, argument) pairs. Undefined is NaN: it passes through every operation, and only ``and``,
-``or`` and ``if`` can pass over it, exactly as in the interpreter.
+``or`` and ``if`` can pass over it, exactly as in the interpreter. Nothing is allocated, so numba's reference counts are off.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 
 from ...compilation import kernel_group
 
-kernel = kernel_group(__file__)
-inlined = kernel_group(__file__, no_cpython_wrapper=True, forceinline=True)
+kernel = kernel_group(__file__, _nrt=False)
+inlined = kernel_group(__file__, _nrt=False, no_cpython_wrapper=True, forceinline=True)
 
 NUMBER, LOAD = 0, 1
 NEG, NOT, ABS, SIGN, SQRT, EXP, LOG, FLOOR, CEIL, ROUND = 2, 3, 4, 5, 6, 7, 8, 9, 10, 11

@@ -2,6 +2,9 @@
 
 `cycle` runs the rule that stands in words at the top of this package. One copy is one row of every state array. Between calls
 the state arrays are all there is; the scratch arrays hold nothing of worth.
+
+Compiled without numba's reference counts (``_nrt=False``): nothing is allocated here, and counting the views of rows cost four
+times the work itself.
 """
 
 from __future__ import annotations
@@ -15,9 +18,9 @@ from ...compilation import kernel_group
 from ..expressions import kernels as expression_kernels
 
 _FILES = (__file__, Path(expression_kernels.__file__), Path(__file__).with_name("program.py"))
-kernel = kernel_group(*_FILES)
-inner = kernel_group(*_FILES, no_cpython_wrapper=True)  # called by other kernels only
-inlined = kernel_group(*_FILES, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
+kernel = kernel_group(*_FILES, _nrt=False)
+inner = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True)  # called by other kernels only
+inlined = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
 run, run_inlined = expression_kernels.run, expression_kernels.run_inlined
 
 OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers; FULL: no room left in the trace
@@ -231,7 +234,7 @@ def note_conflict(x, t, u):
         x.counts[CONFLICTS] += 1
 
 
-@inner
+@inlined
 def emit(p, s, out, w, t):
     """Send out the command of `t`, unless one of its group with at least its priority is out already."""
     tr = p.transitions[t]
@@ -256,7 +259,7 @@ def emit(p, s, out, w, t):
         out.value[w, p.parameters[i].target] = value
 
 
-@inner
+@inlined
 def record(s, x, w, t, timed):
     """Add a firing to the trace; False when there is no room."""
     i = x.counts[EVENTS]
@@ -272,7 +275,7 @@ def record(s, x, w, t, timed):
     return True
 
 
-@inner
+@inlined
 def move(p, s, x, w, t, timed):
     """Consume, produce, then set; between the first two, see whose clocks the missing tokens stop."""
     row = s.row[w]
@@ -304,7 +307,7 @@ def move(p, s, x, w, t, timed):
             row[p.arcs[i].place] = p.arcs[i].value
 
 
-@inner
+@inlined
 def fire(p, s, out, x, w, t):
     """Fire the enabled transition `t` of copy `w` and bring everything it may have changed up to date."""
     tr = p.transitions[t]
@@ -342,7 +345,7 @@ def fire(p, s, out, x, w, t):
     return OK
 
 
-@inner
+@inlined
 def next_immediate(p, s, x, w):
     """The enabled immediate transition that fires next, -1 for none."""
     first, last = p.options[0].immediate, p.options[0].immediate_end
@@ -367,7 +370,7 @@ def next_immediate(p, s, x, w):
     return chosen
 
 
-@inner
+@inlined
 def next_due(p, s, x, w):
     """The timed transition that is due next at this instant, -1 for none."""
     for i in range(p.options[0].timed, p.options[0].timed_end):
@@ -377,7 +380,7 @@ def next_due(p, s, x, w):
     return -1
 
 
-@inner
+@inlined
 def prepare(p, s, out, x, w):
     """The part of a cycle before the first firing: clocks advance, objects are selected, math is evaluated."""
     for k in range(s.clock.shape[1]):
@@ -403,7 +406,7 @@ def prepare(p, s, out, x, w):
     return OK
 
 
-@inner
+@inlined
 def advance(p, s, out, x, w):
     """One cycle of copy `w`, after its inputs and beliefs have been written."""
     status = prepare(p, s, out, x, w)
