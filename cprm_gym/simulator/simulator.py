@@ -220,6 +220,10 @@ class Simulator(Officials):
         self._run(landmark_kernels.landmarks_of_worlds, *out)
         return out
 
+    def _bytes(self) -> npt.NDArray[np.uint8]:
+        """The worlds as rows of bytes: much faster to copy than records field by field."""
+        return self.world.view("u1").reshape(self.worlds, -1)
+
     def _run(self, kernel: Any, *arguments: Any) -> None:
         """Call a kernel over ranges of worlds, one range per thread."""
         if self._pool is None or self.worlds == 1:
@@ -254,7 +258,7 @@ class Simulator(Officials):
         keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.first_world)
         steps = self.world["steps"][chosen].copy() if seed is None else 0
         draws = self.world["draws"][chosen] + 1 if seed is None else 0
-        self.world[chosen] = self._start
+        self._bytes()[chosen] = self._start.reshape(1).view("u1")
         self.world["key"][chosen], self.world["steps"][chosen], self.world["draws"][chosen] = keys, steps, draws
         draw_wind(self.world, self.parameters, chosen)
 
@@ -292,7 +296,8 @@ class Simulator(Officials):
 
     def snapshot(self) -> npt.NDArray[Any]:
         """A copy of every world, for `restore`."""
-        return self.world.copy()
+        copy: npt.NDArray[Any] = self._bytes().copy().view(WORLD)[:, 0]
+        return copy
 
     def restore(self, snapshot: npt.NDArray[Any], worlds: Worlds = None) -> None:
         """Go back to a snapshot.
@@ -312,7 +317,8 @@ class Simulator(Officials):
         chosen = self._indices(worlds)
         if getattr(snapshot, "dtype", None) != WORLD or np.size(snapshot) not in (1, len(chosen)):
             raise ParameterError(f"`snapshot` takes 1 or {len(chosen)} records of dtype WORLD, got {_named(snapshot)}")
-        self.world[chosen] = np.ravel(snapshot)
+        records = np.ascontiguousarray(np.ravel(snapshot))
+        self._bytes()[chosen] = records.view("u1").reshape(len(records), -1)
 
     def state_hash(self, worlds: Worlds = None) -> str:
         """SHA-256 of everything that has happened in the chosen worlds: clocks, mode, score, objects, players.
