@@ -292,9 +292,22 @@ class Tracker:
         assert answer is not None
         return Posterior(answer.result, answer.situation, 1e3 * (time.perf_counter() - begun))
 
-    def cost(self, relations: Relations = (), objects: Iterable[str] | None = None) -> list[ComponentCost]:
-        """Bytes, operations and variables of each component of the next step, before it is run."""
-        return self.filter.cost(self.world.situation(relations, objects, self.situation))
+    def cost(
+        self,
+        relations: Relations = (),
+        objects: Iterable[str] | None = None,
+        evidence: Mapping[str, Any] | None = None,
+    ) -> list[ComponentCost]:
+        """Bytes, operations and variables of each component of the next step, before it is run.
+
+        Parameters
+        ----------
+        relations, objects
+            As for `step`.
+        evidence : mapping of str to value, optional
+            What will be observed (the values do not matter); default what was observed in the last step.
+        """
+        return self.filter.cost(self.world.situation(relations, objects, self.situation), evidence)
 
     def slice(self) -> GroundSlice:
         """The ground slice of the last step.
