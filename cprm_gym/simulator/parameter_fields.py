@@ -130,7 +130,7 @@ def parameter_set(kind: str) -> Callable[[type[T]], type[T]]:
                 raise ParameterError("; ".join(wrong))
 
         __init__.__doc__ = f"Every {kind} by name; what is not given has the default.\n\nRaises ParameterError."
-        cls.__init__ = __init__  # type: ignore[method-assign]
+        cls.__init__ = __init__  # type: ignore[method-assign, assignment]
         cls.__doc__ = f"{cls.__doc__ or ''}\n\nAttributes\n----------\n" + "\n".join(
             f"{f.name} : {f.type}{', ' + f.metadata['unit'] if f.metadata['unit'] else ''}\n"
             f"    {f.metadata['meaning']} (default {f.default!r}; {allowed(f)})."
@@ -226,7 +226,7 @@ class ParameterSet:
         ParameterError
             When a name is unknown or a value not allowed.
         """
-        plain = {}
+        plain: dict[str, Any] = {}
         for name, value in values.items():
             if name == "id":
                 continue

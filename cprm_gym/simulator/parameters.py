@@ -121,7 +121,9 @@ class ServerParameters(ParameterSet):
     max_back_tackle_power: float = real(0.0, "power", "power for a 180° tackle", since=12)
     tackle_rand_factor: float = real(2.0, "", "tackle noise = kick_rand times this", low=0, since=14)
     foul_detect_probability: float = real(0.5, "prob", "default type's detection probability", low=0, high=1, since=14)
-    red_card_probability: float = real(0.0, "prob", "probability that a detected foul draws a card (SIMULATOR.md 7.10)", low=0, high=1, since=15)
+    red_card_probability: float = real(
+        0.0, "prob", "probability that a detected foul draws a card (SIMULATOR.md 7.10)", low=0, high=1, since=15
+    )
     catchable_area_l: float = real(1.2, "m", "catch rectangle length", above=0)
     catchable_area_w: float = real(1.0, "m", "catch rectangle width", above=0)
     catch_probability: float = real(1.0, "prob", "success probability in the reliable part", low=0, high=1)

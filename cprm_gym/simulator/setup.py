@@ -105,7 +105,7 @@ def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], first: int = 0) -> np
 
 
 def _is_seed(seed: Any) -> bool:
-    return isinstance(seed, (int, np.integer)) and not isinstance(seed, (bool, np.bool_)) and seed >= 0
+    return isinstance(seed, (int, np.integer)) and not isinstance(seed, (bool, np.bool_)) and int(seed) >= 0
 
 
 def draw_wind(world: npt.NDArray[Any], parameters: ServerParameters, chosen: npt.NDArray[np.int64]) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -231,8 +233,8 @@ class Simulator(Officials):
             return
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
         tasks = [
-            self._pool.submit(kernel, self.world, self.packed, *arguments, start, stop)
-            for start, stop in zip(bounds[:-1], bounds[1:])
+            self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop))
+            for start, stop in pairwise(bounds)
         ]
         for task in tasks:
             task.result()

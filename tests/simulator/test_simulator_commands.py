@@ -197,7 +197,7 @@ def test_two_kicks_add_up_to_the_acceleration_cap():
 
 def test_only_the_first_body_command_of_a_cycle_counts():
     simulator = quiet_world()
-    for command in (record_of(TURN, 30), record_of(TURN, 50), record_of(DASH, 100), record_of(KICK, 100), record_of(LEGS, 100, 0, 100, 0)):
+    for command in (record_of(TURN, 30), record_of(TURN, 50), record_of(DASH, 100), record_of(KICK, 100)):
         simulator.command_phase(0, 1, command)
     simulator.advance()
     assert simulator.world["body"][0, 0] * R2D == pytest.approx(30)
@@ -248,7 +248,9 @@ def test_a_successful_intentional_foul_does_not_freeze_the_tackler():
     assert count(simulator, Count.TURN) == 1
 
 
-@pytest.mark.parametrize("mode", [PlayMode.before_kick_off, PlayMode.time_over, PlayMode.offside_l, PlayMode.goal_r, PlayMode.illegal_defense_l])
+@pytest.mark.parametrize(
+    "mode", [PlayMode.before_kick_off, PlayMode.time_over, PlayMode.offside_l, PlayMode.goal_r, PlayMode.illegal_defense_l]
+)
 def test_kicks_have_no_effect_in_dead_modes(mode):
     simulator = quiet_world(mode=mode)
     put(simulator, 0, 0.6, 0)
@@ -427,7 +429,8 @@ def test_commands_of_a_wrong_kind_are_refused(wrong):
 
 
 @pytest.mark.parametrize(
-    ("world", "player", "named"), [(1, 1, "`world`"), (-1, 1, "`world`"), (0, 0, "`player`"), (0, 23, "`player`"), (0, 1.0, "`player`"), (True, 1, "`world`")]
+    ("world", "player", "named"),
+    [(1, 1, "`world`"), (-1, 1, "`world`"), (0, 0, "`player`"), (0, 23, "`player`"), (0, 1.0, "`player`"), (True, 1, "`world`")],
 )
 def test_a_world_or_player_that_does_not_exist_is_refused(world, player, named):
     with pytest.raises(CommandError, match=named):

@@ -18,8 +18,8 @@ TYPES = PlayerParameters(random_seed=3)
 def commands_for(worlds, rng):
     """Commands of a lively game: mostly dashes, then turns and kicks, now and then the rest."""
     commands = no_commands(worlds, 22)
-    kinds = [CommandKind.DASH, CommandKind.TURN, CommandKind.KICK, CommandKind.TACKLE, CommandKind.CATCH, CommandKind.MOVE, CommandKind.DASH_LEGS]
-    commands["kind"] = rng.choice(kinds, (worlds, 22), p=[0.5, 0.12, 0.25, 0.03, 0.03, 0.02, 0.05])
+    shares = {"DASH": 0.5, "TURN": 0.12, "KICK": 0.25, "TACKLE": 0.03, "CATCH": 0.03, "MOVE": 0.02, "DASH_LEGS": 0.05}
+    commands["kind"] = rng.choice([CommandKind[name] for name in shares], (worlds, 22), p=list(shares.values()))
     for name, low, high in (("a", -50, 100), ("b", -180, 180), ("c", 0, 100), ("d", -180, 180), ("turn_neck", -90, 90)):
         commands[name] = rng.uniform(low, high, (worlds, 22))
     return commands

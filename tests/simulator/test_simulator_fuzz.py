@@ -12,7 +12,10 @@ from cprm_gym.simulator.state import COMMAND, WORLD, PlayMode
 
 WILD = np.array([0.0, -0.0, 1.0, -1.0, 50.0, 100.0, -100.0, 180.0, 1e3, 1e18, -1e300, 1e308, 5e-324, np.nan, np.inf, -np.inf])
 REALS = [name for name in WORLD.names if WORLD[name].base.kind == "f"]
-FIELDS = [name for name in COMMAND.names]
+FIELDS = COMMAND.names
+CODES = {
+    "kind": 8, "view_width": 4, "view_quality": 3, "attention_side": 4, "attention_unum": 12, "say_length": 12, "say": 256
+}
 
 
 def wild_commands(worlds, rng, valid):
@@ -24,8 +27,7 @@ def wild_commands(worlds, rng, valid):
             ordinary = rng.uniform(-200, 200, field.shape)
             field[...] = np.where(rng.random(field.shape) < 0.25, rng.choice(WILD, field.shape), ordinary)
         elif valid:
-            high = {"kind": 8, "view_width": 4, "view_quality": 3, "attention_side": 4, "attention_unum": 12, "say_length": 12, "say": 256}[name]
-            field[...] = rng.integers(0, high, field.shape)
+            field[...] = rng.integers(0, CODES[name], field.shape)
         else:
             field[...] = rng.integers(0, 256, field.shape).astype(np.uint8).view(field.dtype)
     return commands

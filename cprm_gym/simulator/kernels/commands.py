@@ -15,7 +15,6 @@ from cprm_gym.simulator.kernels.audio import say
 from cprm_gym.simulator.kernels.contacts import resolve_collisions
 from cprm_gym.simulator.kernels.geometry import (
     D2R,
-    EPS,
     clip,
     direction,
     is_kickable,
