@@ -89,11 +89,13 @@ def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., An
         files += path.glob("*.py") if path.is_dir() else [path]
     group = [file.resolve() for file in files]
     keys: dict[str, str] = {}
+    # numba's index does not tell the flags apart: a version without a way in from Python must not be loaded for Python to call
+    kind = "".join(f"-{name}" for name in sorted(flags) if flags[name])
 
     def decorate(function: Callable[..., Any]) -> Any:
         source = function.__code__.co_filename
         if source not in keys:
-            keys[source] = content_key(import_closure(Path(source).resolve(), group))
+            keys[source] = content_key(import_closure(Path(source).resolve(), group)) + kind
         previous = config.CACHE_DIR
         config.CACHE_DIR = str(cache_root() / "kernels" / keys[source])
         try:
