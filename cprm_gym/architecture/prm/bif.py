@@ -122,9 +122,7 @@ def need_static(ground: GroundSlice, what: str) -> None:
     for cpd in ground.cpds:
         for parent, lag in cpd.parents:
             if lag != SAME:
-                raise ModelError(
-                    f"{what} has no time: {cpd.child!r} has the parent {parent!r} in another slice; unroll the slices first"
-                )
+                raise ModelError(f"{what} has no time: {cpd.child!r} has the parent {parent!r} in another slice; unroll the slices first")
 
 
 def plain_names(names: Iterable[str]) -> list[str]:

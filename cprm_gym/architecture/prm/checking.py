@@ -291,9 +291,7 @@ class Checked:
             raise ModelError(f"{where}: parent {text!r} leads to one object; write {path!r} without the aggregate")
         return self._end_slot(parts, owner, text, lag, role, where, aggregate)
 
-    def _end_slot(
-        self, parts: list[str], owner: str, text: str, lag: int, role: str, where: str, aggregate: Aggregate | None
-    ) -> Slot:
+    def _end_slot(self, parts: list[str], owner: str, text: str, lag: int, role: str, where: str, aggregate: Aggregate | None) -> Slot:
         info, name = self._class(owner, where), parts[-1]
         found = info.attributes.get(name) or info.inputs.get(name)
         if found is None:

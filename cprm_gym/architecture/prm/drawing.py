@@ -153,9 +153,7 @@ class _Picture:
         (x1, y1), (x2, y2) = start, end
         length = math.hypot(x2 - x1, y2 - y1) or 1.0
         cx, cy = (x1 + x2) / 2 - bend * (y2 - y1) / length, (y1 + y2) / 2 + bend * (x2 - x1) / length
-        self.over.append(
-            f'<path class="{kind}" d="M{x1:.1f},{y1:.1f} Q{cx:.1f},{cy:.1f} {x2:.1f},{y2:.1f}" marker-end="url(#tip)"/>'
-        )
+        self.over.append(f'<path class="{kind}" d="M{x1:.1f},{y1:.1f} Q{cx:.1f},{cy:.1f} {x2:.1f},{y2:.1f}" marker-end="url(#tip)"/>')
 
     def svg(self, title: str) -> str:
         marker = (
@@ -210,9 +208,7 @@ def class_diagram_svg(model: Model) -> str:
     return picture.svg(f"classes of {model.name}")
 
 
-def _between(
-    picture: _Picture, kind: str, a: tuple[float, float, float, float], b: tuple[float, float, float, float], label: str
-) -> None:
+def _between(picture: _Picture, kind: str, a: tuple[float, float, float, float], b: tuple[float, float, float, float], label: str) -> None:
     """An arrow along the tops of two boxes, or a loop on one."""
     ax, ay, aw, _ = a
     bx, by, bw, _ = b

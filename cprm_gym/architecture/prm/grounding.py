@@ -76,9 +76,7 @@ class Grounding:
         For an unknown class, object or reference, with the nearest known name.
     """
 
-    def __init__(
-        self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None
-    ) -> None:
+    def __init__(self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None) -> None:
         self.model = model
         self.objects = dict(objects)
         self.where = f"model {model.name!r}"
@@ -310,9 +308,7 @@ def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
         for name, v in ground.variables.items():
             latest[name] = t
             full = f"{name}#{t}"
-            variables[full] = GroundVariable(
-                full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit
-            )
+            variables[full] = GroundVariable(full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit)
         inputs += [f"{name}#{t}" for name in ground.inputs]
         for cpd in ground.cpds:
             parents = []

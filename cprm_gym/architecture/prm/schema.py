@@ -359,9 +359,7 @@ class Model:
                     new[part] = cpd
             return replace(item, **new) if new else item
 
-        classes = tuple(
-            replace(c, attributes=tuple(changed(a, "class", c.name, a.name) for a in c.attributes)) for c in self.classes
-        )
+        classes = tuple(replace(c, attributes=tuple(changed(a, "class", c.name, a.name) for a in c.attributes)) for c in self.classes)
         relations = tuple(
             replace(
                 r,

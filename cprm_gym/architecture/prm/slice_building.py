@@ -183,9 +183,7 @@ class SliceBuilder:
             )
         return self._combine(mode, full, domain, context, atoms, bound)
 
-    def _combine(
-        self, mode: str, full: str, domain: Domain, context: Context, atoms: tuple[str, ...], bound: list[Bound]
-    ) -> Bound:
+    def _combine(self, mode: str, full: str, domain: Domain, context: Context, atoms: tuple[str, ...], bound: list[Bound]) -> Bound:
         union = tuple(dict.fromkeys(p for b in bound for p in b.parents))
         sizes = {p: size for b in bound for p, size in zip(b.parents, b.table.shape)}
         shape = (*(sizes[p] for p in union), len(domain))

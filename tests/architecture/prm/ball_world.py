@@ -38,9 +38,7 @@ def soccer(bins: int = 6, conflict: str = "exclusive") -> Model:
         ),
     )
     own = {a.name: a for a in thing.attributes}
-    moving = tuple(
-        Attribute(name, own[name].domain, cpd, parents, initial=own[name].cpd) for name, (parents, cpd) in motion().items()
-    )
+    moving = tuple(Attribute(name, own[name].domain, cpd, parents, initial=own[name].cpd) for name, (parents, cpd) in motion().items())
     ball = PRMClass("Ball", extends="Thing", attributes=moving)
     opponent = PRMClass("Opponent", extends="Thing", attributes=(Attribute("orient", Labels(("to", "left", "away", "right"))),))
     attended = Relation(
@@ -51,9 +49,7 @@ def soccer(bins: int = 6, conflict: str = "exclusive") -> Model:
     possesses = Relation(
         "possesses",
         {"o": "Opponent", "b": "Ball"},
-        attributes=(
-            Attribute("shoot", BOOL, Table({("*", "to"): (0.6, 0.4), ("*", "*"): (0.95, 0.05)}), parents=("o.dist", "o.orient")),
-        ),
+        attributes=(Attribute("shoot", BOOL, Table({("*", "to"): (0.6, 0.4), ("*", "*"): (0.95, 0.05)}), parents=("o.dist", "o.orient")),),
         changes=(
             Replace(
                 "b.dist",

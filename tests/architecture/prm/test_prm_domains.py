@@ -38,9 +38,7 @@ def test_bin_names_stay_distinct_when_edges_are_close():
     assert len(set(Bins((1.0000001, 1.0000002, 1.0000003)).states)) == 2
 
 
-@pytest.mark.parametrize(
-    ("value", "state"), [(0.0, 0), (1.99, 0), (2.0, 1), (9.9, 2), (10.0, 2), (3, 1), (np.float32(3), 1), ("2..5", 1)]
-)
+@pytest.mark.parametrize(("value", "state"), [(0.0, 0), (1.99, 0), (2.0, 1), (9.9, 2), (10.0, 2), (3, 1), (np.float32(3), 1), ("2..5", 1)])
 def test_a_number_falls_into_its_bin(value, state):
     assert state_index(DIST, value, "evidence") == state
 

@@ -201,11 +201,7 @@ def test_a_relation_attribute_with_a_previous_value_starts_from_its_initial_cpd(
     model = Model(
         "m",
         (PRMClass("A", (Attribute("x", BOOL),)),),
-        (
-            Relation(
-                "r", {"a": "A"}, attributes=(Attribute("will", BOOL, FLIP, parents=("prev.will",), initial=Prior((0.9, 0.1))),)
-            ),
-        ),
+        (Relation("r", {"a": "A"}, attributes=(Attribute("will", BOOL, FLIP, parents=("prev.will",), initial=Prior((0.9, 0.1))),)),),
     )
     world = Grounding(model, {"a": "A"})
     assert world.ground(["r(a)"], entering=["r(a)"]).by_child["r(a).will"].table.tolist() == [0.9, 0.1]

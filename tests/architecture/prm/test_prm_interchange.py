@@ -31,9 +31,7 @@ def same(a: GroundSlice, b: GroundSlice) -> None:
 @pytest.fixture(scope="module")
 def two_slices() -> GroundSlice:
     world = scene(4, 1)
-    return unroll(
-        [world.ground(first=True), world.ground(["attended(o1)", "possesses(o1,ball)"], entering=["possesses(o1,ball)"])]
-    )
+    return unroll([world.ground(first=True), world.ground(["attended(o1)", "possesses(o1,ball)"], entering=["possesses(o1,ball)"])])
 
 
 def test_a_net_written_as_bif_and_read_back_is_the_same(two_slices, tmp_path):

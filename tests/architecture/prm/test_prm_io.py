@@ -40,9 +40,7 @@ def everything() -> Model:
         (Reference("peers", "B", many=True),),
         (Input("act", Bins.linear(-1, 1, 3), default=0.0), Input("mode", ("go", "stop"), default="go")),
     )
-    count = Attribute(
-        "c", Labels(("few", "many")), Table({"0": (1.0, 0.0), "*": (0.1, 0.9)}), parents=(Count("peers.n", "yes", 2),)
-    )
+    count = Attribute("c", Labels(("few", "many")), Table({"0": (1.0, 0.0), "*": (0.1, 0.9)}), parents=(Count("peers.n", "yes", 2),))
     any_cause = Attribute(
         "d",
         BOOL,
@@ -73,9 +71,7 @@ def test_a_model_read_back_is_equal(model):
 
 def test_tables_are_read_back_to_the_last_bit():
     values = np.random.default_rng(1).dirichlet(np.ones(7), 5)
-    model = Model(
-        "m", (PRMClass("C", (Attribute("a", tuple("vwxyz")), Attribute("b", tuple("abcdefg"), Dense(values), parents=("a",)))),)
-    )
+    model = Model("m", (PRMClass("C", (Attribute("a", tuple("vwxyz")), Attribute("b", tuple("abcdefg"), Dense(values), parents=("a",)))),))
     again = io.from_json(io.to_json(model)).checked.classes["C"].rules["b"].main.table
     assert np.array_equal(again, values)
 
@@ -123,9 +119,7 @@ def test_a_text_that_is_no_model_is_refused_with_its_place(text, message):
 
 def test_a_model_that_is_wrong_is_refused_with_its_place():
     text = edited(lambda d: d["model"]["classes"][0]["attributes"][0]["domain"].update(edges=[3.0, 1.0]))
-    with pytest.raises(
-        ModelError, match=r"x.json: model.Model 'soccer'.classes\[0\].PRMClass 'Thing'.*edges of bins must increase"
-    ):
+    with pytest.raises(ModelError, match=r"x.json: model.Model 'soccer'.classes\[0\].PRMClass 'Thing'.*edges of bins must increase"):
         io.from_json(text, "x.json")
 
 

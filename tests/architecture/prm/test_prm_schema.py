@@ -178,9 +178,7 @@ def test_an_input_has_no_previous_value():
 
 def test_add_puts_new_parents_after_the_old_ones():
     ball = PRMClass("Ball", (Attribute("x", BOOL), Attribute("y", BOOL, Table({"*": (0.9, 0.1)}), parents=("x",))))
-    more = Relation(
-        "tracked", {"b": "Ball"}, (Add("b.y", ("prev.b.y",), Table({("yes", "*"): (0.1, 0.9), ("*", "*"): (0.9, 0.1)})),)
-    )
+    more = Relation("tracked", {"b": "Ball"}, (Add("b.y", ("prev.b.y",), Table({("yes", "*"): (0.1, 0.9), ("*", "*"): (0.9, 0.1)})),))
     rule = Model("m", (ball,), (more,)).checked.relations["tracked"].changes["b.y"].main
     assert [s.text for s in rule.parents] == ["b.x", "prev.b.y"]
     assert rule.table.shape == (2, 2, 2)
