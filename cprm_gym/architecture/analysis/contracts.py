@@ -214,7 +214,8 @@ def caller(flat: PetriNet, idle_interrupts: bool) -> tuple[list[Transition], dic
         Also interrupt while the module is not ongoing.
     """
     ports = flat.ports
-    assert ports.begin and ports.ongoing
+    assert ports.begin
+    assert ports.ongoing
     extra = {IDLE: 1, RUNNING: 0, **{_asked(i): 0 for i in ports.interrupts}}
     moves = [Transition("caller begins", (IDLE,), (RUNNING, ports.begin))]
     forget = {_asked(i): 0 for i in ports.interrupts}
@@ -269,7 +270,8 @@ class _Judge:
         self.flat, self.ports, self.k, self.space = flat, flat.ports, k, space
         tokens = space.markings
         column = space.system.place
-        assert self.ports.begin and self.ports.ongoing
+        assert self.ports.begin
+        assert self.ports.ongoing
         self.begin, self.ongoing = tokens[:, column(self.ports.begin)] > 0, tokens[:, column(self.ports.ongoing)] > 0
         self.outcomes = tokens[:, [column(o) for o in self.ports.outcomes]] > 0
         self.ends = self.outcomes.sum(axis=1)
@@ -316,7 +318,9 @@ class _Judge:
         skipped = self.running & ~self.ongoing & (self.ends > 0)
         greedy = self.settled & self.begin & self.ongoing
         return (
-            self.after("start", begun, not_yet, late, f"{self.ports.ongoing!r} is not marked in the instant in which {self.ports.begin!r} is")
+            self.after(
+                "start", begun, not_yet, late, f"{self.ports.ongoing!r} is not marked in the instant in which {self.ports.begin!r} is"
+            )
             or self.after("start", begun, not_yet, skipped, f"the module ends without ever marking {self.ports.ongoing!r}")
             or self.first("start", greedy, f"{self.ports.begin!r} is still marked")
             or self.verdict("start")
@@ -336,7 +340,13 @@ class _Judge:
             self.first("exclusive end", self.ends > 1, "two outcomes are marked")
             or self.first("exclusive end", ~self.running & (self.ends > 0), "an outcome comes although no run is on")
             or self.first("exclusive end", self.settled & (self.ends == 1) & self.ongoing, f"{ongoing!r} is still marked at the end")
-            or self.after("exclusive end", working, gone | self.ongoing, gone & self.settled & ~self.begin, f"{ongoing!r} is empty, but no outcome is marked")
+            or self.after(
+                "exclusive end",
+                working,
+                gone | self.ongoing,
+                gone & self.settled & ~self.begin,
+                f"{ongoing!r} is empty, but no outcome is marked",
+            )
             or self.verdict("exclusive end")
         )
 
@@ -385,8 +395,8 @@ class _Judge:
             answers = self.answers(i)
             good = [n for n, o in enumerate(self.ports.outcomes) if o in answers]
             allowed |= pending & self.outcomes[:, good].any(axis=1)
-        pending = np.array(list(asked.values())).any(axis=0)
-        wrong = np.flatnonzero(pending & (self.ends > 0) & ~allowed)
+        waiting = np.array(list(asked.values())).any(axis=0)
+        wrong = np.flatnonzero(waiting & (self.ends > 0) & ~allowed)
         if len(wrong):
             node = int(wrong[0])
             outcome = self.ports.outcomes[int(self.outcomes[node].argmax())]

@@ -14,17 +14,19 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from ...errors import NetError
 from ..expressions import Expression
 from ..petri import (
+    UNBOUNDED,
     Belief,
     CompiledNet,
     Continuous,
     Input,
-    Math,
     ObjectPlace,
     PetriNet,
     PlaceKind,
@@ -37,6 +39,8 @@ from .state_space import Budget, Graph, Progress
 from .system import FREE, KEEP, System, selected_places
 
 INFINITY = float("inf")
+Rows = list[list[tuple[Any, ...]]]
+"""Entries per transition."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ class Variable:
         low, high = self.cells[cell - 1]
         if low == -INFINITY:
             return 0.0 if high == INFINITY else high - 1.0
-        return low if high < INFINITY else low
+        return low
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +217,7 @@ class CycleSpace:
         chain.reverse()
         g = self.graph
         edges = []
-        for a, b in zip(chain, chain[1:]):
+        for a, b in pairwise(chain):
             low, high = g.offsets[a], g.offsets[a + 1]
             edges.append(int(low + np.flatnonzero(g.targets[low:high] == b)[0]))
         return edges
@@ -261,31 +265,11 @@ def timed_system(
         For nets with several servers per transition, which this exploration does not follow.
     """
     c = net if isinstance(net, CompiledNet) else compile_net(net)
-    for t, servers in zip(c.net.transitions, c.servers):
-        if t.is_timed and servers != 1:
-            raise NetError(f"net {c.net.name!r}, transition {t.name!r}: analysis follows one clock per transition, it has {servers} servers")
+    limit = _check_size(c, limit)
     untimed = _discrete_part(c, outside, extra or {})
     variables, of_place = _variables(c, bounds or {})
     transitions = (*c.net.transitions, *outside)
-    n, own = len(transitions), c.n_transitions
-    guards: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    cells: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    takes: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    puts: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    sets: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    writes: list[list[tuple[int, ...]]] = [[] for _ in range(n)]
-    volatile = _volatile(c, of_place)
-    for t in range(n):
-        u = untimed
-        guards[t] = [(p, u.need[t, p], u.inhibit[t, p]) for p in np.flatnonzero((u.need[t] > 0) | (u.inhibit[t] != FREE))]
-        takes[t] = [(p, u.pre[t, p]) for p in np.flatnonzero(u.pre[t])]
-        puts[t] = [(p, u.post[t, p]) for p in np.flatnonzero((u.post[t] > 0) & (u.sets[t] == KEEP))]
-        sets[t] = [(p, u.sets[t, p]) for p in np.flatnonzero(u.sets[t] != KEEP)]
-        if t < own:
-            cells[t], writes[t] = _cell_arcs(transitions[t], variables, of_place)
-        touched = {u.places[p] for p in np.flatnonzero(u.incidence[t] | (u.sets[t] != KEEP))}
-        stale = sorted({x for name in touched for x in volatile.get(name, ())} - {w[0] for w in writes[t]})
-        writes[t] += [(x, -1) for x in stale]
+    own = c.n_transitions
     immediate = sorted((t for t in range(own) if c.delay[t] == 0), key=lambda t: (-c.priority[t], t))
     timed = sorted((t for t in range(own) if c.delay[t] > 0), key=lambda t: (-c.priority[t], t))
     ends = [k + 1 for k in range(len(immediate)) if k + 1 == len(immediate) or c.priority[immediate[k]] != c.priority[immediate[k + 1]]]
@@ -297,21 +281,81 @@ def timed_system(
     labels += ["end of cycle", "next cycle"]
     fixed = [v.fixed for v in variables]
     arrays = kernels.CycleNet(
-        len(untimed.places), len(variables), *_table(guards, 3), *_table(cells, 2), *_table(takes, 2), *_table(puts, 2),
-        *_table(sets, 2), *_table(writes, 2), _ints(immediate), _ints(ends), _ints(timed), c.delay[timed].astype(np.int64),
-        c.memory[timed].astype(np.int64), _ints(range(own, n)), _ints([len(v.cells) for v in variables]), _ints(first),
-        np.array([f > 0 for f in fixed], bool), len(labels) - 2, len(labels) - 1, c.net.semantics.persistence == "atomic",
-        limit,
-    )  # fmt: skip
+        **_arc_tables(c, untimed, transitions, variables, of_place),
+        n_places=len(untimed.places),
+        n_cells=len(variables),
+        immediate=_ints(immediate),
+        group_end=_ints(ends),
+        timed=_ints(timed),
+        delay=c.delay[timed].astype(np.int64),
+        memory=c.memory[timed].astype(np.int64),
+        outside=_ints(range(own, len(transitions))),
+        cells=_ints([len(v.cells) for v in variables]),
+        first_label=_ints(first),
+        fixed=np.array([f > 0 for f in fixed], bool),
+        end_label=len(labels) - 2,
+        tick_label=len(labels) - 1,
+        atomic=c.net.semantics.persistence == "atomic",
+        limit=limit,
+    )
     start = np.concatenate((untimed.marking, fixed, np.zeros(len(timed) + 1))).astype(np.int16)
     return TimedSystem(c, untimed.places, transitions, own, variables, tuple(labels), untimed, arrays, start)
+
+
+MOST = 15_000
+"""Most tokens, weights and cycles of delay that fit a node."""
+
+
+def _check_size(c: CompiledNet, limit: int) -> int:
+    """Refuse what a node cannot hold; the number of tokens beyond which a place counts as unbounded."""
+    for t, servers in zip(c.net.transitions, c.servers):
+        if t.is_timed and servers != 1:
+            raise NetError(
+                f"net {c.net.name!r}, transition {t.name!r}: analysis follows one clock per transition, it has {servers} servers"
+            )
+        if t.delay > MOST:
+            raise NetError(f"net {c.net.name!r}, transition {t.name!r}: analysis follows delays up to {MOST} cycles, it has {t.delay}")
+    discrete = c.kind == PlaceKind.DISCRETE
+    tokens = int(c.initial[discrete].max(initial=0))
+    weight = int(max(a.max(initial=0) for a in (c.pre, c.post, c.set_to)))
+    capacity = int(c.capacity[c.capacity < UNBOUNDED].max(initial=0))
+    most = max(tokens, weight, capacity)
+    if most > MOST:
+        raise NetError(f"net {c.net.name!r}: analysis with clocks follows up to {MOST} tokens in a place, it has {most}")
+    return min(max(limit, capacity, tokens + weight), MOST)
+
+
+def _arc_tables(
+    c: CompiledNet,
+    u: System,
+    transitions: tuple[Transition, ...],
+    variables: tuple[Variable, ...],
+    of_place: Mapping[str, int],
+) -> dict[str, Any]:
+    """The arcs of `CycleNet`, from `guard_start` to `write`, by field."""
+    volatile = _volatile(c, of_place)
+    guards, cells, takes, puts, sets, writes = tables = [Rows() for _ in range(6)]
+    for t, transition in enumerate(transitions):
+        guards.append([(p, u.need[t, p], u.inhibit[t, p]) for p in np.flatnonzero((u.need[t] > 0) | (u.inhibit[t] != FREE))])
+        takes.append([(p, u.pre[t, p]) for p in np.flatnonzero(u.pre[t])])
+        puts.append([(p, u.post[t, p]) for p in np.flatnonzero((u.post[t] > 0) & (u.sets[t] == KEEP))])
+        sets.append([(p, u.sets[t, p]) for p in np.flatnonzero(u.sets[t] != KEEP)])
+        masks, written = _cell_arcs(transition, variables, of_place) if t < c.n_transitions else ([], [])
+        cells.append(masks)
+        touched = {u.places[p] for p in np.flatnonzero((u.incidence[t] != 0) | (u.sets[t] != KEEP))}
+        stale = {x for name in touched for x in volatile.get(name, ())} - {w[0] for w in written}
+        writes.append([*written, *((x, -1) for x in sorted(stale))])
+    arrays: dict[str, Any] = {}
+    for name, rows, width in zip(("guard", "cell", "take", "put", "set", "write"), tables, (3, 2, 2, 2, 2, 2)):
+        arrays[f"{name}_start"], arrays[name] = _table(rows, width)
+    return arrays
 
 
 def _ints(values: object) -> np.ndarray:
     return np.array(list(values), np.int64)  # type: ignore[call-overload]
 
 
-def _table(rows: list[list[tuple[int, ...]]], width: int) -> tuple[np.ndarray, np.ndarray]:
+def _table(rows: Rows, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows per transition as start (T + 1,) and one array (., width)."""
     start = np.concatenate(([0], np.cumsum([len(r) for r in rows]))).astype(np.int64)
     flat = [entry for r in rows for entry in r]
@@ -380,7 +424,7 @@ def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tup
         low, high = _range(first, [bounds[n] for n in names if n in bounds])
         if len(edges) > 60:
             raise NetError(f"place {names[0]!r}: read at {len(edges) - 2} thresholds; analysis follows at most 58 per variable")
-        cells = tuple((a, b) for a, b in zip(edges, edges[1:]) if b > low and a <= high)
+        cells = tuple((a, b) for a, b in pairwise(edges) if b > low and a <= high)
         fixed = 0
         if isinstance(first, Continuous) and first.name not in c.net.ports.parameters:
             fixed = 1 + next(k for k, (a, b) in enumerate(cells) if a <= first.value < b)
@@ -476,9 +520,7 @@ def explore_cycles(
     reason, complete = "", False
     try:
         while not reason:
-            code = kernels.expand(
-                system.net, rows, parents, kinds, offsets, targets, labels, table, out, step, between, ties, state, chunk
-            )
+            code = kernels.expand(system.net, rows, parents, kinds, offsets, targets, labels, table, out, step, between, ties, state, chunk)
             seconds = time.monotonic() - began
             if code == kernels.DONE:
                 complete = True

@@ -229,9 +229,7 @@ def farkas(columns: list[Vector], max_rows: int) -> tuple[list[Vector], bool]:
     return [part for _, part, _ in rows], True
 
 
-def _minimal(
-    kept: list[tuple[Vector, Vector, int]], fresh: list[tuple[Vector, Vector, int]]
-) -> list[tuple[Vector, Vector, int]]:
+def _minimal(kept: list[tuple[Vector, Vector, int]], fresh: list[tuple[Vector, Vector, int]]) -> list[tuple[Vector, Vector, int]]:
     """Those of `fresh` whose support holds no other support."""
     chosen: list[tuple[Vector, Vector, int]] = []
     supports = [r[2] for r in kept]

@@ -114,7 +114,8 @@ def compile_words(system: System, layout: Layout, order: np.ndarray) -> PackedNe
     group = system.group[order]
     trigger_start, trigger = _triggers(system, order)
     field_of_bit = np.zeros(layout.words * 64, np.int64)
-    for p in range(p_count):
+    for place in range(p_count):
+        p = np.int64(place)
         begin = int(layout.word[p]) * 64 + int(layout.shift[p])
         field_of_bit[begin : begin + int(layout.bits[p]) + 1] = p
         if layout.bits[p] == 1 and begin + 1 < len(field_of_bit):

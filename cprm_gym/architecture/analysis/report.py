@@ -5,20 +5,22 @@ from __future__ import annotations
 import importlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...errors import LogError, did_you_mean
+from ...errors import LogError, NetError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.io import load_net
 from ..petri.pnml import read_pnml
 from .contracts import ContractReport, check_contract
+from .cycles import TimedSystem
 from .invariants import Invariants, flow_basis, semiflows, structural_bounds
 from .siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from .state_space import Budget, Progress
@@ -51,6 +53,8 @@ class Report:
         Commoner's condition for ordinary nets.
     contract : ContractReport or None
         For behaviour modules.
+    notes : tuple of str
+        What could not be looked at, and why.
     """
 
     name: str
@@ -65,6 +69,7 @@ class Report:
     traps: PlaceSets | None
     siphon_trap: Verdict
     contract: ContractReport | None
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As plain values, ready for ``json.dumps``."""
@@ -81,6 +86,7 @@ class Report:
             "traps": _sets(self.traps),
             "siphon_trap": self.siphon_trap.to_json(),
             "contract": self.contract.to_json() if self.contract else None,
+            "notes": list(self.notes),
         }
 
     def text(self) -> str:
@@ -96,6 +102,7 @@ class Report:
         parts.append(_invariant_table(self))
         if self.contract:
             parts.append(Text(str(self.contract)))
+        parts += [Text(f"note: {note}", style="yellow") for note in self.notes]
         return Group(*parts)
 
 
@@ -174,9 +181,9 @@ def analyze(
     compiled = compile_net(net)
     ports = compiled.net.ports
     is_module = bool(ports.begin and ports.ongoing and ports.outcomes)
-    closed = closed_system(compiled, bounds) if is_module and _followed(compiled) else None
-    system = closed.untimed if closed else System.from_net(compiled)
     own = System.from_net(compiled)
+    notes: list[str] = []
+    closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_cycles(compiled) else None
     p_flows, t_flows = (semiflows(own, "P"), semiflows(own, "T")) if minimal else (flow_basis(own, "P"), flow_basis(own, "T"))
     small = len(own.places) <= SIPHON_PLACES
     siphons = minimal_siphons(own, 500) if small else None
@@ -184,16 +191,26 @@ def analyze(
         name=net.name,
         places=len(own.places),
         transitions=len(own.transitions),
-        untimed=analyze_structure(system, budget, progress),
-        timed=analyze_cycles(compiled, budget, progress, bounds) if _needs_cycles(compiled) and _followed(compiled) else None,
+        untimed=analyze_structure(closed.untimed if closed and is_module else own, budget, progress),
+        timed=analyze_cycles(compiled, budget, progress, bounds) if closed else None,
         p_invariants=p_flows,
         t_invariants=t_flows,
         conservative=conservative(own),
         siphons=siphons,
         traps=minimal_traps(own, 500) if small else None,
         siphon_trap=_commoner(own, siphons),
-        contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and _followed(compiled) else None,
+        contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and closed else None,
+        notes=tuple(notes),
     )
+
+
+def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem | None:
+    """What `make` returns, or None with a note when the exploration with clocks cannot follow the net."""
+    try:
+        return make()
+    except NetError as error:
+        notes.append(f"not explored cycle by cycle: {error}")
+        return None
 
 
 def _needs_cycles(c: CompiledNet) -> bool:
@@ -202,15 +219,9 @@ def _needs_cycles(c: CompiledNet) -> bool:
     return bool(c.delay.any()) or priorities or not c.moved.all() or bool(c.source.modules)
 
 
-def _followed(c: CompiledNet) -> bool:
-    """Whether the exploration with clocks can follow the net: one clock per transition."""
-    return bool((c.servers[c.delay > 0] == 1).all())
-
-
 def conservative(system: System) -> Verdict:
     """Whether some positive weighting of all places never changes: then every place is bounded, whatever the initial marking."""
-    import numpy as np
-    from scipy.optimize import linprog
+    from scipy.optimize import linprog  # slow to import
 
     if (system.sets >= 0).any():
         return Verdict(None, "set arcs do not keep weighted sums")
@@ -235,13 +246,11 @@ def _exact_weights(system: System, weights: Any) -> Verdict:
     parts = [Fraction(float(w)).limit_denominator(10_000) for w in weights]
     scale = lcm(*(f.denominator for f in parts))
     whole = [int(f * scale) for f in parts]
-    kept = all(
-        sum(int(row[q]) * whole[q] for q in row.nonzero()[0]) == 0 for row in system.incidence
-    )
+    kept = all(sum(int(row[q]) * whole[q] for q in row.nonzero()[0]) == 0 for row in system.incidence)
     if not kept or min(whole) < 1:
         return Verdict(None, "a weighting was found, but could not be confirmed in whole numbers")
-    named = {name: w for name, w in zip(system.places, whole)}
-    return Verdict(True, "weights " + ", ".join(f"{n} {w}" for n, w in list(named.items())[:8]) + (" ..." if len(named) > 8 else ""))
+    shown = [f"{name} {w}" for name, w in zip(system.places, whole)]
+    return Verdict(True, "weights " + ", ".join(shown[:8]) + (" ..." if len(shown) > 8 else ""))
 
 
 def _commoner(system: System, siphons: PlaceSets | None) -> Verdict:
@@ -284,9 +293,15 @@ def _untimed_table(report: Report) -> Table:
         table.add_row("components", f"{s.sccs:,} strongly connected", f"{s.bottom_sccs:,} of them never left")
         table.add_row("home markings", f"{s.home_markings:,}", "")
     rows: list[tuple[str, Verdict | RunVerdict]] = [
-        ("bounded", s.bounded), ("one-safe", s.one_safe), ("deadlock-free", s.deadlock_free), ("every transition can fire", s.quasi_live),
-        ("live", s.live), ("reversible", s.reversible), ("conservative", report.conservative), ("siphons hold marked traps", report.siphon_trap),
-    ]  # fmt: skip
+        ("bounded", s.bounded),
+        ("one-safe", s.one_safe),
+        ("deadlock-free", s.deadlock_free),
+        ("every transition can fire", s.quasi_live),
+        ("live", s.live),
+        ("reversible", s.reversible),
+        ("conservative", report.conservative),
+        ("siphons hold marked traps", report.siphon_trap),
+    ]
     if s.soundness:
         rows += [
             (f"sound: option to complete ({s.soundness.source} to {s.soundness.sink})", s.soundness.option_to_complete),

@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -116,10 +117,10 @@ class StateSpace:
             chain.append(int(self.parents[chain[-1]]))
         chain.reverse()
         names = []
-        for a, b in zip(chain, chain[1:]):
+        for a, b in pairwise(chain):
             before, after = self.marking(a), self.marking(b)
             able = np.flatnonzero(self.system.enabled(before))
-            names.append(next(self.system.transitions[t] for t in able if np.array_equal(self.system.fire(t, before), after)))
+            names.append(next(self.system.transitions[t] for t in able if np.array_equal(self.system.fire(int(t), before), after)))
         sequence = tuple(names)
         self.system.run(sequence)
         return sequence
@@ -216,9 +217,7 @@ def explore(
     code = packed.CHUNK
     try:
         while True:
-            code = packed.expand(
-                space.net, space.words, space.parents, space.table, space.bits, fired, out, which, hashes, state, chunk
-            )
+            code = packed.expand(space.net, space.words, space.parents, space.table, space.bits, fired, out, which, hashes, state, chunk)
             space.n_states = int(state[1])
             space.seconds = time.monotonic() - began
             if code == packed.DONE:
@@ -257,8 +256,15 @@ def _start(system: System, layout: Layout) -> StateSpace:
     words = np.zeros((capacity, layout.words), np.uint64)
     words[0] = layout.pack(system.marking)
     space = StateSpace(
-        system, layout, compile_words(system, layout, order), order, words, np.zeros(capacity, np.uint32),
-        np.zeros(1 << int(bits), np.uint32), bits, n_states=1,
+        system,
+        layout,
+        compile_words(system, layout, order),
+        order,
+        words,
+        np.zeros(capacity, np.uint32),
+        np.zeros(1 << int(bits), np.uint32),
+        bits,
+        n_states=1,
     )
     packed.rehash(space.words, 1, space.table, space.bits)
     return space

@@ -230,7 +230,9 @@ def _bounded(space: StateSpace, stopped: str) -> Verdict:
     if space.pump is not None:
         prefix, repeat = space.pump
         space.system.run(prefix + repeat + repeat)
-        return Verdict(False, "a sequence adds tokens and can be repeated", prefix, space.system.describe(space.system.run(prefix)[-1]), repeat)
+        return Verdict(
+            False, "a sequence adds tokens and can be repeated", prefix, space.system.describe(space.system.run(prefix)[-1]), repeat
+        )
     return Verdict(None, stopped)
 
 

@@ -113,7 +113,7 @@ class System:
                 raise NetError(f"net {name!r}: `{what}` must have shape {(t_count, p_count)}, got {array.shape}")
         if marking.shape != (p_count,) or capacity.shape != (p_count,):
             raise NetError(f"net {name!r}: `marking` and `capacity` must have shape {(p_count,)}, got {marking.shape}, {capacity.shape}")
-        if min((a.min(initial=0) for a in (pre, post, test, inhibit, marking))) < 0:
+        if min(a.min(initial=0) for a in (pre, post, test, inhibit, marking)) < 0:
             raise NetError(f"net {name!r}: weights, thresholds and tokens must not be negative")
         places = tuple(f"p{i}" for i in range(p_count)) if places is None else tuple(places)
         transitions = tuple(f"t{i}" for i in range(t_count)) if transitions is None else tuple(transitions)

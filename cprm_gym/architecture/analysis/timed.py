@@ -154,9 +154,7 @@ class TimedStructure:
         return out
 
 
-def closed_system(
-    net: PetriNet | CompiledNet, bounds: Mapping[str, tuple[float, float]] | None = None, limit: int = 255
-) -> TimedSystem:
+def closed_system(net: PetriNet | CompiledNet, bounds: Mapping[str, tuple[float, float]] | None = None, limit: int = 255) -> TimedSystem:
     """The net with what its surroundings may do: a caller if it is a behaviour module, nothing but observations otherwise."""
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
     ports = compiled.net.ports

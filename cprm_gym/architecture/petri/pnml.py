@@ -37,8 +37,8 @@ MAX_DEPTH = 100
 
 _NET_TYPES = re.compile(r"^$|ptnet|P/T net|p/t net|place/transition|epnml|pt-?net|corenet|core(model)?$", re.IGNORECASE)
 _IGNORED = frozenset(
-    "name graphics toolspecific documentation comment description labels label token definition orientation arcpath tagged "
-    "infiniteServer rateDefinition finalmarkings variables".split()
+    ("name", "graphics", "toolspecific", "documentation", "comment", "description", "labels", "label", "token", "definition")
+    + ("orientation", "arcpath", "tagged", "infiniteServer", "rateDefinition", "finalmarkings", "variables")
 )
 _ARC_TYPES = {
     "normal": "normal",
@@ -138,9 +138,7 @@ def parse_xml(data: bytes | str, source: str) -> Node:
     return builder.root
 
 
-def read_pnml(
-    path: str | Path, *, net: str | None = None, rates: Literal["refuse", "plain"] = "refuse", block: bool = True
-) -> PetriNet:
+def read_pnml(path: str | Path, *, net: str | None = None, rates: Literal["refuse", "plain"] = "refuse", block: bool = True) -> PetriNet:
     """Read one net from a PNML file.
 
     Parameters
@@ -182,9 +180,7 @@ def parse_pnml(
     if net is not None:
         chosen = [n for n in nets if n.attributes.get("id") == net]
         if not chosen:
-            raise LogError(
-                f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}"
-            )
+            raise LogError(f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}")
         nets = chosen
     if len(nets) != 1:
         raise LogError(f"{source}: holds {len(nets)} nets, expected one; name one of {[n.attributes.get('id') for n in nets]}")
@@ -380,7 +376,7 @@ class _Reader:
     def resolve(self, node: Node, end: str) -> str:
         """The id that an end of an arc means, through reference nodes."""
         name = node.attributes.get(end, "")
-        seen = set()
+        seen: set[str] = set()
         while name in self.references:
             if name in seen:
                 raise self.refuse(self.references[name][1], f"refers to itself through {', '.join(sorted(seen))}")
@@ -435,12 +431,22 @@ class _Reader:
             transitions = []
             for key, t in self.transitions.items():
                 node = t.node
-                arcs = {
-                    kind: {names[p]: w for p, w in getattr(t, kind).items()}
-                    for kind in ("inputs", "outputs", "tests", "inhibitors", "sets")
-                }
+                inputs, outputs, tests, inhibitors, sets = (
+                    {names[p]: w for p, w in arcs.items()} for arcs in (t.inputs, t.outputs, t.tests, t.inhibitors, t.sets)
+                )
                 transitions.append(
-                    Transition(called[key], **arcs, delay=t.delay, priority=t.priority, weight=t.weight, set_wins=bool(t.sets))
+                    Transition(
+                        called[key],
+                        inputs,
+                        outputs,
+                        tests=tests,
+                        inhibitors=inhibitors,
+                        sets=sets,
+                        delay=t.delay,
+                        priority=t.priority,
+                        weight=t.weight,
+                        set_wins=bool(t.sets),
+                    )
                 )
             node = root
             title = self.name_of(root) if root.attributes.get("id") else "net"

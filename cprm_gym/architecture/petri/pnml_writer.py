@@ -26,8 +26,9 @@ from ...errors import LogError, NetError
 from .io import net_from_json, net_to_dict
 from .modules import flatten
 from .net import PetriNet
-from .places import Input, ObjectPlace, Place, Transition
+from .places import ObjectPlace, Place, Transition
 from .pnml import PTNET, TOOL, Node
+from .values import FrozenMap
 
 VERSION = "1"
 _KINDS = {
@@ -42,9 +43,7 @@ MAX_VARIANTS = 10_000
 """Most transitions that `expanded_net` writes for one transition with set arcs."""
 
 
-def write_pnml(
-    net: PetriNet, path: str | Path, *, expanded: bool = False, bounds: Mapping[str, int] | None = None
-) -> None:
+def write_pnml(net: PetriNet, path: str | Path, *, expanded: bool = False, bounds: Mapping[str, int] | None = None) -> None:
     """Write a net to a PNML file, all of it or nothing.
 
     Parameters
@@ -179,9 +178,7 @@ def _moved(flat: PetriNet) -> frozenset[str]:
     return frozenset(p.name for p in flat.places if isinstance(p, (Place, ObjectPlace)))
 
 
-def _arcs(
-    t: Transition, flat: PetriNet, place_id: Mapping[str, str], identifier: str, arcs: list[str], entries: list[str]
-) -> None:
+def _arcs(t: Transition, flat: PetriNet, place_id: Mapping[str, str], identifier: str, arcs: list[str], entries: list[str]) -> None:
     """Add the plain arcs of `t` to `arcs` and its other arcs to `entries`."""
     inputs, outputs, read = skeleton(t, _moved(flat))
     for name, weight in inputs.items():
@@ -326,19 +323,21 @@ def _with_entries(
         place, name = (names.get(node.attributes.get(end, ""), "") for end in ("place", "transition"))
         kind = node.attributes.get("type", "")
         if place not in known or name not in changed:
-            raise refuse(node, f"joins {node.attributes.get('place')!r} and {node.attributes.get('transition')!r}, which the net does not have")
+            raise refuse(
+                node, f"joins {node.attributes.get('place')!r} and {node.attributes.get('transition')!r}, which the net does not have"
+            )
         t = changed[name]
         try:
             value = int(node.attributes.get("value" if kind == "set" else "threshold", "1"))
             if kind == "inhibitor":
-                changed[name] = replace(t, inhibitors={**t.inhibitors, place: value})
+                changed[name] = replace(t, inhibitors=FrozenMap({**t.inhibitors, place: value}))
             elif kind == "set":
-                changed[name] = replace(t, sets={**t.sets, place: value}, set_wins=True)
+                changed[name] = replace(t, sets=FrozenMap({**t.sets, place: value}), set_wins=True)
             elif kind == "test":
                 weight = int(node.attributes.get("weight", "0"))
                 inputs, outputs = ({k: w - weight if k == place else w for k, w in arcs.items()} for arcs in (t.inputs, t.outputs))
                 inputs, outputs = ({k: w for k, w in arcs.items() if w} for arcs in (inputs, outputs))
-                changed[name] = replace(t, inputs=inputs, outputs=outputs, tests={**t.tests, place: value})
+                changed[name] = replace(t, inputs=FrozenMap(inputs), outputs=FrozenMap(outputs), tests=FrozenMap({**t.tests, place: value}))
             else:
                 raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")
         except (ValueError, NetError) as error:
@@ -346,7 +345,7 @@ def _with_entries(
                 raise
             raise refuse(node, str(error)) from None
     try:
-        places = (replace(p, capacity=capacities[p.name]) if p.name in capacities else p for p in plain.places)
+        places = (replace(p, capacity=capacities.get(p.name, p.capacity)) if isinstance(p, Place) else p for p in plain.places)
         return replace(plain, places=tuple(places), transitions=tuple(changed.values()))
     except NetError as error:
         raise refuse(block, str(error)) from None
@@ -398,9 +397,7 @@ def expanded_net(net: PetriNet, bounds: Mapping[str, int] | None = None) -> Petr
     return PetriNet(f"{net.name} expanded", tuple(places), tuple(transitions))
 
 
-def _variants(
-    t: Transition, limits: Mapping[str, int], complements: Mapping[str, str], free: set[str], weak: bool
-) -> list[Transition]:
+def _variants(t: Transition, limits: Mapping[str, int], complements: Mapping[str, str], free: set[str], weak: bool) -> list[Transition]:
     """The ordinary transitions that do together what `t` does."""
     touched = [n for n in dict.fromkeys((*t.inputs, *t.outputs, *t.tests, *t.inhibitors)) if n not in free and n not in t.sets]
     take: dict[str, int] = {}
@@ -436,8 +433,4 @@ def _allows(t: Transition, name: str, value: int, limit: int, weak: bool) -> boo
     """Whether `t` may fire while the place that it sets holds `value`."""
     consumed, produced = t.inputs.get(name, 0), t.outputs.get(name, 0)
     after = value + produced - (0 if weak else consumed)
-    return (
-        value >= max(consumed, t.tests.get(name, 0))
-        and value < t.inhibitors.get(name, limit + 1)
-        and (produced == 0 or after <= limit)
-    )
+    return value >= max(consumed, t.tests.get(name, 0)) and value < t.inhibitors.get(name, limit + 1) and (produced == 0 or after <= limit)

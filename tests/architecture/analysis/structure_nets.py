@@ -80,8 +80,8 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
         places += [Input("seen"), Belief("bearing", "ball.direction"), Math("off", f"bearing + {names[0]}")]
     transitions = []
     for k in range(draw.randint(2, 6)):
-        takes = {n: 1 for n in draw.sample(names, draw.randint(1, 2))}
-        gives = {n: 1 for n in draw.sample(names, draw.randint(0, 2))}
+        takes = dict.fromkeys(draw.sample(names, draw.randint(1, 2)), 1)
+        gives = dict.fromkeys(draw.sample(names, draw.randint(0, 2)), 1)
         tests, inhibitors, sets = {}, {}, {}
         if extended and draw.random() < 0.4:
             tests[draw.choice(names)] = draw.randint(1, capacity)
@@ -95,9 +95,17 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
         delay = draw.choice([0, 1, 2, 3]) if timed else 0
         transitions.append(
             Transition(
-                f"t{k}", takes, gives, tests=tests, inhibitors=inhibitors, sets=sets, delay=delay, set_wins=True,
-                priority=draw.choice([0, 0, 1]) if timed else 0, memory=draw.choice(["enabling", "age", "resampling"]),
-            )  # fmt: skip
+                f"t{k}",
+                takes,
+                gives,
+                tests=tests,
+                inhibitors=inhibitors,
+                sets=sets,
+                delay=delay,
+                set_wins=True,
+                priority=draw.choice([0, 0, 1]) if timed else 0,
+                memory=draw.choice(["enabling", "age", "resampling"]),
+            )
         )
     semantics = Semantics(capacity=draw.choice(["strong", "weak"]), persistence=draw.choice(["intermediate", "atomic"]), max_firings=100)
     return PetriNet("random", tuple(places), tuple(transitions), semantics=semantics)

@@ -104,9 +104,13 @@ def test_a_contract_with_a_module_inside_is_checked_through_and_through():
     outer = PetriNet(
         "outer",
         ports=Ports(
-            begin="begin", ongoing="ongoing", done="done", errors=("failed",), interrupts=("abort",),
+            begin="begin",
+            ongoing="ongoing",
+            done="done",
+            errors=("failed",),
+            interrupts=("abort",),
             answers={"abort": ("failed", "done")},
-        ),  # fmt: skip
+        ),
         places=tuple(Place(p, capacity=1) for p in names),
         modules={"turn": inner},
         transitions=(

@@ -54,7 +54,9 @@ def test_a_clock_disabled_in_between_is_forgotten_or_kept(memory, cycle):
     assert firings(net, "b") == {cycle}
 
 
-@pytest.mark.parametrize(("tokens", "persistence", "cycle"), [(1, "intermediate", 8), (1, "atomic", 5), (2, "intermediate", 5), (2, "atomic", 5)])
+@pytest.mark.parametrize(
+    ("tokens", "persistence", "cycle"), [(1, "intermediate", 8), (1, "atomic", 5), (2, "intermediate", 5), (2, "atomic", 5)]
+)
 def test_taking_and_returning_a_token_restarts_the_clock_under_intermediate_persistence(tokens, persistence, cycle):
     from cprm_gym.architecture.petri import Semantics
 
@@ -94,9 +96,7 @@ def test_two_delays_due_at_once_follow_the_declared_order_and_are_reported():
 
 
 def test_an_immediate_transition_pre_empts_a_timed_one():
-    net = PetriNet(
-        "vanishing", (Place("p", tokens=1), Place("q")), (Transition("b", ("p",), (), delay=1), Transition("a", ("p",), ("q",)))
-    )
+    net = PetriNet("vanishing", (Place("p", tokens=1), Place("q")), (Transition("b", ("p",), (), delay=1), Transition("a", ("p",), ("q",))))
     assert firings(net, "a") == {0}
     assert firings(net, "b") == set()
 
@@ -134,7 +134,7 @@ def test_bounds_cut_away_what_cannot_be():
 
 def test_several_servers_are_refused_by_name():
     net = PetriNet("servers", (Place("p", tokens=3),), (Transition("slow", ("p",), delay=2, servers=3),))
-    with pytest.raises(NetError, match="'slow'.*3 servers"):
+    with pytest.raises(NetError, match=r"'slow'.*3 servers"):
         explore_cycles(net)
 
 

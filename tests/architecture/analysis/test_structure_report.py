@@ -102,7 +102,9 @@ def test_conflict_confusion_and_ties_are_told_apart():
         (Transition("a", ("p",), sets={"r": 1}), Transition("b", ("q",), sets={"r": 0})),
     )
     assert [(c.first, c.second, c.kind) for c in analyze_cycles(confused).conflicts] == [("a", "b", "confusion")]
-    tie = PetriNet("tie", (Place("p", tokens=1), Place("q", tokens=1)), (Transition("a", ("p",), delay=2), Transition("b", ("q",), delay=2)))
+    tie = PetriNet(
+        "tie", (Place("p", tokens=1), Place("q", tokens=1)), (Transition("a", ("p",), delay=2), Transition("b", ("q",), delay=2))
+    )
     assert [(c.first, c.second, c.kind) for c in analyze_cycles(tie).conflicts] == [("a", "b", "tie")]
     assert analyze_cycles(tie).deterministic.holds is True
 
@@ -132,7 +134,9 @@ def test_a_spent_budget_leaves_the_timed_view_unknown():
     assert (big.complete, big.reason, big.reversible.holds) == (False, "states", None)
 
 
-@pytest.mark.parametrize("net", [producer(None), producer(2), philosophers(3), flexible_manufacturing(1), kick(), turn_to_ball()], ids=lambda n: n.name)
+@pytest.mark.parametrize(
+    "net", [producer(None), producer(2), philosophers(3), flexible_manufacturing(1), kick(), turn_to_ball()], ids=lambda n: n.name
+)
 def test_the_report_is_plain_json_and_can_be_shown(net):
     report = analyze(net)
     plain = json.loads(report.text())
@@ -169,7 +173,7 @@ def test_nets_are_loaded_from_pnml_and_json(tmp_path):
         load(tmp_path / "net.txt")
     with pytest.raises(LogError, match=r"no file 'nothing'"):
         load("nothing")
-    with pytest.raises(LogError, match="has no 'turn_to_bal'. Did you mean 'turn_to_ball'"):
+    with pytest.raises(LogError, match=r"has no 'turn_to_bal'\. Did you mean 'turn_to_ball'"):
         load("contract_modules:turn_to_bal")
     with pytest.raises(LogError, match="no module 'contract_modulez'"):
         load("contract_modulez:x")

@@ -98,9 +98,7 @@ def test_an_unbounded_net_is_recognised_with_a_sequence_that_can_be_repeated():
 
 
 def test_growth_of_an_inhibited_place_is_not_taken_for_a_proof_of_unboundedness():
-    net = PetriNet(
-        "ten", (Place("p", tokens=1), Place("n")), (Transition("count", ("p",), ("p", "n"), inhibitors={"n": 100}),)
-    )
+    net = PetriNet("ten", (Place("p", tokens=1), Place("n")), (Transition("count", ("p",), ("p", "n"), inhibitors={"n": 100}),))
     found = analyze_structure(net)
     assert (found.states, found.bounded.holds, found.max_tokens_in_place) == (101, True, 100)
 
@@ -172,7 +170,9 @@ def test_markings_are_found_again_by_value():
 
 def test_priorities_pre_empt_in_the_timed_view_only():
     net = PetriNet(
-        "two", (Place("p", tokens=1), Place("q"), Place("r")), (Transition("low", ("p",), ("q",)), Transition("high", ("p",), ("r",), priority=1))
+        "two",
+        (Place("p", tokens=1), Place("q"), Place("r")),
+        (Transition("low", ("p",), ("q",)), Transition("high", ("p",), ("r",), priority=1)),
     )
     assert analyze_structure(System.from_net(net)).states == 3
     assert analyze_structure(System.from_net(net, timing=True)).dead_transitions == ("low",)

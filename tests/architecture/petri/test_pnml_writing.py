@@ -27,15 +27,17 @@ from cprm_gym.architecture.petri.pnml_writer import expanded_net, to_pnml, write
 from cprm_gym.errors import LogError, NetError
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "analysis"))
-from structure_nets import kanban, philosophers, producer, random_net  # noqa: E402
-from structure_oracle import Oracle  # noqa: E402
+from structure_nets import kanban, philosophers, producer, random_net
+from structure_oracle import Oracle
 
 
 def everything():
     """A net with every kind of place and arc, with a module in it twice."""
     module = PetriNet(
         "module <a & b>",
-        ports=Ports(begin="begin", ongoing="ongoing", done="done", errors=("failed",), interrupts=("abort",), parameters=("who",), within=2),
+        ports=Ports(
+            begin="begin", ongoing="ongoing", done="done", errors=("failed",), interrupts=("abort",), parameters=("who",), within=2
+        ),
         places=(
             *(Place(p, capacity=1) for p in ("begin", "ongoing", "done", "failed", "abort")),
             ObjectPlace("who", "Teammate"),
@@ -57,7 +59,10 @@ def everything():
         modules={"one": module, "two": module},
         fuse={"one.who": "mate"},
         transitions=(
-            Transition("go", {"stock": 2}, ("one.begin", "limited"), tests={"double": 1.5, "limited": 1}, inhibitors={"limited": 9, "seen": 0.5}),
+            Transition(
+                "go", {"stock": 2}, ("one.begin", "limited"), tests={"double": 1.5, "limited": 1},
+                inhibitors={"limited": 9, "seen": 0.5},
+            ),
             Transition("next", ("one.done",), ("two.begin",), emits=Command("say", power="double", word=3), weight=0.5),
             Transition("move", ("hand",), ("box",), delay=2, servers=3),
             Transition("clear", (), (), sets={"limited": 3, "box": 0}, tests={"stock": 3}, priority=-1),

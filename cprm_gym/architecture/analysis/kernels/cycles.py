@@ -36,31 +36,31 @@ class CycleNet(NamedTuple):
 
     n_places: int
     n_cells: int
-    guard_start: np.ndarray     # (T + 1,)
-    guard: np.ndarray           # (., 3) place, tokens needed, inhibitor threshold (0 none)
-    cell_start: np.ndarray      # (T + 1,)
-    cell: np.ndarray            # (., 2) variable, bit mask of the cells that satisfy
-    take_start: np.ndarray      # (T + 1,)
-    take: np.ndarray            # (., 2) place, tokens
-    put_start: np.ndarray       # (T + 1,)
-    put: np.ndarray             # (., 2) place, tokens
-    set_start: np.ndarray       # (T + 1,)
-    set: np.ndarray             # (., 2) place, value
-    write_start: np.ndarray     # (T + 1,)
-    write: np.ndarray           # (., 2) variable, new cell
-    immediate: np.ndarray       # transitions, by priority then declaration
-    group_end: np.ndarray       # ends of the priority groups in `immediate`
-    timed: np.ndarray           # (C,) transitions, by priority then declaration
-    delay: np.ndarray           # (C,)
-    memory: np.ndarray          # (C,) 0 enabling, 1 age, 2 resampling
-    outside: np.ndarray         # transitions of the outside
-    cells: np.ndarray           # (X,) number of cells
-    first_label: np.ndarray     # (X,) label of "variable x is in cell 1"
-    fixed: np.ndarray           # (X,) bool: keeps its cell for ever
+    guard_start: np.ndarray  # (T + 1,)
+    guard: np.ndarray  # (., 3) place, tokens needed, inhibitor threshold (0 none)
+    cell_start: np.ndarray  # (T + 1,)
+    cell: np.ndarray  # (., 2) variable, bit mask of the cells that satisfy
+    take_start: np.ndarray  # (T + 1,)
+    take: np.ndarray  # (., 2) place, tokens
+    put_start: np.ndarray  # (T + 1,)
+    put: np.ndarray  # (., 2) place, tokens
+    set_start: np.ndarray  # (T + 1,)
+    set: np.ndarray  # (., 2) place, value
+    write_start: np.ndarray  # (T + 1,)
+    write: np.ndarray  # (., 2) variable, new cell
+    immediate: np.ndarray  # transitions, by priority then declaration
+    group_end: np.ndarray  # ends of the priority groups in `immediate`
+    timed: np.ndarray  # (C,) transitions, by priority then declaration
+    delay: np.ndarray  # (C,)
+    memory: np.ndarray  # (C,) 0 enabling, 1 age, 2 resampling
+    outside: np.ndarray  # transitions of the outside
+    cells: np.ndarray  # (X,) number of cells
+    first_label: np.ndarray  # (X,) label of "variable x is in cell 1"
+    fixed: np.ndarray  # (X,) bool: keeps its cell for ever
     end_label: int
     tick_label: int
-    atomic: bool                # persistence looks at whole firings only
-    limit: int                  # tokens beyond which a place counts as unbounded
+    atomic: bool  # persistence looks at whole firings only
+    limit: int  # tokens beyond which a place counts as unbounded
 
 
 @kernel
@@ -226,7 +226,7 @@ def successors(net, row, out, labels, between, ties):
     end_cycle(net, row, out[0])
     labels[0] = net.end_label
     n = 1
-    for c in range(net.timed.shape[0]):     # due, disabled and enabled again at this instant: now or in the next cycle
+    for c in range(net.timed.shape[0]):  # due, disabled and enabled again at this instant: now or in the next cycle
         t = net.timed[c]
         if -row[clocks + c] > net.delay[c] and holds(net, t, row) and cells_hold(net, t, row) == 1:
             if not fire(net, t, row, out[n], between):

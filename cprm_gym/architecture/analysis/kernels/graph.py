@@ -26,7 +26,7 @@ def strong_components(offsets, targets, component, index, stack, calls, at):
         Scratch: next edge of each node.
     """
     n = offsets.shape[0] - 1
-    low = component             # until a node's component is known, its low link
+    low = component  # until a node's component is known, its low link
     for i in range(n):
         index[i] = -1
         at[i] = offsets[i]
@@ -56,7 +56,7 @@ def strong_components(offsets, targets, component, index, stack, calls, at):
                     counter += 1
                     stack[top] = w
                     top += 1
-                elif index[w] < n:                  # still on the stack
+                elif index[w] < n:  # still on the stack
                     low[v] = min(low[v], index[w])
                 continue
             depth -= 1
@@ -64,7 +64,7 @@ def strong_components(offsets, targets, component, index, stack, calls, at):
                 while True:
                     top -= 1
                     w = stack[top]
-                    index[w] = n                    # done
+                    index[w] = n  # done
                     component[w] = found
                     if w == v:
                         break
@@ -106,7 +106,7 @@ def group_nodes(component, start, nodes):
         c = component[i]
         start[c + 1] -= 1
         nodes[start[c + 1]] = i
-    for c in range(start.shape[0] - 1):         # now start[c + 1] is where c begins
+    for c in range(start.shape[0] - 1):  # now start[c + 1] is where c begins
         start[c] = start[c + 1]
     start[start.shape[0] - 1] = component.shape[0]
 

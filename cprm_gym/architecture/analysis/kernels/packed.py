@@ -39,20 +39,20 @@ _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 class PackedNet(NamedTuple):
     """Transitions as word operations. `tests` and `effects` are rows of words, one row per word a transition looks at or changes."""
 
-    test_start: np.ndarray      # (T + 1,) rows of `tests` of transition t
-    test_word: np.ndarray       # (X,) which word
-    tests: np.ndarray           # (X, 6) uint64: need, pre, pre_high, inhibit, threshold, threshold_high
-    effect_start: np.ndarray    # (T + 1,)
-    effect_word: np.ndarray     # (Y,)
-    effects: np.ndarray         # (Y, 5) uint64: delta, guard, over, keep, value
-    group_end: np.ndarray       # (G,) end of each priority group in the order of transitions
-    preempts: np.ndarray        # (T,) bool: if enabled, later groups are not
-    possible: np.ndarray        # (T,) bool: False if a field is too narrow for it to be enabled at all
-    trigger_start: np.ndarray   # (F + 2,) transitions by the field of one of their inputs; row F: those without input
-    trigger: np.ndarray         # (T,)
-    field_of_bit: np.ndarray    # (W * 64,) which field a bit belongs to
-    field_mask: np.ndarray      # (F,) uint64
-    indexed: bool               # use the triggers
+    test_start: np.ndarray  # (T + 1,) rows of `tests` of transition t
+    test_word: np.ndarray  # (X,) which word
+    tests: np.ndarray  # (X, 6) uint64: need, pre, pre_high, inhibit, threshold, threshold_high
+    effect_start: np.ndarray  # (T + 1,)
+    effect_word: np.ndarray  # (Y,)
+    effects: np.ndarray  # (Y, 5) uint64: delta, guard, over, keep, value
+    group_end: np.ndarray  # (G,) end of each priority group in the order of transitions
+    preempts: np.ndarray  # (T,) bool: if enabled, later groups are not
+    possible: np.ndarray  # (T,) bool: False if a field is too narrow for it to be enabled at all
+    trigger_start: np.ndarray  # (F + 2,) transitions by the field of one of their inputs; row F: those without input
+    trigger: np.ndarray  # (T,)
+    field_of_bit: np.ndarray  # (W * 64,) which field a bit belongs to
+    field_mask: np.ndarray  # (F,) uint64
+    indexed: bool  # use the triggers
 
 
 @kernel
@@ -140,7 +140,7 @@ def successors(net, states, i, out, which):
 def find(states, table, bits, out, k, h):
     """Number of the packed marking in row `k` of `out`, or -1 - slot where it belongs in the table."""
     mask = (_ONE << bits) - _ONE
-    tag = h >> (_S32 + bits)        # 32 - bits bits of the upper half
+    tag = h >> (_S32 + bits)  # 32 - bits bits of the upper half
     slot = h & mask
     while True:
         entry = np.uint64(table[slot])
@@ -195,7 +195,7 @@ def expand(net, states, parents, table, bits, fired, out, which, hashes, progres
             code = OVERFLOW
             break
         touched = np.uint32(0)
-        for k in range(n):              # the cache misses of all successors overlap here
+        for k in range(n):  # the cache misses of all successors overlap here
             hashes[k] = hash_row(out, k)
             touched ^= table[hashes[k] & mask]
         progress[6] = touched
