@@ -272,7 +272,7 @@ WORLD = np.dtype(
         # --- referee (SIMULATOR.md 7); players by object number, 0 = nobody; times -1 = never
         ("stuck_pos", "f8", (2,)), ("stuck_count", "i4"),
         ("offside_candidate", "u1", (PLAYERS,)), ("offside_pos", "f8", (PLAYERS, 2)), ("offside_side", "i4"), ("offside_accel", "f8"),
-        ("offside_time", "i4"), ("offside_stoppage", "i4"), ("offside_point", "f8", (2,)), ("offside_line", "f8", (2,)),
+        ("offside_time", "i4"), ("offside_stoppage", "i4"), ("offside_point", "f8", (2,)),
         ("fk_taken", "u1"), ("fk_taker", "i4"), ("fk_taker_dashes", "i4"), ("fk_timer", "i4"), ("fk_goal_count", "i4"),
         ("touch_player", "i4"), ("touch_time", "i4"), ("touch_accel", "f8"), ("touch_indirect", "u1"), ("touch_kicker", "i4"),
         ("ball_prev", "f8", (2,)), ("goal_wait", "i4"),

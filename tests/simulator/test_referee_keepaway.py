@@ -19,6 +19,11 @@ def test_kick_off_begins_to_play_at_once():
     assert keepaway().mode == "play_on"
 
 
+def test_play_begins_by_itself_after_the_time_that_is_set():
+    scene = Scene(3, 2, goalies=(0, 0), mode="before_kick_off", keepaway=True, keepaway_start=2, half_time=-1)
+    assert scene.steps_until("play_on") == 20
+
+
 def test_ball_that_leaves_the_region_ends_the_episode():
     scene = keepaway().put_ball(9.0, 0.0, 0.5).step()
     assert "training Keepaway 1" not in scene.said

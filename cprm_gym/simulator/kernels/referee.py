@@ -300,5 +300,6 @@ def on_step(w, p):
         carry_out(w, p)
     if rules & RULE_KEEPAWAY and p.keepaway:
         keepaway_step(w, p)
+        carry_out(w, p)
     if rules & RULE_PENALTY:
         shoot_out(w, p)

@@ -7,7 +7,7 @@ import math
 from cprm_gym.simulator.kernels import kernel
 from cprm_gym.simulator.kernels.geometry import direction, is_kickable, norm, rotate, side_of
 from cprm_gym.simulator.kernels.random import CARD, FOUL_DETECTION, REFEREE, decide
-from cprm_gym.simulator.kernels.referee_modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_YELLOW
+from cprm_gym.simulator.kernels.referee_modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_STAND, BIT_YELLOW
 from cprm_gym.simulator.kernels.referee_set_mode import announce
 from cprm_gym.simulator.player_types import T_FOUL_DETECT_PROBABILITY, T_PLAYER_SIZE
 from cprm_gym.simulator.state import Announcement
@@ -73,7 +73,7 @@ def judge_tackle(w, p, i, intentional):
 def send_off(w, i):
     """Player `i` leaves the match and his body the pitch."""
     unum, side = i % 11 + 1, side_of(i)
-    w.bits[i] |= BIT_RED | BIT_DISCARD
+    w.bits[i] = (w.bits[i] & ~BIT_STAND) | BIT_RED | BIT_DISCARD
     w.enabled[i] = 0
     w.pos[i + 1, 0], w.pos[i + 1, 1] = -3.0 * unum * side, -37.0
     w.vel[i + 1, 0], w.vel[i + 1, 1] = 0.0, 0.0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import is_kickable
+from cprm_gym.simulator.kernels.geometry import squared_distance
 from cprm_gym.simulator.kernels.random import KEEPAWAY, REFEREE, uniform, uniform_between
-from cprm_gym.simulator.kernels.referee_modes import PLAY_ON
+from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, rule
 from cprm_gym.simulator.kernels.referee_places import place_ball
 from cprm_gym.simulator.kernels.referee_set_mode import announce
 from cprm_gym.simulator.kernels.stamina import recover
@@ -74,12 +74,18 @@ def begin_episode(w, p):
 
 @kernel
 def keepaway_step(w, p):
-    """End the episode when the ball leaves the region or the takers have had it for four steps."""
+    """End the episode when the ball leaves the region or the takers have had it for four steps.
+
+    Before the first one: begin to play ``keepaway_start`` seconds after the start, if that is set.
+    """
+    if w.mode == BEFORE_KICK_OFF and 0 <= 1000 * p.keepaway_start <= w.stoppage * p.simulator_step:
+        rule(w, RULING_MODE, PLAY_ON, 0.0, 0.0)
     if w.mode != PLAY_ON:
         return
+    area = p.player_size + p.kickable_margin + p.ball_size
     keepers, takers = False, False
     for i in range(22):
-        if w.enabled[i] and is_kickable(w, p, i):
+        if w.enabled[i] and squared_distance(w, 0, i + 1) < area * area:
             if i < 11:
                 keepers = True
             else:
