@@ -107,7 +107,7 @@ class AnytimeEngine:
         factored = belief
         if isinstance(belief, Particles) and info is not self._sampled_since:
             factored = to_factors(self.factored, belief)
-        if isinstance(factored, Belief):
+        if isinstance(factored, Belief) and forgive is None:
             outcome = self._try_factored(factored, info, readings, status)
             if outcome is not None:
                 return self._timed(outcome, begun)

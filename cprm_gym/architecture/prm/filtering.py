@@ -585,7 +585,7 @@ class Filter:
         fixed = {n: ground.variables[n] for n in sorted(self._static & ground.variables.keys())}
         return self._infos.fetch((ground, frozenset(fixed)), lambda: self._new_info(ground, fixed))
 
-    def _begin_anew(self, outcome: Any, readings: Readings, agents: np.ndarray, active: Any) -> Any:
+    def _begin_anew(self, outcome: Any, readings: Readings, agents: np.ndarray, active: Any, forgive: bool = False) -> Any:
         """Replace the answer for some agents by that of a first slice."""
         relations = replace(active, entering=()) if isinstance(active, Situation) else active
         first = self._first_info(relations)
@@ -599,22 +599,21 @@ class Filter:
         part = Readings(readings.hard[order][:, chosen], {n: s[chosen] for n, s in readings.soft.items()})
         if isinstance(outcome, Outcome):
             return replace_agents(getattr(self.engine, "factored", self.engine), outcome, first, part, chosen, order)
-        return getattr(self.engine, "sampled", self.engine).replace_agents(outcome, first, part, chosen, outcome.status[order])
+        sampler = getattr(self.engine, "sampled", self.engine)
+        return sampler.replace_agents(outcome, first, part, chosen, outcome.status[order], forgive)
 
     def _impossible(self, outcome: Any, before: Any, info: SliceInfo, readings: Readings, active: Any) -> Any:
         """Apply the policy for readings of probability zero."""
         agents = np.flatnonzero(outcome.impossible)
         if self.on_impossible == "raise":
             raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
+        anew = self._fresh | (outcome.impossible if self.on_impossible == "restart" else False)
         if not isinstance(outcome, Outcome):
-            if self.on_impossible == "restart":
-                return self._begin_anew(self.engine.advance(before, info, readings, forgive=agents), readings, outcome.impossible, active)
-            return self.engine.advance(before, info, readings, forgive=agents)
+            return self._forgiven(outcome, before, info, readings, anew, active)
         if self.on_impossible == "restart":
             again = self._begin_anew(outcome, readings, outcome.impossible, active)
             if not again.impossible.any():
                 return again
-        anew = self._fresh | (outcome.impossible if self.on_impossible == "restart" else False)
         changed, again = readings, outcome
         for extent in ("readings", "components", "everything"):
             for _ in range(len(info.names)):
@@ -624,11 +623,19 @@ class Filter:
                 if softer is None:
                     break
                 changed, again = softer, self.engine.advance(before, info, softer)
+                if not isinstance(again, Outcome):
+                    return self._forgiven(again, before, info, changed, anew, active)
                 if anew.any():
                     again = self._begin_anew(again, changed, anew, active)
                 if not again.impossible.any():
                     return again
         raise explain(getattr(self.engine, "factored", self.engine), before, info, readings, outcome, agents, self.step_count)
+
+    def _forgiven(self, outcome: Any, before: Any, info: SliceInfo, readings: Readings, anew: np.ndarray, active: Any) -> Any:
+        """Particles that keep their weights where none of them fits the readings."""
+        bad = np.flatnonzero(outcome.impossible)
+        forgiven = self.engine.advance(before, info, readings, forgive=bad) if len(bad) else outcome
+        return self._begin_anew(forgiven, readings, anew, active, forgive=True) if anew.any() else forgiven
 
 
 def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, Any]) -> Any:

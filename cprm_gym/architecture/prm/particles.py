@@ -264,10 +264,18 @@ class ParticleEngine:
         return belief._replace(values=values, weights=tuple(weights))
 
     def replace_agents(
-        self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, status: np.ndarray
+        self,
+        estimate: Estimate,
+        first: SliceInfo,
+        readings: Readings,
+        agents: np.ndarray,
+        status: np.ndarray,
+        forgive: bool = False,
     ) -> Estimate:
-        """The estimate with some agents begun anew."""
-        anew = self.advance(self.start(len(agents)), first, readings, status)
+        """The estimate with some agents begun anew; `forgive` if they may ignore readings that even the prior excludes."""
+        number = estimate.weighted.weights[0].shape[1] if estimate.weighted.weights else self.count
+        block = _Step(self, self.start(len(agents)), first, readings, status, number).run()
+        anew = self.finish([block], first, readings, status, np.arange(len(agents)) if forgive else None)
         increment = estimate.increment.copy()
         increment[agents] = anew.increment
         mixed = [_mix(getattr(estimate, which), getattr(anew, which), agents) for which in ("belief", "weighted")]
@@ -327,9 +335,7 @@ class _Step:
         for cpd in self.info.slice.cpds:
             if self.status[self.info.row[cpd.child]] == BARREN:
                 continue
-            scopes.append(
-                tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, ""))
-            )
+            scopes.append(tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, "")))
             self.family.append(cpd)
         fixed = [n for n in self.info.atemporal if n in self.owner]
         scopes += [tuple(self._node(n, -1, n)) for n in fixed]
@@ -433,12 +439,7 @@ class _Step:
                     lone[cpd.child] = lone[cpd.child] * own if cpd.child in lone else own
                 continue
             hidden = [(p, lag) for p, lag in cpd.parents if self._node(p, lag, cpd.child)]
-            if (
-                len(hidden) == 1
-                and hidden[0][1] == 0
-                and hidden[0][0] in self.drawn
-                and not self.info.fixed[self.info.row[hidden[0][0]]]
-            ):
+            if len(hidden) == 1 and hidden[0][1] == 0 and hidden[0][0] in self.drawn and not self.info.fixed[self.info.row[hidden[0][0]]]:
                 parent = hidden[0][0]
                 table = self._at_readings(cpd, hidden[0])
                 lone[parent] = lone[parent] * table if parent in lone else table

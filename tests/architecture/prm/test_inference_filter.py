@@ -597,3 +597,32 @@ def test_an_observed_variable_can_be_a_parent_in_the_next_slice():
         for w in range(2):
             joint = unrolled_joint(slices, hard[w], [{}] * 5, [("x", t)])
             np.testing.assert_allclose(result["x"][w], joint / joint.sum(), atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_engine_stays_a_distribution_through_beginnings_and_impossible_readings(seed):
+    rng = np.random.default_rng(seed)
+    width, policy = 3, ("drop", "soften", "restart")[seed % 3]
+    world = RandomWorld(seed, static=seed % 2 == 0, zeros=0.2 * (seed % 3))
+    engines = [
+        {"engine": "exact"},
+        {"engine": "projection", "max_flops": 200},
+        {"engine": "particles", "particles": 100, "seed": 1},
+        {"engine": "anytime", "budget_ms": 1.0, "memory_limit": (300, 3e3, 1e5)[seed % 3], "most": 1000, "seed": 1},
+    ]
+    filters = [Filter(world, batch=width, on_impossible=policy, **options) for options in engines]
+    for t in range(6):
+        active = () if t == 0 else tuple(int(k) for k in rng.integers(0, 30, rng.integers(0, 3)))
+        evidence = {}
+        for name, variable in world.ground(active, first=t == 0).variables.items():
+            chance = 0.7 if name.split(".")[-1] in ("obs", "seen") else 0.15
+            if name in world.inputs or rng.random() < chance:
+                evidence[name] = np.where((rng.random(width) < 0.8) | (name in world.inputs), rng.integers(0, variable.card, width), -1)
+        mask = rng.random(width) < (0.3 if t else 0.0)
+        for filter_ in filters:
+            filter_.reset(mask)
+            result = filter_.step(evidence, active=active)
+            assert np.isfinite(result.log_likelihood).all()
+            for name in result:
+                np.testing.assert_allclose(result[name].sum(axis=1), 1.0, atol=1e-9)
+                assert (result[name] >= 0).all()
