@@ -14,12 +14,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces as gym_spaces
 
-from ..errors import UnknownName, did_you_mean
+from ..errors import UnknownName, did_you_mean, unknown_name
 from ..simulator.senses import BodyColumn, new_body, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
-from .spaces import BALL_FEATURES, MAX_AGE, PLAYER_FEATURES, ActionView, BodyFeature, action_view, observation_space
+from .players.macros import Macros
+from .players.scripted import POLICIES, ScriptedPlayers
+from .spaces import (
+    BALL_FEATURES,
+    MACRO,
+    MAX_AGE,
+    NO_COMMAND,
+    PLAYER_FEATURES,
+    ActionView,
+    BodyFeature,
+    action_view,
+    observation_space,
+)
 from .tasks.base import Task
 
 _COLUMNS = np.array(
@@ -100,9 +112,11 @@ class SoccerCore:
     worlds : int
         How many worlds, W.
     controlled : str or sequence of str, optional
-        Who acts; the task's default if not given. The players not named do nothing unless they have a partner.
+        Who acts; the task's default if not given. The others are scripted.
     view : str
-        Action view: ``hybrid``, ``discrete`` or ``box``.
+        Action view: ``hybrid``, ``discrete``, ``box`` or ``macro``.
+    others : str or (str, str), optional
+        Policy of the players not controlled, or one for each side; the task's own if not given.
     seed : int
         Seed of all worlds; world k depends on (seed, first_world + k) alone.
     first_world : int
@@ -125,6 +139,7 @@ class SoccerCore:
         *,
         controlled: str | Sequence[str] | None = None,
         view: str = "hybrid",
+        others: str | Sequence[str] | None = None,
         seed: int = 0,
         first_world: int = 0,
         threads: int = 1,
@@ -133,7 +148,6 @@ class SoccerCore:
         self.worlds = worlds
         self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
         self.players = np.array([player_number(a) for a in self.agents])
-        self.view: ActionView = action_view(view)
         self.sim = Simulator(
             worlds,
             parameters=task.parameters,
@@ -145,6 +159,10 @@ class SoccerCore:
             right=task.right,
             goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
         )
+        counts = (task.left, task.right)
+        self.macros = Macros(self.sim, self.players, counts) if view == MACRO else None
+        self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(view)
+        self.scripted = self._scripted_players(task.others if others is None else others, counts)
         self.cycle = np.zeros(worlds, np.int64)
         self._score = np.zeros((worlds, 2), np.int64)
         self._gained = np.zeros((worlds, 2), np.int64)
@@ -162,6 +180,23 @@ class SoccerCore:
         self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
         self._agent_commands = self._commands[:, self.players - 1].copy()
+
+    def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
+        """The scripted players, or None where every player is controlled or does nothing."""
+        sides = (others, others) if isinstance(others, str) else tuple(others)
+        if len(sides) != 2:
+            raise UnknownName(f"others: expected one policy or one for each side, got {others!r}")
+        free = [player_number(a) for a in agent_names(*counts) if a not in self.agents]
+        policies = {p: sides[0] if p <= 11 else sides[1] for p in free}
+        for name in sides:
+            if name not in POLICIES:
+                raise unknown_name("scripted policy", str(name), POLICIES)
+        return ScriptedPlayers(self.sim, policies, counts) if any(name != "hold" for name in policies.values()) else None
+
+    @property
+    def action_mask(self) -> np.ndarray | None:
+        """(W, A, macros) bool: what can be done now, for the macro view; otherwise None."""
+        return None if self.macros is None else self.macros.mask
 
     # ------------------------------------------------------------------ spaces
 
@@ -195,6 +230,11 @@ class SoccerCore:
             self.cycle[chosen] = 0
             self._score[chosen] = self.sim.world["score"][chosen]
             self.observation["age"][chosen] = MAX_AGE
+            self._commands[chosen] = NO_COMMAND
+            if self.scripted is not None:
+                self.scripted.reset(chosen)
+            if self.macros is not None:
+                self.macros.reset(chosen)
         return self.observe(fresh_start=chosen)
 
     def step(self, action: Any) -> Step:
@@ -210,8 +250,13 @@ class SoccerCore:
         CommandError
             When the actions do not fit the view.
         """
-        self.view.commands(action, self._agent_commands)
-        self._commands[:, self.players - 1] = self._agent_commands
+        if self.macros is not None:
+            self.macros.act(action, self._commands)
+        else:
+            self.view.commands(action, self._agent_commands)
+            self._commands[:, self.players - 1] = self._agent_commands
+        if self.scripted is not None:
+            self.scripted.act(self._see, self._body, self._commands)
         self.sim.step(self._commands)
         self.cycle += 1
         np.subtract(self.sim.world["score"], self._score, out=self._gained)
@@ -239,6 +284,8 @@ class SoccerCore:
             self.sim.world, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
             fresh_start is None, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
         )  # fmt: skip
+        if self.macros is not None:
+            self.macros.observe(see, body, self._commands, fresh_start)
         if "task" in o:
             self.task.features(self, o["task"])
         return o

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from ..errors import CprmError, UnknownName
-from .core import SoccerCore
+from .core import SoccerCore, select_agents
 from .tasks import make_task
 from .tasks.base import Task
 
@@ -23,13 +24,15 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
     agent : str, optional
         Who the ego agent is; the task's first controlled agent if not given.
     action_mode : str
-        ``discrete`` (default), ``box`` or ``hybrid``.
+        ``discrete`` (default), ``box``, ``hybrid`` or ``macro``.
     render_mode : str, optional
         ``human``, ``rgb_array`` or ``ansi``.
     max_episode_steps : int, optional
         Overrides the task's ``max_cycles``.
     debug_info : bool
         Put the true positions into ``info["truth"]``.
+    others : str or (str, str), optional
+        Scripted policy of the other players, or one for each side; the task's own if not given.
     **options
         Passed on to the task.
 
@@ -49,6 +52,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         debug_info: bool = False,
+        others: str | Sequence[str] | None = None,
         **options: Any,
     ) -> None:
         if max_episode_steps is not None:
@@ -56,11 +60,8 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task = make_task(task, **options) if isinstance(task, str) else task
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
-        controlled = self.task.controlled if agent is None else agent
-        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode)
-        if len(self.core.agents) != 1:
-            self.core = SoccerCore(self.task, 1, controlled=self.core.agents[0], view=action_mode)
-        self.agent = self.core.agents[0]
+        self.agent = ego_agent(self.task, agent)
+        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others)
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
         self.render_mode = render_mode
@@ -107,6 +108,8 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     def _info(self, status: str, success: bool) -> dict[str, Any]:
         info: dict[str, Any] = {"status": status, "is_success": success, "cycle": int(self.core.cycle[0])}
+        if self.core.action_mask is not None:
+            info["action_mask"] = self.core.action_mask[0, 0].astype(np.int8)
         if self.debug_info:
             info["truth"] = self.core.sim.world["pos"][0].copy()
         return info
@@ -126,6 +129,14 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
+
+
+def ego_agent(task: Task, agent: str | None) -> str:
+    """The one agent of a single-agent environment: the given one, or the first that the task lets act."""
+    chosen = select_agents(task.controlled if agent is None else agent, task.left, task.right)
+    if agent is not None and len(chosen) != 1:
+        raise UnknownName(f"agent {agent!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v0 for several")
+    return chosen[0]
 
 
 def _with_batch(action: Any) -> Any:

@@ -34,13 +34,15 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
     controlled : str or sequence of str, optional
         Who acts: ``all``, ``left``, ``right``, agent names, or several of them.
     action_mode : str
-        ``hybrid`` (default), ``discrete`` or ``box``.
+        ``hybrid`` (default), ``discrete``, ``box`` or ``macro``.
     max_cycles : int, optional
         Cycles per episode; the task's own if not given.
     render_mode : str, optional
         ``human``, ``rgb_array`` or ``ansi``.
     debug_info : bool
         Put the true positions into ``info["truth"]``.
+    others : str or (str, str), optional
+        Scripted policy of the players not controlled, or one for each side; the task's own if not given.
     **options
         Passed on to the task.
 
@@ -62,6 +64,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         max_cycles: int | None = None,
         render_mode: str | None = None,
         debug_info: bool = False,
+        others: str | Sequence[str] | None = None,
         **options: Any,
     ) -> None:
         if max_cycles is not None:
@@ -70,7 +73,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
         self.task = make_task(task, **options) if isinstance(task, str) else task
         self.max_cycles = self.task.max_cycles
-        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode)
+        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others)
         self.possible_agents = list(self.core.agents)
         self.agents: list[str] = []
         self.observation_spaces = {a: self.core.observation_space() for a in self.possible_agents}
@@ -162,8 +165,11 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
 
     def _infos(self, status: int, success: bool) -> dict[str, dict[str, Any]]:
         infos: dict[str, dict[str, Any]] = {}
-        for a in self.possible_agents:
+        mask = self.core.action_mask
+        for i, a in enumerate(self.possible_agents):
             infos[a] = {"status": self.task.statuses[status], "is_success": success, "schema": SCHEMA_VERSION}
+            if mask is not None:
+                infos[a]["action_mask"] = mask[0, i].astype(np.int8)
             if self.debug_info:
                 infos[a]["truth"] = self.core.sim.world["pos"][0].copy()
         return infos

@@ -337,10 +337,13 @@ def _box_commands(action: Any, out: np.ndarray) -> None:
 
 
 _VIEWS = {"hybrid": hybrid_space, "discrete": discrete_space, "box": box_space}
+MACRO = "macro"
+"""The view whose actions need a memory; `cprm_gym.envs.core.SoccerCore` carries them out."""
+VIEWS = (*_VIEWS, MACRO)
 
 
 def action_view(name: str) -> ActionView:
-    """The action view of that name.
+    """The action view of that name (all but ``macro``, whose size depends on who plays).
 
     Raises
     ------
@@ -348,5 +351,5 @@ def action_view(name: str) -> ActionView:
         Listing the views there are.
     """
     if name not in _VIEWS:
-        raise unknown_name("action view", name, _VIEWS)
+        raise unknown_name("action view", name, VIEWS)
     return ActionView(name, _VIEWS[name]())

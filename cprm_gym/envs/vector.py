@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -11,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from ..errors import CprmError, UnknownName
 from .core import SoccerCore
+from .single import ego_agent
 from .tasks import make_task
 from .tasks.base import Task
 
@@ -22,7 +24,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
     ----------
     num_envs : int
         Worlds.
-    task, agent, action_mode, **options
+    task, agent, action_mode, others, **options
         As for `SoccerEnv`.
     autoreset_mode : AutoresetMode or str
         ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
@@ -48,6 +50,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         threads: int = 1,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
+        others: str | Sequence[str] | None = None,
         **options: Any,
     ) -> None:
         if num_envs < 1:
@@ -61,10 +64,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
                 f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}"
             ) from None
         self.task = make_task(task, **options) if isinstance(task, str) else task
-        controlled = self.task.controlled if agent is None else agent
-        self.core = SoccerCore(self.task, num_envs, controlled=controlled, view=action_mode, threads=threads)
-        if len(self.core.agents) != 1:
-            self.core = SoccerCore(self.task, num_envs, controlled=self.core.agents[0], view=action_mode, threads=threads)
+        agent = ego_agent(self.task, agent)
+        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, threads=threads)
         self.num_envs = num_envs
         self.metadata = {"render_modes": [], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
@@ -94,7 +95,9 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         self._seeded = self._running = True
         self.core.reset(seed, mask)
         self._over[slice(None) if mask is None else mask] = False
-        return self._observation(), {}
+        info: dict[str, Any] = {}
+        self._add_mask(info)
+        return self._observation(), info
 
     def step(self, actions: Any) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset.
@@ -115,6 +118,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         reward, terminated, truncated = step.reward[:, 0].copy(), step.terminated.copy(), step.truncated.copy()
         info: dict[str, Any] = {"is_success": step.success.copy(), "status": step.status.copy(), "_status": np.ones(self.num_envs, bool)}
         info["_is_success"] = info["_status"]
+        self._add_mask(info)
         if starting is not None and starting.any():
             self.core.reset(None, starting)
             reward[starting], terminated[starting], truncated[starting] = 0.0, False, False
@@ -131,6 +135,12 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
             self.core.reset(None, over)
             self._over = np.zeros(self.num_envs, bool)
         return self._observation(), reward, terminated, truncated, info
+
+    def _add_mask(self, info: dict[str, Any]) -> None:
+        """What can be done now, for the macro view; a view that the next step overwrites."""
+        if self.core.action_mask is not None:
+            info["action_mask"] = self.core.action_mask[:, 0]
+            info["_action_mask"] = np.ones(self.num_envs, bool)
 
     def _observation(self) -> dict[str, np.ndarray]:
         o = {name: values[:, 0] for name, values in self.core.observation.items()}

@@ -9,7 +9,7 @@ import numpy as np
 from ...simulator.senses import See, new_landmarks
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS
-from . import memory_kernels as kernels
+from .kernels import memory as kernels
 
 MEMORY = np.dtype(
     [
@@ -52,14 +52,15 @@ class Memories:
         self.simulator = simulator
         self.active = np.asarray(active, bool)
         self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
+        self._all = np.arange(simulator.worlds)
         self._landmarks = new_landmarks(simulator.worlds)
-        self.forget(np.arange(simulator.worlds))
+        self.forget(self._all)
 
     def forget(self, worlds: np.ndarray) -> None:
         """Empty the memories of the given worlds; an episode begins."""
         kernels.forget(self.records, np.asarray(worlds, np.int64))
 
-    def update(self, see: See, body: np.ndarray, sent: Any) -> None:
+    def update(self, see: See, body: np.ndarray, sent: Any, worlds: np.ndarray | None = None) -> None:
         """Take in the percepts of a cycle.
 
         Parameters
@@ -68,9 +69,11 @@ class Memories:
         body : (W, 22, columns) array
         sent : (W, 22) array of COMMAND
             What was sent in the cycle before.
+        worlds : (n,) int array, optional
+            Which worlds; all if not given.
         """
         marks = self.simulator.landmarks(self._landmarks)
         kernels.update(
-            self.simulator.world, self.records, sent, self.active, INERTIA_MOMENT, see.fresh, see.ball, see.ball_level, see.players,
-            see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
+            self.simulator.world, self._all if worlds is None else worlds, self.records, sent, self.active, INERTIA_MOMENT,
+            see.fresh, see.ball, see.ball_level, see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
         )  # fmt: skip

@@ -10,7 +10,7 @@ from ...errors import UnknownName, unknown_name
 from ...simulator.senses import See
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS, CommandKind, Stream
-from . import team_kernels
+from .kernels import team as team_kernels
 from .memory import Memories
 
 STRENGTHS: Mapping[str, int] = {"weak": 0, "medium": 1, "strong": 2}

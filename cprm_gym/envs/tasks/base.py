@@ -45,6 +45,8 @@ class Task:
         Players of each side.
     controlled : str
         Default of who acts: ``left``, ``right``, ``all``, ``left_1``, or several separated by commas.
+    others : str or (str, str)
+        Scripted policy of the players that no agent controls, or one for each side (`cprm_gym.envs.players.scripted.POLICIES`).
     max_cycles : int
         Cycles until the episode is truncated.
     rules : Rules
@@ -57,6 +59,7 @@ class Task:
     left_goalie: int = 0
     right_goalie: int = 0
     controlled: str = "left_1"
+    others: str | tuple[str, str] = "hold"
     max_cycles: int = 200
     rules: Rules = Rules.NONE
     parameters: ServerParameters = field(default_factory=ServerParameters)

@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...simulator.parameters import Rules
+from ...simulator.parameters import Rules, ServerParameters
+from ..players.scripted import FORMATION
 from .base import Outcome, Task
 
 if TYPE_CHECKING:
     from ..core import SoccerCore
 
-FORMATION = (
-    (-50.0, 0.0), (-36.0, -6.0), (-36.0, 6.0), (-34.0, -18.0), (-34.0, 18.0), (-22.0, 0.0),
-    (-18.0, -12.0), (-18.0, 12.0), (-11.0, -22.0), (-11.0, 22.0), (-10.5, 0.0),
-)  # fmt: skip
-"""Where the players 1 to 11 stand before a kick-off, metres in the own team's frame."""
+FULL_TIME = ServerParameters(auto_mode=True, kick_off_wait=30)
+"""The kick-off after half-time comes by itself, after 3 seconds in which the players go to their places."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class Soccer(Task):
 
     Description
     -----------
-    `left` against `right` players, kick-off by the left team, the referee on.
+    `left` against `right` players, kick-off by the left team, the referee on; players whom nobody controls are scripted.
 
     Actions
     -------
@@ -59,16 +57,17 @@ class Soccer(Task):
     left_goalie: int = 1
     right_goalie: int = 1
     controlled: str = "all"
-    max_cycles: int = 6000
+    others: str | tuple[str, str] = "medium"
+    max_cycles: int = 6100
     rules: Rules = Rules.ALL
     statuses: tuple[str, ...] = ("IN_GAME", "TIME_UP", "OUT_OF_TIME")
-    formation: tuple[tuple[float, float], ...] = field(default=FORMATION)
+    parameters: ServerParameters = field(default_factory=lambda: FULL_TIME)
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Formation, then the kick-off procedure."""
         for side, count in ((1, self.left), (-1, self.right)):
             for unum in range(1, count + 1):
-                x, y = self.formation[unum - 1]
+                x, y = FORMATION[unum - 1]
                 position = np.tile([side * x, side * y], (len(worlds), 1))
                 core.place_player(worlds, unum if side == 1 else 11 + unum, position, 0.0 if side == 1 else 180.0)
         core.place_ball(worlds, np.zeros((len(worlds), 2)))

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
-from ...simulator.state import CommandKind
-from .kernel import kernel
-from .memory_kernels import BALL_DECAY, D2R, norm
+from ....simulator.state import CommandKind
+from . import kernel
+from .memory import BALL_DECAY, D2R, norm
 
 PI = math.pi
 NONE, DASH, TURN, KICK = int(CommandKind.NONE), int(CommandKind.DASH), int(CommandKind.TURN), int(CommandKind.KICK)

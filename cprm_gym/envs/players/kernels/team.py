@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from ...simulator.state import CommandKind, PlayMode
-from .kernel import kernel
-from .memory_kernels import D2R, NEVER, PLAYERS, norm
-from .motion_kernels import (
+from ....simulator.state import CommandKind, PlayMode
+from . import kernel
+from .memory import D2R, NEVER, PLAYERS, norm
+from .motion import (
     CATCH_REACH,
     GOAL_HALF,
     GOAL_X,
@@ -90,7 +90,7 @@ def best_pass(m, me, count, strength):
             continue
         dx, dy = m.px[k] - m.ball_x, m.py[k] - m.ball_y
         distance = math.sqrt(dx * dx + dy * dy)
-        if distance < 4.0 or distance > 30.0 or (m.px[k] > line and m.px[k] > 0.0):
+        if distance < 4.0 or distance > 30.0 or (strength >= 2 and m.px[k] > line and m.px[k] > 0.0):
             continue
         room = lane(m, m.px[k], m.py[k], pass_speed(distance, 1.0))
         if room < 0.3:
@@ -214,7 +214,7 @@ def keep_goal(w, m, c, me, count, strength, fresh, state):
     if state == OURS and near < 12.0 and m.taker == 0 and inside:
         if run_to(m, c, m.ball_x, m.ball_y, 80.0, 0.6):
             turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
-    elif state == PLAYING and m.taker == 0 and x < -38.0 and abs(y) < 18.0 and (own < theirs or reaches and own < 20):
+    elif state == PLAYING and m.taker == 0 and x < -38.0 and abs(y) < 18.0 and (own < theirs or (reaches and own < 20)):
         if run_to(m, c, x, y, 100.0, 0.3):
             turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
     else:
@@ -333,4 +333,5 @@ def act(worlds, memory, players, strengths, counts, formation, fresh, commands):
             if w.enabled[i]:
                 m = memory[n, i]
                 m.left = 1 if i < 11 else 0
-                play(w, m, commands[n, i], i % 11, counts[0] if i < 11 else counts[1], strengths[k], w.goalie[i] == 1, formation, fresh[n, i])
+                count = counts[0] if i < 11 else counts[1]
+                play(w, m, commands[n, i], i % 11, count, strengths[k], w.goalie[i] == 1, formation, fresh[n, i])

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from ...simulator.landmarks import LANDMARK_POSITIONS
-from ...simulator.senses import BodyColumn
-from ...simulator.state import CommandKind
-from .kernel import kernel
+from ....simulator.landmarks import LANDMARK_POSITIONS
+from ....simulator.senses import BodyColumn
+from ....simulator.state import CommandKind
+from . import kernel
 
 PI = math.pi
 NEVER = 1000
@@ -183,12 +183,16 @@ def place_player(m, k, row):
 
 
 @kernel
-def update(worlds, memory, sent, active, inertia, fresh, ball, ball_level, players, players_level, marks, mark_levels, lines, line_ids, body):
-    """One cycle of everybody's memory.
+def update(
+    worlds, chosen, memory, sent, active, inertia, fresh, ball, ball_level, players, players_level, marks, mark_levels,
+    lines, line_ids, body,
+):  # fmt: skip
+    """One cycle of everybody's memory in the chosen worlds.
 
     memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle before; active : (22,) whose memory is kept
     """
-    for n in range(memory.shape[0]):
+    for c in range(chosen.shape[0]):
+        n = chosen[c]
         w = worlds[n]
         for i in range(PLAYERS):
             if not active[i] or not w.enabled[i]:

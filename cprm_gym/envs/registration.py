@@ -1,0 +1,43 @@
+"""Registers every task with Gymnasium and, where it knows registration, with PettingZoo, without loading any of them."""
+
+from __future__ import annotations
+
+import gymnasium
+import pettingzoo
+
+NAMESPACE = "cprm"
+TASK_NAMES = ("GoToBall", "Soccer")
+"""Names of `cprm_gym.envs.tasks.TASKS`."""
+
+
+def register_all() -> tuple[str, ...]:
+    """Register all tasks; a second call changes nothing.
+
+    Returns
+    -------
+    tuple of str
+        The Gymnasium ids, ``cprm/<Task>-v0``.
+    """
+    ids = []
+    for name in TASK_NAMES:
+        env_id = f"{NAMESPACE}/{name}-v0"
+        ids.append(env_id)
+        if env_id not in gymnasium.registry:
+            gymnasium.register(
+                env_id,
+                entry_point="cprm_gym.envs.single:SoccerEnv",
+                vector_entry_point="cprm_gym.envs.vector:SoccerVectorEnv",
+                kwargs={"task": name},
+            )
+    _register_with_pettingzoo()
+    return tuple(ids)
+
+
+def _register_with_pettingzoo() -> None:
+    """``pettingzoo.make("parallel", "cprm/soccer_v0")``, with PettingZoo 1.27 or newer."""
+    if not hasattr(pettingzoo, "register"):
+        return
+    env_id = f"{NAMESPACE}/soccer_v0"
+    for kind, entry in (("parallel", "parallel_env"), ("aec", "env")):
+        if env_id not in getattr(pettingzoo, f"{kind}_registry"):
+            pettingzoo.register(kind, env_id, f"cprm_gym.envs.soccer:{entry}")

@@ -1,0 +1,264 @@
+"""The pitch as a window, an RGB array or text.
+
+pygame-ce is imported when a picture is first drawn, and only its display and font modules are started: no sound, no joystick.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from ..errors import CprmError
+from ..simulator.state import PlayMode
+
+LENGTH, WIDTH, MARGIN = 105.0, 68.0, 5.0
+SCALE = 8
+"""Pixels per metre."""
+SMOOTH = 2
+"""Everything is drawn this many times larger and then reduced, which smooths the edges."""
+BOARD = 30
+"""Height of the score board, pixels."""
+TRAIL = 20
+"""Ball positions kept for the trail."""
+CONE = {1: math.radians(60), 2: math.radians(120), 3: math.radians(180)}
+
+_GRASS, _GRASS_2, _LINE = (52, 126, 62), (57, 134, 67), (235, 242, 235)
+_LEFT, _RIGHT = (246, 205, 70), (225, 72, 66)
+_LEFT_KEEPER, _RIGHT_KEEPER = (84, 196, 130), (160, 90, 210)
+_DARK, _BALL, _BOARD_COLOUR = (24, 28, 26), (255, 255, 255), (20, 34, 26)
+
+
+class Viewer:
+    """Draws one world.
+
+    Parameters
+    ----------
+    mode : str
+        ``human``, ``rgb_array`` or ``ansi``.
+    fps : int
+        Pictures per second of the window.
+
+    Raises
+    ------
+    CprmError
+        When pygame-ce is needed and not installed.
+    """
+
+    def __init__(self, mode: str, fps: int = 10) -> None:
+        self.mode = mode
+        self.fps = fps
+        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
+        self._last_time = -1
+        self._window: Any = None
+        self._clock: Any = None
+        self._pitch: Any = None
+        self._fonts: dict[int, Any] = {}
+        self._pygame: Any = None
+        if mode != "ansi":
+            os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+            try:
+                import pygame
+            except ImportError:
+                message = f"render_mode {mode!r} needs pygame-ce: pip install 'cprm-gym[render]' (or use render_mode 'ansi')"
+                raise CprmError(message) from None
+            pygame.font.init()
+            self._pygame = pygame
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture, pixels."""
+        return int((LENGTH + 2 * MARGIN) * SCALE), int((WIDTH + 2 * MARGIN) * SCALE) + BOARD
+
+    def draw(self, world: np.void, cones: tuple[int, ...] = (), belief: np.ndarray | None = None) -> np.ndarray | str | None:
+        """The picture of a world.
+
+        Parameters
+        ----------
+        world : record of `WORLD`
+        cones : tuple of int
+            Object numbers of the players whose view cone is shown.
+        belief : (n, 3) array, optional
+            Points x, y and weight in [0, 1]: where somebody believes the ball to be.
+
+        Returns
+        -------
+        (H, W, 3) uint8 array, str or None
+            For ``rgb_array``, ``ansi`` and ``human``.
+        """
+        if self.mode == "ansi":
+            return text_picture(world)
+        pygame = self._pygame
+        steps = int(world["steps"])
+        if steps < self._last_time or steps > self._last_time + TRAIL:
+            self.trail.clear()
+        if steps != self._last_time:
+            self.trail.append((float(world["pos"][0, 0]), float(world["pos"][0, 1])))
+            self._last_time = steps
+        surface = self._picture(world, cones, belief)
+        if self.mode == "rgb_array":
+            return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
+        if self._window is None:
+            pygame.display.init()
+            self._window = pygame.display.set_mode(self.size)
+            pygame.display.set_caption("cprm_gym")
+            self._clock = pygame.time.Clock()
+        pygame.event.pump()
+        self._window.blit(surface, (0, 0))
+        pygame.display.flip()
+        self._clock.tick(self.fps)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._pygame.display.quit()
+            self._window = None
+
+    # ------------------------------------------------------------------ parts of the picture
+
+    def _at(self, x: float, y: float) -> tuple[float, float]:
+        k = SCALE * SMOOTH
+        return ((x + LENGTH / 2 + MARGIN) * k, (y + WIDTH / 2 + MARGIN) * k + BOARD * SMOOTH)
+
+    def _font(self, height: int) -> Any:
+        if height not in self._fonts:
+            self._fonts[height] = self._pygame.font.Font(None, height)
+        return self._fonts[height]
+
+    def _background(self) -> Any:
+        """Grass, lines and goals, drawn once."""
+        pygame, k = self._pygame, SCALE * SMOOTH
+        surface = pygame.Surface((self.size[0] * SMOOTH, self.size[1] * SMOOTH))
+        surface.fill(_GRASS)
+        for i in range(-1, 11):
+            if i % 2:
+                left = self._at(-LENGTH / 2 + i * 10.5, -WIDTH / 2 - MARGIN)
+                pygame.draw.rect(surface, _GRASS_2, (*left, 10.5 * k, (WIDTH + 2 * MARGIN) * k))
+        line = max(2, int(0.14 * k))
+
+        def box(x: float, y: float, width: float, height: float) -> None:
+            pygame.draw.rect(surface, _LINE, (*self._at(x, y), width * k + line, height * k + line), line)
+
+        box(-52.5, -34.0, 105.0, 68.0)
+        pygame.draw.line(surface, _LINE, self._at(0, -34), self._at(0, 34), line)
+        pygame.draw.circle(surface, _LINE, self._at(0, 0), 9.15 * k, line)
+        pygame.draw.circle(surface, _LINE, self._at(0, 0), 0.3 * k)
+        for side in (-1, 1):
+            for depth, half in ((16.5, 20.16), (5.5, 9.16)):
+                box(-52.5 if side < 0 else 52.5 - depth, -half, depth, 2 * half)
+            spot = self._at(side * 41.5, 0)
+            pygame.draw.circle(surface, _LINE, spot, 0.3 * k)
+            arc = math.acos(5.5 / 9.15)
+            points = [self._at(side * 41.5 - side * 9.15 * math.cos(a), 9.15 * math.sin(a)) for a in np.linspace(-arc, arc, 24)]
+            pygame.draw.lines(surface, _LINE, False, points, line)
+            goal = self._at(-52.5 - 2.44 if side < 0 else 52.5, -7.01)
+            pygame.draw.rect(surface, (205, 215, 208), (*goal, 2.44 * k, 14.02 * k))
+            pygame.draw.rect(surface, _DARK, (*goal, 2.44 * k, 14.02 * k), line)
+            for x in (-34.0, 34.0):
+                for post in (self._at(side * 52.44, 7.07), self._at(side * 52.44, -7.07)):
+                    pygame.draw.circle(surface, _DARK, post, 0.25 * k)
+                corner = self._at(side * 52.5, x)
+                start = {(-1, -34.0): 270, (-1, 34.0): 0, (1, -34.0): 180, (1, 34.0): 90}[(side, x)]
+                rect = pygame.Rect(0, 0, 2 * k, 2 * k)
+                rect.center = (int(corner[0]), int(corner[1]))
+                pygame.draw.arc(surface, _LINE, rect, math.radians(start), math.radians(start + 90), line)
+        return surface
+
+    def _picture(self, world: np.void, cones: tuple[int, ...], belief: np.ndarray | None) -> Any:
+        pygame, k = self._pygame, SCALE * SMOOTH
+        if self._pitch is None:
+            self._pitch = self._background()
+        surface = self._pitch.copy()
+        veil = pygame.Surface(surface.get_size(), pygame.SRCALPHA)
+        for player in cones:
+            self._cone(veil, world, player)
+        if belief is not None:
+            for x, y, weight in np.asarray(belief, float):
+                pygame.draw.circle(veil, (60, 120, 255, int(30 + 200 * min(1.0, max(0.0, weight)))), self._at(x, y), 0.8 * k)
+        for i, (x, y) in enumerate(self.trail):
+            pygame.draw.circle(veil, (255, 255, 255, int(10 + 130 * i / TRAIL)), self._at(x, y), 0.32 * k)
+        surface.blit(veil, (0, 0))
+        for player in range(1, 23):
+            if world["enabled"][player - 1]:
+                self._player(surface, world, player)
+        ball = self._at(float(world["pos"][0, 0]), float(world["pos"][0, 1]))
+        pygame.draw.circle(surface, _DARK, ball, 0.52 * k)
+        pygame.draw.circle(surface, _BALL, ball, 0.42 * k)
+        self._board(surface, world)
+        return pygame.transform.smoothscale(surface, self.size)
+
+    def _cone(self, veil: Any, world: np.void, player: int) -> None:
+        i = player - 1
+        face = float(world["body"][i] + world["neck"][i])
+        half = CONE.get(int(world["view_width"][i]), CONE[2]) / 2
+        x, y = (float(v) for v in world["pos"][player])
+        rim = [self._at(x + 40 * math.cos(face + a), y + 40 * math.sin(face + a)) for a in np.linspace(-half, half, 32)]
+        self._pygame.draw.polygon(veil, (255, 255, 255, 36), [self._at(x, y), *rim])
+
+    def _player(self, surface: Any, world: np.void, player: int) -> None:
+        pygame, k, i = self._pygame, SCALE * SMOOTH, player - 1
+        x, y = (float(v) for v in world["pos"][player])
+        body, face = float(world["body"][i]), float(world["body"][i] + world["neck"][i])
+        goalie = bool(world["goalie"][i])
+        colour = (_LEFT_KEEPER if goalie else _LEFT) if player <= 11 else (_RIGHT_KEEPER if goalie else _RIGHT)
+        if world["tackle_cycles"][i] > 0 or world["foul_cycles"][i] > 0:
+            colour = (int(0.55 * colour[0]), int(0.55 * colour[1]), int(0.55 * colour[2]))
+        radius = 1.05
+        look = self._at(x + 1.9 * math.cos(face), y + 1.9 * math.sin(face))
+        pygame.draw.line(surface, _LINE, self._at(x, y), look, max(2, int(0.16 * k)))
+        pygame.draw.circle(surface, _DARK, self._at(x, y), radius * k)
+        pygame.draw.circle(surface, colour, self._at(x, y), (radius - 0.16) * k)
+        nose = [self._at(x + r * math.cos(body + a), y + r * math.sin(body + a)) for r, a in ((1.5, 0.0), (0.95, 0.5), (0.95, -0.5))]
+        pygame.draw.polygon(surface, _DARK, nose)
+        text = self._font(int(1.7 * k)).render(str(player if player <= 11 else player - 11), True, _DARK)
+        surface.blit(text, text.get_rect(center=self._at(x, y)))
+
+    def _board(self, surface: Any, world: np.void) -> None:
+        pygame = self._pygame
+        width, height = surface.get_width(), BOARD * SMOOTH
+        pygame.draw.rect(surface, _BOARD_COLOUR, (0, 0, width, height))
+        font = self._font(int(0.8 * height))
+        middle = font.render(f"{int(world['score'][0])} : {int(world['score'][1])}", True, _LINE)
+        surface.blit(middle, middle.get_rect(center=(width / 2, height / 2)))
+        left = font.render("left", True, _LEFT)
+        surface.blit(left, left.get_rect(midright=(width / 2 - height * 1.3, height / 2)))
+        right = font.render("right", True, _RIGHT)
+        surface.blit(right, right.get_rect(midleft=(width / 2 + height * 1.3, height / 2)))
+        small = self._font(int(0.62 * height))
+        mode = small.render(mode_name(world).replace("_", " "), True, (190, 205, 195))
+        surface.blit(mode, mode.get_rect(midleft=(height * 0.6, height / 2)))
+        clock = small.render(f"cycle {int(world['time'])}", True, (190, 205, 195))
+        surface.blit(clock, clock.get_rect(midright=(width - height * 0.6, height / 2)))
+
+
+def mode_name(world: np.void) -> str:
+    """Name of the play mode."""
+    return PlayMode(int(world["mode"])).name
+
+
+def text_picture(world: np.void, columns: int = 106, rows: int = 35) -> str:
+    """The pitch in characters: ``o`` the ball, ``1``-``9``, ``A``, ``B`` left players, ``a``-``k`` right players."""
+    grid = [[" "] * columns for _ in range(rows)]
+
+    def put(x: float, y: float, mark: str) -> None:
+        column = round((x + LENGTH / 2) / LENGTH * (columns - 1))
+        row = round((y + WIDTH / 2) / WIDTH * (rows - 1))
+        if 0 <= column < columns and 0 <= row < rows:
+            grid[row][column] = mark
+
+    for row in range(rows):
+        grid[row][columns // 2] = ":"
+    for player in range(1, 23):
+        if world["enabled"][player - 1]:
+            mark = "123456789AB"[player - 1] if player <= 11 else "abcdefghijk"[player - 12]
+            put(float(world["pos"][player, 0]), float(world["pos"][player, 1]), mark)
+    put(float(world["pos"][0, 0]), float(world["pos"][0, 1]), "o")
+    head = f"{mode_name(world)}  cycle {int(world['time'])}  {int(world['score'][0])} : {int(world['score'][1])}"
+    border = "+" + "-" * columns + "+"
+    return "\n".join([head, border, *("|" + "".join(line) + "|" for line in grid), border])
+
+
