@@ -31,8 +31,8 @@ ORIENT = PetriNet(
     ),
     transitions=(
         Transition("start", ("begin",), ("ongoing",), sets={"turns": 0}),
-        Transition("turn", ("ongoing",), ("ongoing", "turns"), delay=1, tests={"off_axis": 3.0, "ball_seen": 1}, inhibitors={"turns": 10**9},
-                   emits=Command("turn", moment="moment")),
+        Transition("turn", ("ongoing",), ("ongoing", "turns"), delay=1, tests={"off_axis": 3.0, "ball_seen": 1},
+                   inhibitors={"turns": 10**9}, emits=Command("turn", moment="moment")),
         Transition("arrive", ("ongoing",), ("facing",), inhibitors={"off_axis": 3.0}),
         Transition("give_up", ("ongoing",), ("failed",), tests={"turns": 10**9, "off_axis": 3.0}),
         Transition("stop", ("abort", "ongoing"), ("failed",), priority=10),

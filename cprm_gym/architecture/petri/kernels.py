@@ -17,7 +17,7 @@ import numpy as np
 from ...compilation import kernel_group
 from ..expressions import kernels as expression_kernels
 
-_FILES = (__file__, Path(expression_kernels.__file__), Path(__file__).with_name("program.py"))
+_FILES = (__file__, Path(expression_kernels.__file__))
 kernel = kernel_group(*_FILES, _nrt=False)
 inner = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True)  # called by other kernels only
 inlined = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call

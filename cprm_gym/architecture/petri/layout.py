@@ -69,9 +69,14 @@ def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> tuple[float, float]
     tall = [max(cells[i].height for i in row) for row in rows]
     for edge, chain, (source, target) in zip(edges, chains, forward):
         points = []
-        for i in chain[1:-1]:
-            half = tall[cells[i].layer] / 2
-            points += [(cells[i].x, cells[i].y - half), (cells[i].x, cells[i].y + half)]
+        for i in chain:  # straight through the rows, bends between them
+            cell, half = cells[i], tall[cells[i].layer] / 2
+            if cell.height and half - cell.height / 2 < 5.0:
+                continue
+            if i != chain[0]:
+                points.append((cell.x, cell.y - half))
+            if i != chain[-1]:
+                points.append((cell.x, cell.y + half))
         edge.points = points if nodes[source].key == edge.source or source == target else points[::-1]
     return max(cell.x + cell.right for cell in cells), height
 

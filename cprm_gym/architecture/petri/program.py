@@ -269,14 +269,14 @@ class _Builder:
         for t in self.net.net.transitions:
             if t.emits is None:
                 continue
-            wanted = sorted(t.emits.params)
+            wanted = list(t.emits.params)
             if t.emits.name not in found:
                 found[t.emits.name] = {key: total + i for i, key in enumerate(wanted)}
                 total += len(wanted)
-            elif sorted(found[t.emits.name]) != wanted:
+            elif set(found[t.emits.name]) != set(wanted):
                 raise NetError(
                     f"net {self.net.net.name!r}, transition {t.name!r}: command {t.emits.name!r} with parameters {wanted}; "
-                    f"elsewhere it has {sorted(found[t.emits.name])}"
+                    f"elsewhere it has {list(found[t.emits.name])}"
                 )
         return found
 

@@ -196,9 +196,18 @@ def _draw_links(laid: _Laid, corner: Point, body: list[str]) -> None:
     ends = _attachments(laid)
     labels: list[str] = []
     for (link, points), (start, end) in zip(laid.routes, ends):
-        path = [(x + corner[0], y + corner[1]) for x, y in (start, *points, end)]
+        path = [(x + corner[0], y + corner[1]) for x, y in (start, *_upright(laid, link, points, start, end), end)]
         _draw_link(link, path, body, labels)
     body += labels
+
+
+def _upright(laid: _Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
+    """The points between, those straight above or below an end moved to where the arc touches it."""
+    moved = list(points)
+    for index, key, touch in ((0, link.source, start), (-1, link.target, end)):
+        if moved and abs(moved[index][0] - laid.at[key][0]) < 0.05:
+            moved[index] = (touch[0], moved[index][1])
+    return moved
 
 
 def _attachments(laid: _Laid) -> list[tuple[Point, Point]]:
@@ -209,8 +218,9 @@ def _attachments(laid: _Laid) -> list[tuple[Point, Point]]:
         path = [laid.at[link.source], *points, laid.at[link.target]]
         row = []
         for which, key in enumerate((link.source, link.target)):
-            here, beyond = (path[0], path[1]) if which == 0 else (path[-1], path[-2])
-            below = beyond[1] > here[1]
+            here, *others = path if which == 0 else path[::-1]
+            below = others[0][1] > here[1]
+            beyond = next((point for point in others if abs(point[0] - here[0]) > 1.0), others[-1])
             lean = (beyond[0] - here[0]) / max(abs(beyond[1] - here[1]), 1.0)
             touching.setdefault((key, below), []).append((lean, number, which))
             row.append(below)
