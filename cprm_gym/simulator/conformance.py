@@ -8,19 +8,26 @@ is this function.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from cprm_gym.errors import LogError
+from cprm_gym.simulator.conformance_frequencies import catches, fouls, hearing
 from cprm_gym.simulator.conformance_match import replay_match
-from cprm_gym.simulator.conformance_recording import read_recording
+from cprm_gym.simulator.conformance_recording import Recording, read_recording
 from cprm_gym.simulator.conformance_report import Check, Mismatch, Report, Result
 from cprm_gym.simulator.conformance_scenario import ScenarioReplay
+from cprm_gym.simulator.conformance_sight import arms, gaussian, levels
+from cprm_gym.simulator.conformance_statistics import ball_rows, player_rows
 
 __all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_match", "replay_scenario", "run"]
 
 _RECORDINGS = (".jsonl", ".jsonl.gz")
 _MATCHES = (".rcg", ".rcg.gz")
+_STATISTICS: dict[str, Callable[[Recording, Result], None]] = {
+    "catch_stretch": catches, "noise_foul": fouls, "noise_hear": hearing, "sight_point": arms, "sight_gauss": gaussian,
+    "sight_prob": levels, "sight_prob_v17": levels,
+}
 
 
 def replay_scenario(path: str | os.PathLike[str]) -> Result:
@@ -33,8 +40,31 @@ def replay_scenario(path: str | os.PathLike[str]) -> Result:
     """
     recording = read_recording(path)
     result = Result(str(path), recording.scenario)
-    ScenarioReplay(recording, result).run()
+    if any("steps" in record or record["rec"] == "row" for record in recording.records):
+        ScenarioReplay(recording, result).run()
+    else:
+        replay_statistics(recording, result)
     return result
+
+
+def replay_statistics(recording: Recording, result: Result) -> None:
+    """Compare a recording of chance, distributions or frequencies, with the simulator.
+
+    Raises
+    ------
+    LogError
+        When its records are of no known kind.
+    """
+    if recording.scenario in _STATISTICS:
+        _STATISTICS[recording.scenario](recording, result)
+        return
+    for record in recording.records:
+        if record["rec"] != "rows" or "set" not in record:
+            raise LogError(f"{recording.path}: a record of unknown kind {record['rec']!r} in scenario {recording.scenario!r}")
+        if "bbody" in record["columns"]:
+            player_rows(recording, result, record)
+        else:
+            ball_rows(recording, result, record)
 
 
 def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
