@@ -114,6 +114,8 @@ def _plain(kind: types.Type) -> types.Type:
 
 def _widen_integers(dispatcher: Any) -> Any:
     """Let compiled callers share one version of a kernel: numba would compile one for each constant and width of integer."""
+    if config.DISABLE_JIT:  # then it is the plain function
+        return dispatcher
     template = dispatcher.get_call_template
 
     def get_call_template(args: Iterable[types.Type], kws: dict[str, types.Type]) -> Any:
