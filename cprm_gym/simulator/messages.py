@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body, landmarks, rounding, senses
+from cprm_gym.simulator.kernels import audio, body, landmark_sight, rounding, senses
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
 from cprm_gym.simulator.player_types import TypeColumn
 from cprm_gym.simulator.senses import new_landmarks, new_see
@@ -127,7 +127,7 @@ class _Object(NamedTuple):
 
 def _landmarks(r: _Reader, message: int) -> list[_Object]:
     out = new_landmarks(1)
-    landmarks.look_at_landmarks(r.w, r.p, r.i, r.protocol, message, out.landmarks[0], out.level[0])
+    landmark_sight.look_at_landmarks(r.w, r.p, r.i, r.protocol, message, out.landmarks[0], out.level[0])
     rows, levels = out.landmarks[0, r.i], out.level[0, r.i]
     far = r.limit("FLAG_CHG_FAR_LENGTH", 20.0)
     return [_still_or_moving(r.landmark_name(j, levels[j]), rows[j], levels[j], far) for j in _rows(levels)]
@@ -170,7 +170,7 @@ def _ball_and_players(r: _Reader, message: int) -> list[_Object]:
 
 def _lines(r: _Reader) -> list[_Object]:
     out = new_landmarks(1)
-    landmarks.look_at_lines(r.w, r.p, r.i, r.protocol, out.lines[0], out.line[0])
+    landmark_sight.look_at_lines(r.w, r.p, r.i, r.protocol, out.lines[0], out.line[0])
     seen = zip(out.lines[0, r.i], out.line[0, r.i])
     return [_Object(_told(r.words["line"] + LINE_NAMES[line][1:], row[0], row[1])) for row, line in seen if line]
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.kernels import audio, body, landmarks, senses
+from cprm_gym.simulator.kernels import audio, body, landmark_sight, senses
 from cprm_gym.simulator.landmarks import LANDMARKS
 from cprm_gym.simulator.state import PLAYERS, SAY_SIZE
 
@@ -213,7 +213,7 @@ def see(worlds: Array, parameters: Array, out: See | None = None) -> See:
 def see_landmarks(worlds: Array, parameters: Array, out: Landmarks | None = None) -> Landmarks:
     """Landmarks and lines as every player sees them; arguments as `see`."""
     out = new_landmarks(len(worlds)) if out is None else out
-    landmarks.landmarks_of_worlds(worlds, parameters, *out, 0, len(worlds))
+    landmark_sight.landmarks_of_worlds(worlds, parameters, *out, 0, len(worlds))
     return out
 
 

@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body
-from cprm_gym.simulator.kernels import landmarks as landmark_kernels
+from cprm_gym.simulator.kernels import audio, body, landmark_sight
 from cprm_gym.simulator.kernels import senses as eye_kernels
 from cprm_gym.simulator.kernels import step as kernels
 from cprm_gym.simulator.kernels.random import draw_uniforms
@@ -219,7 +218,7 @@ class Simulator(Officials):
         """Landmarks and lines as every player sees them, computed only when asked for; `out` as for `see`."""
         if out is None:
             out = self._landmarks = self._landmarks or new_landmarks(self.worlds)
-        self._run(landmark_kernels.landmarks_of_worlds, *out)
+        self._run(landmark_sight.landmarks_of_worlds, *out)
         return out
 
     def _bytes(self) -> npt.NDArray[np.uint8]:

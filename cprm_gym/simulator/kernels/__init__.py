@@ -18,7 +18,7 @@ from numba.core.registry import CPUDispatcher
 from cprm_gym.compilation import kernel_group
 
 _simulator = Path(__file__).parent.parent
-_files = (Path(__file__).parent, _simulator / "state.py", _simulator / "parameters.py", _simulator / "player_types.py")
+_files = (Path(__file__).parent, *(_simulator / f"{name}.py" for name in ("state", "parameters", "player_types", "landmarks")))
 _entry = kernel_group(*_files)
 _callee = kernel_group(*_files, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
