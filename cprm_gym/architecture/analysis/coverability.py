@@ -16,7 +16,7 @@ import numpy as np
 from ...errors import NetError
 from .kernels import coverability as kernels
 from .state_space import Budget
-from .system import FREE, KEEP, System
+from .system import FREE, System
 
 OMEGA = kernels.OMEGA
 
@@ -79,7 +79,7 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
         raise NetError(f"net {system.name!r}: coverability is not defined here for nets with priorities; leave them out")
     budget = budget or Budget(memory=512 * 1024**2)
     places = len(system.places)
-    pumpable = ~((system.inhibit != FREE).any(axis=0) | (system.sets != KEEP).any(axis=0))
+    pumpable = system.pumpable
     capacity, slots = 4096 + 2 * len(system.transitions), 1 << 14
     while slots < 2 * capacity:
         slots *= 2

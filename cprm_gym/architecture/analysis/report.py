@@ -19,14 +19,15 @@ from ...errors import LogError, NetError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.io import load_net
 from ..petri.pnml import read_pnml
+from .composition import CompositionReport, check_composition
 from .contracts import ContractReport, check_contract
-from .cycles import TimedSystem
+from .cycles import TimedSystem, explore_cycles
 from .invariants import Invariants, flow_basis, semiflows, structural_bounds
 from .siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from .state_space import Budget, Progress
 from .structure import Structure, Verdict, analyze_structure
 from .system import System
-from .timed import RunVerdict, TimedStructure, analyze_cycles, closed_system
+from .timed import RunVerdict, TimedStructure, closed_system, judge_cycles
 
 SIPHON_PLACES = 200
 """Siphons and traps are listed for nets of at most so many places."""
@@ -53,6 +54,8 @@ class Report:
         Commoner's condition for ordinary nets.
     contract : ContractReport or None
         For behaviour modules.
+    composition : CompositionReport or None
+        For nets with modules: whether it uses them as their contracts assume.
     notes : tuple of str
         What could not be looked at, and why.
     """
@@ -69,6 +72,7 @@ class Report:
     traps: PlaceSets | None
     siphon_trap: Verdict
     contract: ContractReport | None
+    composition: CompositionReport | None = None
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
@@ -86,6 +90,7 @@ class Report:
             "traps": _sets(self.traps),
             "siphon_trap": self.siphon_trap.to_json(),
             "contract": self.contract.to_json() if self.contract else None,
+            "composition": self.composition.to_json() if self.composition else None,
             "notes": list(self.notes),
         }
 
@@ -102,6 +107,8 @@ class Report:
         parts.append(_invariant_table(self))
         if self.contract:
             parts.append(Text(str(self.contract)))
+        if self.composition:
+            parts.append(Text(str(self.composition)))
         parts += [Text(f"note: {note}", style="yellow") for note in self.notes]
         return Group(*parts)
 
@@ -185,6 +192,7 @@ def analyze(
     notes: list[str] = []
     closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_cycles(compiled) else None
     p_flows, t_flows = (semiflows(own, "P"), semiflows(own, "T")) if minimal else (flow_basis(own, "P"), flow_basis(own, "T"))
+    space = explore_cycles(closed, budget, progress) if closed else None
     small = len(own.places) <= SIPHON_PLACES
     siphons = minimal_siphons(own, 500) if small else None
     return Report(
@@ -192,7 +200,7 @@ def analyze(
         places=len(own.places),
         transitions=len(own.transitions),
         untimed=analyze_structure(closed.untimed if closed and is_module else own, budget, progress),
-        timed=analyze_cycles(compiled, budget, progress, bounds) if closed else None,
+        timed=judge_cycles(compiled, space) if space else None,
         p_invariants=p_flows,
         t_invariants=t_flows,
         conservative=conservative(own),
@@ -200,6 +208,7 @@ def analyze(
         traps=minimal_traps(own, 500) if small else None,
         siphon_trap=_commoner(own, siphons),
         contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and closed else None,
+        composition=check_composition(compiled, space=space) if space and compiled.source.modules else None,
         notes=tuple(notes),
     )
 

@@ -303,10 +303,9 @@ def _widen(space: StateSpace, i: int, k: int, budget: Budget) -> str:
     t = int(space.order[k])
     before = space.marking(i)
     after = system.fire(t, before)
-    if system.is_plain:
-        space.pump = _pump(space, i, t, after)
-        if space.pump:
-            return "unbounded"
+    space.pump = _pump(space, i, t, after)
+    if space.pump:
+        return "unbounded"
     bits = np.maximum(old.bits, np.ceil(np.log2(after.clip(1) + 1)).astype(np.int64))
     if bits.max() > 40:
         return "unbounded"
@@ -323,14 +322,18 @@ def _widen(space: StateSpace, i: int, k: int, budget: Budget) -> str:
 
 
 def _pump(space: StateSpace, i: int, t: int, after: np.ndarray) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    """If a predecessor of marking `i` is covered by the marking after `t`: the way to it and the sequence to repeat."""
+    """If a predecessor of marking `i` is covered by the marking after `t`: the way to it and the sequence to repeat.
+
+    The sequence can be repeated for ever where the places that grow are `System.pumpable`.
+    """
     chain = [i]
     while chain[-1]:
         chain.append(int(space.parents[chain[-1]]))
     rows = np.array(chain, np.int64)
     out = np.empty((len(rows), len(after)), np.int64)
     packed.unpack_rows(space.words, rows, space.layout.word, space.layout.shift, space.layout.mask, out)
-    covered = np.flatnonzero((out <= after).all(axis=1) & (out < after).any(axis=1))
+    grows = out < after
+    covered = np.flatnonzero((out <= after).all(axis=1) & grows.any(axis=1) & ~grows[:, ~space.system.pumpable].any(axis=1))
     if not len(covered):
         return None
     whole = space.path(i)

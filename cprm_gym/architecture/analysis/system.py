@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import NetError, unknown_name
-from ..petri import UNBOUNDED, CompiledNet, ObjectPlace, PetriNet, compile_net
+from ..petri import UNBOUNDED, Arcs, CompiledNet, ObjectPlace, PetriNet, compile_net
 
 FREE = 0
 """In `System.inhibit`: no inhibitor arc."""
@@ -147,16 +147,15 @@ class System:
         """
         c = net if isinstance(net, CompiledNet) else compile_net(net)
         kept = np.flatnonzero(c.moved & ~selected_places(c))
-        tests, inhibits = c.test[:, kept], c.inhibit[:, kept]
         system = cls.from_arrays(
-            c.pre[:, kept],
-            c.post[:, kept],
+            _dense(c, c.inputs, kept, 0),
+            _dense(c, c.outputs, kept, 0),
             c.initial[kept].astype(np.int64),
             places=tuple(c.place_names[p] for p in kept),
             transitions=c.transition_names,
-            test=np.where(np.isfinite(tests), np.ceil(tests), 0).clip(0),
-            inhibit=np.where(np.isfinite(inhibits), np.ceil(inhibits), 0),
-            sets=c.set_to[:, kept],
+            test=_dense(c, c.tests, kept, 0),
+            inhibit=_dense(c, c.inhibitors, kept, FREE),
+            sets=_dense(c, c.sets, kept, KEEP),
             capacity=np.where(c.capacity[kept] >= UNBOUNDED, KEEP, c.capacity[kept]),
             priority=np.where(c.delay == 0, c.priority + (1 << 40), 0) if timing else None,
             weak_capacity=c.net.semantics.capacity == "weak",
@@ -164,10 +163,12 @@ class System:
         )
         free = np.ones(c.n_places, bool)
         free[kept] = False
-        guarded = (np.isfinite(c.test) | np.isfinite(c.inhibit)) & free
-        never = (guarded & (c.test >= c.inhibit)).any(axis=1)
-        system.inhibit[never] = NEVER
-        system.preempts[:] = ~guarded.any(axis=1)
+        for t in range(c.n_transitions):
+            least = {p: value for p, value in c.tests.of(t) if free[p]}
+            below = {p: value for p, value in c.inhibitors.of(t) if free[p]}
+            if any(least.get(p, -np.inf) >= value for p, value in below.items()):
+                system.inhibit[t] = NEVER
+            system.preempts[t] = not (least or below)
         return system
 
     @property
@@ -176,9 +177,11 @@ class System:
         return self.post.astype(np.int64) - self.pre
 
     @property
-    def is_plain(self) -> bool:
-        """Whether a run stays possible with more tokens: no inhibitor arcs, capacities, set arcs or priorities."""
-        return not (self.inhibit.any() or (self.sets != KEEP).any() or self.group.any())
+    def pumpable(self) -> np.ndarray:
+        """Places of which more tokens forbid nothing and are not overwritten, shape (P,) bool."""
+        if self.group.any():
+            return np.zeros(len(self.places), bool)
+        return np.asarray(~((self.inhibit != FREE).any(axis=0) | (self.sets != KEEP).any(axis=0)))
 
     def place(self, name: str) -> int:
         """Column of the place `name`; `UnknownName` if there is none."""
@@ -229,6 +232,17 @@ class System:
     def describe(self, marking: np.ndarray) -> dict[str, int]:
         """The marked places of `marking` by name."""
         return {self.places[p]: int(marking[p]) for p in np.flatnonzero(np.asarray(marking))}
+
+
+def _dense(c: CompiledNet, arcs: Arcs, kept: np.ndarray, nothing: int) -> np.ndarray:
+    """Arcs of one kind as a table (T, len(kept)) int32; thresholds are rounded up, which is the same for whole tokens."""
+    column = np.full(c.n_places, -1, np.int64)
+    column[kept] = np.arange(len(kept))
+    table = np.full((c.n_transitions, len(kept)), nothing, np.int32)
+    rows = np.repeat(np.arange(c.n_transitions), np.diff(arcs.start))
+    there = column[arcs.place] >= 0
+    table[rows[there], column[arcs.place[there]]] = np.ceil(arcs.value[there]).astype(np.int32)
+    return table
 
 
 def selected_places(c: CompiledNet) -> np.ndarray:

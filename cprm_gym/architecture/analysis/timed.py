@@ -184,8 +184,12 @@ def analyze_cycles(
         Tokens in one place beyond which it counts as unbounded.
     """
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
-    system = closed_system(compiled, bounds, limit)
-    space = explore_cycles(system, budget, progress)
+    return judge_cycles(compiled, explore_cycles(closed_system(compiled, bounds, limit), budget, progress))
+
+
+def judge_cycles(compiled: CompiledNet, space: CycleSpace) -> TimedStructure:
+    """What an exploration of `closed_system(compiled)` says."""
+    system = space.system
     graph, own = space.graph, system.n_own
     parts = components(graph, len(system.labels))
     stopped = "" if space.complete else f"the exploration stopped: {space.reason}"

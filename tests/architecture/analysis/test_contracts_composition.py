@@ -1,0 +1,72 @@
+"""Whether a net uses its modules as their contracts assume."""
+
+from dataclasses import replace
+
+from contract_modules import turn_to_ball
+
+from cprm_gym.architecture.analysis.composition import check_composition
+from cprm_gym.architecture.petri import Input, PetriNet, Place, Transition
+
+
+def caller_net(*more, without=()):
+    """Turn to the ball again and again."""
+    transitions = (
+        Transition("begin", ("idle",), ("turn.begin", "waiting")),
+        Transition("ahead", ("turn.facing", "waiting"), ("idle",), delay=1),
+        Transition("failed", ("turn.failed", "waiting"), ("idle",), delay=1),
+        Transition("lost", ("turn.lost_ball", "waiting"), ("idle",), delay=1),
+        *more,
+    )
+    return PetriNet(
+        "caller",
+        places=(Place("idle", capacity=1, tokens=1), Place("waiting", capacity=1), Input("hurry")),
+        modules={"turn": turn_to_ball()},
+        transitions=tuple(t for t in transitions if t.name not in without),
+    )
+
+
+def kinds(net):
+    report = check_composition(net)
+    return {(m.instance, m.kind) for m in report.misuses}, report
+
+
+def test_a_net_that_handles_every_outcome_in_turn_is_right():
+    found, report = kinds(caller_net())
+    assert found == set()
+    assert (report.holds, report.complete) == (True, True)
+    assert "as they assume" in str(report)
+
+
+def test_an_outcome_that_nobody_takes_is_named_and_the_run_to_it_shown():
+    found, report = kinds(caller_net(without=("lost",)))
+    assert found == {("turn", "unhandled"), ("turn", "left lying")}
+    lying = next(m for m in report.misuses if m.kind == "left lying")
+    assert lying.run[-1].marking["turn.lost_ball"] == 1
+    assert report.holds is False
+
+
+def test_an_outcome_that_is_waited_for_in_vain_is_left_lying():
+    net = caller_net(without=("failed",))
+    stubborn = replace(
+        net,
+        places=(*net.places, Place("never", capacity=1)),
+        transitions=(*net.transitions, Transition("failed", ("turn.failed", "never"), ("idle",))),
+    )
+    found, _ = kinds(stubborn)
+    assert found == {("turn", "left lying")}
+
+
+def test_a_call_while_the_module_is_busy_is_shown():
+    found, report = kinds(caller_net(Transition("again", ("waiting",), ("turn.begin", "waiting"), tests={"hurry": 1}, delay=1)))
+    assert ("turn", "out of turn") in found
+    run = next(m for m in report.misuses if m.kind == "out of turn").run
+    assert run[-1].marking["turn.begin"] == run[-1].marking["turn.ongoing"] == 1
+
+
+def test_a_module_that_is_never_begun_is_named():
+    found, _ = kinds(caller_net(without=("begin",)))
+    assert ("turn", "never begun") in found
+
+
+def test_a_net_without_modules_misuses_none():
+    assert check_composition(PetriNet("plain", (Place("p"),))).holds is True
