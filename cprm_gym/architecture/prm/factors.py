@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.jointree import elimination_order, neighbours
+from cprm_gym.architecture.prm.jointree import best_order, neighbours
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +124,7 @@ def contract_all(factors: Sequence[Factor], keep: Sequence[Any]) -> Factor:
         pool = [f for f in pool if v not in f.scope]
         while len(inside) > 2:
             inside = sorted([multiply(inside[0], inside[1]), *inside[2:]], key=lambda f: f.size)
-        joined = (
-            contract(inside[0], inside[1], (v,))
-            if len(inside) == 2
-            else inside[0].sum_onto([u for u in inside[0].scope if u != v])
-        )
+        joined = contract(inside[0], inside[1], (v,)) if len(inside) == 2 else inside[0].sum_onto([u for u in inside[0].scope if u != v])
         pool.append(joined)
     result = Factor((), np.ones(1))
     for f in sorted(pool, key=lambda f: f.size):
@@ -137,11 +133,7 @@ def contract_all(factors: Sequence[Factor], keep: Sequence[Any]) -> Factor:
 
 
 def _order(graph: dict[Any, set[Any]], cards: dict[Any, int], keep: Sequence[Any]) -> list[Any]:
-    """A greedy order in which the kept variables come last."""
-    inside = {v: {u for u in around if u not in keep} for v, around in graph.items() if v not in keep}
-    full = {v: set(around) for v, around in graph.items()}
+    """A greedy order of elimination of the variables that are not kept."""
     if len(keep) <= 1:
-        orders = [elimination_order(full, cards, rule) for rule in ("fill", "weight")]
-    else:
-        orders = [elimination_order(inside, cards, rule) for rule in ("fill", "weight")]
-    return min(orders, key=lambda pair: pair[1])[0]
+        return best_order(graph, cards)
+    return best_order({v: {u for u in around if u not in keep} for v, around in graph.items() if v not in keep}, cards)

@@ -9,8 +9,11 @@ Koller and Friedman, Probabilistic Graphical Models, 2009, chapters 9 and 10; di
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from heapq import heapify, heappop, heappush
 from math import prod
 from typing import Any
 
@@ -68,30 +71,58 @@ def elimination_order(graph: Mapping[Node, set[Node]], cards: Mapping[Node, int]
         Take the variable that adds fewest links, or the one that makes the smallest clique; ties by the other rule.
     """
     live = {v: set(n) for v, n in graph.items()}
+    place = {v: i for i, v in enumerate(live)}
 
-    def price(v: Node) -> tuple[float, float]:
-        around = list(live[v])
+    def price(v: Node) -> tuple[float, float, int]:
+        around = live[v]
         weight = float(cards[v]) * prod(cards[u] for u in around)
-        missing = sum(1 for i, a in enumerate(around) for b in around[i + 1 :] if b not in live[a])
-        return (missing, weight) if rule == "fill" else (weight, missing)
+        missing = sum(len(around) - 1 - len(live[a] & around) for a in around) / 2
+        return (missing, weight, place[v]) if rule == "fill" else (weight, missing, place[v])
 
     prices = {v: price(v) for v in live}
+    heap = [_Entry(p, v) for v, p in prices.items()]
+    heapify(heap)
     order: list[Node] = []
     total = 0.0
-    while live:
-        best = min(prices, key=lambda v: prices[v])
+    while heap:
+        entry = heappop(heap)
+        best = entry.node
+        if prices.get(best) != entry.price:
+            continue
         around = live.pop(best)
         del prices[best]
         total += float(cards[best]) * prod(cards[u] for u in around)
         order.append(best)
         touched = set(around)
         for u in around:
+            grown = around - live[u] - {u}
             live[u] |= around
             live[u] -= {u, best}
-            touched |= live[u]
+            if grown:
+                touched |= live[u]
         for u in touched:
-            prices[u] = price(u)
+            new = price(u)
+            if new != prices[u]:
+                prices[u] = new
+                heappush(heap, _Entry(new, u))
     return order, total
+
+
+class _Entry:
+    """A variable in the queue, compared by price alone."""
+
+    __slots__ = ("node", "price")
+
+    def __init__(self, price: tuple[float, float, int], node: Node) -> None:
+        self.price, self.node = price, node
+
+    def __lt__(self, other: _Entry) -> bool:
+        return self.price < other.price
+
+
+def best_order(graph: Mapping[Node, set[Node]], cards: Mapping[Node, int]) -> list[Node]:
+    """The better of the two greedy elimination orders."""
+    return min((elimination_order(graph, cards, rule) for rule in ("fill", "weight")), key=lambda pair: pair[1])[0]
 
 
 @dataclass(frozen=True)
@@ -109,76 +140,45 @@ class JoinTree:
     cliques: tuple[frozenset[Node], ...]
     parents: tuple[int, ...]
 
+    @cached_property
+    def holders(self) -> dict[Node, list[int]]:
+        """The cliques that hold each variable."""
+        found: dict[Node, list[int]] = {}
+        for i, clique in enumerate(self.cliques):
+            for v in clique:
+                found.setdefault(v, []).append(i)
+        return found
+
+    def containing(self, scope: Collection[Node]) -> list[int]:
+        """Indices of the cliques that hold all of `scope`."""
+        rarest = min((self.holders.get(v, []) for v in scope), key=len)
+        return [i for i in rarest if self.cliques[i].issuperset(scope)]
+
     def smallest(self, scope: Collection[Node], cards: Mapping[Node, int]) -> int:
         """Index of the smallest clique that holds all of `scope`."""
-        inside = [i for i, clique in enumerate(self.cliques) if clique.issuperset(scope)]
-        return min(inside, key=lambda i: prod(cards[v] for v in self.cliques[i]))
+        return min(self.containing(scope), key=lambda i: prod(cards[v] for v in self.cliques[i]))
 
 
-def maximal_cliques(scopes: Sequence[Collection[Node]], cards: Mapping[Node, int]) -> list[frozenset[Node]]:
-    """Maximal cliques of a triangulation of the graph of `scopes`, by the better of two greedy orders."""
-    graph = neighbours(scopes)
-    order = min((elimination_order(graph, cards, rule) for rule in ("fill", "weight")), key=lambda pair: pair[1])[0]
-    live = {v: set(n) for v, n in graph.items()}
-    found: list[frozenset[Node]] = []
-    for v in order:
-        around = live.pop(v)
-        clique = frozenset(around | {v})
-        if not any(clique <= other for other in found):
-            found.append(clique)
-        for u in around:
-            live[u] |= around
-            live[u] -= {u, v}
-    return found
-
-
-def join_tree(scopes: Sequence[Collection[Node]], cards: Mapping[Node, int], heavy: Collection[frozenset[Node]] = ()) -> JoinTree:
+def join_tree(scopes: Sequence[Collection[Node]], cards: Mapping[Node, int]) -> JoinTree:
     """A join tree whose cliques hold every scope, each tree rooted at its largest clique.
 
     Parameters
     ----------
     scopes : sequence of collections of variables
     cards : dict of variable to int
-    heavy : collection of frozensets
-        Scopes of which the root must hold one, if given and possible.
     """
-    cliques = maximal_cliques(scopes, cards)
-    links = sorted(
-        (
-            (-len(a & b), prod(cards[v] for v in a | b), i, j)
-            for i, a in enumerate(cliques)
-            for j, b in enumerate(cliques[:i])
-            if a & b
-        ),
-        key=lambda link: link[:2],
-    )
-    owner = list(range(len(cliques)))
-    edges: dict[int, list[int]] = {i: [] for i in range(len(cliques))}
-
-    def find(i: int) -> int:
-        while owner[i] != i:
-            i = owner[i]
-        return i
-
-    for _, _, i, j in links:
-        a, b = find(i), find(j)
-        if a != b:
-            owner[a] = b
-            edges[i].append(j)
-            edges[j].append(i)
-
-    def rank(i: int) -> tuple[bool, int]:
-        return any(scope <= cliques[i] for scope in heavy), prod(cards[v] for v in cliques[i])
-
+    graph = neighbours(scopes)
+    cliques, edges = _clique_tree(graph, best_order(graph, cards))
+    sizes = [prod(cards[v] for v in clique) for clique in cliques]
     order: list[int] = []
     parents: dict[int, int] = {}
-    for start in sorted(range(len(cliques)), key=rank, reverse=True):
+    for start in sorted(range(len(cliques)), key=sizes.__getitem__, reverse=True):
         if start in parents:
             continue
         parents[start] = -1
-        queue = [start]
+        queue = deque([start])
         while queue:
-            i = queue.pop(0)
+            i = queue.popleft()
             order.append(i)
             for j in edges[i]:
                 if j not in parents:
@@ -188,6 +188,32 @@ def join_tree(scopes: Sequence[Collection[Node]], cards: Mapping[Node, int], hea
     return JoinTree(tuple(cliques[i] for i in order), tuple(place[parents[i]] if parents[i] >= 0 else -1 for i in order))
 
 
-def sorted_scope(scope: Iterable[Hashable]) -> tuple[Node, ...]:
-    """The variables of a scope in a fixed order."""
-    return tuple(sorted(scope, key=lambda v: (str(type(v)), v)))
+def _clique_tree(graph: Mapping[Node, set[Node]], order: Sequence[Node]) -> tuple[list[frozenset[Node]], list[list[int]]]:
+    """Maximal cliques that an elimination makes, and the links of their forest.
+
+    A variable's clique is itself and its neighbours when it is eliminated; it hangs on the clique of the first of these to go.
+    Where that clique is no more than those neighbours it is part of this one, and they are joined.
+    """
+    live = {v: set(n) for v, n in graph.items()}
+    when = {v: i for i, v in enumerate(order)}
+    cliques: list[frozenset[Node]] = []
+    waiting: dict[Node, list[int]] = {}
+    edges: list[list[int]] = []
+    for v in order:
+        around = live.pop(v)
+        for u in around:
+            live[u] |= around
+            live[u] -= {u, v}
+        clique = frozenset(around | {v})
+        joined = next((i for i in waiting.get(v, ()) if clique <= cliques[i]), None)
+        if joined is None:
+            joined = len(cliques)
+            cliques.append(clique)
+            edges.append([])
+        for i in waiting.pop(v, ()):
+            if i != joined:
+                edges[i].append(joined)
+                edges[joined].append(i)
+        if around:
+            waiting.setdefault(min(around, key=when.__getitem__), []).append(joined)
+    return cliques, edges

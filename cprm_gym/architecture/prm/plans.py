@@ -229,7 +229,7 @@ def compile_plan(spec: PlanSpec, tables: Mapping[int, np.ndarray]) -> Plan:
         build.emit(kernels.NORMALISE, build.one, build.one, build.owned(scalar), extra=build.sums)
         build.sums += 1
     scopes = [frozenset(f.scope) for f in factors]
-    tree = join_tree(scopes + [frozenset(c) for c in spec.clusters], build.cards, heavy=scopes)
+    tree = join_tree(scopes + [frozenset(c) for c in spec.clusters], build.cards)
     members: dict[int, list[Tensor]] = {}
     for f in factors:
         members.setdefault(tree.smallest(f.scope, build.cards), []).append(f)
@@ -253,18 +253,19 @@ def compile_plan(spec: PlanSpec, tables: Mapping[int, np.ndarray]) -> Plan:
 
 
 def _kept(build: Builder, tree: JoinTree, passes: _Passes) -> list[list[tuple[Tensor, int]]]:
-    """The potentials of every tree of the forest, and the slot of the sum each is to be divided by."""
+    """The potentials of every tree of the forest; one of each tree is divided by the tree's sum, whose slot stands with it."""
     root_of: dict[int, int] = {}
-    pieces: dict[int, list[tuple[Tensor, int]]] = {}
+    members: dict[int, list[int]] = {}
     for i, parent in enumerate(tree.parents):
         root_of[i] = i if parent < 0 else root_of[parent]
-        piece = pieces.setdefault(root_of[i], [])
-        if i not in passes.potentials:
-            continue
-        pot = build.owned(passes.potentials[i])
-        divided = parent < 0 and pot.buffer != passes.beliefs[i].buffer
-        piece.append((pot, passes.root_slot[i] if divided else -1))
-    return [piece for piece in pieces.values() if piece]
+        if i in passes.potentials:
+            members.setdefault(root_of[i], []).append(i)
+    pieces = []
+    for root, cliques in members.items():
+        pots = [build.owned(passes.potentials[i]) for i in cliques]
+        scaled = any(pot.buffer == passes.beliefs[root].buffer for pot in pots)
+        pieces.append([(pot, passes.root_slot[root] if k == 0 and not scaled else -1) for k, pot in enumerate(pots)])
+    return pieces
 
 
 def _projected(build: Builder, passes: _Passes, homes: Mapping[tuple[int, ...], int]) -> list[list[tuple[Tensor, int]]]:

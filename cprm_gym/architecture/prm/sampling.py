@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cprm_gym.architecture.prm.factors import Factor, multiply
-from cprm_gym.architecture.prm.jointree import elimination_order, neighbours
+from cprm_gym.architecture.prm.jointree import best_order, neighbours
 
 
 def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.random.Generator) -> dict[Any, np.ndarray]:
@@ -32,7 +32,7 @@ def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.ra
     for f in pool:
         cards.update(f.cards)
     graph = neighbours([f.scope for f in pool])
-    order = min((elimination_order(graph, cards, rule) for rule in ("fill", "weight")), key=lambda pair: pair[1])[0]
+    order = best_order(graph, cards)
     trace: list[tuple[Any, Factor]] = []
     for v in order:
         inside = sorted((f for f in pool if v in f.scope), key=lambda f: f.size)

@@ -23,7 +23,7 @@ import numpy as np
 
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.factors import Factor, contract, contract_all, multiply, union
-from cprm_gym.architecture.prm.jointree import connected, elimination_order, join_tree, neighbours
+from cprm_gym.architecture.prm.jointree import best_order, connected, join_tree, neighbours
 from cprm_gym.architecture.prm.slices import GroundSlice
 from cprm_gym.architecture.prm.transitions import SliceInfo, TableStore
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
@@ -52,7 +52,7 @@ class JunctionTree:
         for f in factors:
             self.cards.update(f.cards)
         scopes = [frozenset(f.scope) for f in factors if f.scope]
-        self.tree = join_tree(scopes, self.cards, heavy=scopes)
+        self.tree = join_tree(scopes, self.cards)
         self.log_total = np.zeros(width)
         self._pots: dict[int, list[Factor]] = {i: [] for i in range(len(self.tree.cliques))}
         for f in factors:
@@ -117,7 +117,7 @@ class JunctionTree:
 
     def joint(self, nodes: Sequence[Any]) -> np.ndarray:
         """Joint marginal of some nodes, shape (W, card, ...)."""
-        inside = [i for i, clique in enumerate(self.tree.cliques) if clique.issuperset(nodes)]
+        inside = self.tree.containing(nodes)
         if inside:
             best = min(inside, key=lambda i: prod(self.cards[v] for v in self.tree.cliques[i]))
             table = self.belief(best).sum_onto(set(nodes)).over(nodes)
@@ -158,7 +158,7 @@ def maximise(factors: Sequence[Factor], width: int) -> tuple[dict[Any, np.ndarra
     for f in pool:
         cards.update(f.cards)
     graph = neighbours([f.scope for f in pool])
-    order = min((elimination_order(graph, cards, rule) for rule in ("fill", "weight")), key=lambda pair: pair[1])[0]
+    order = best_order(graph, cards)
     log_value = np.zeros(width)
     trace: list[tuple[Any, Factor]] = []
     for v in order:
@@ -243,9 +243,7 @@ class BayesNet:
         for cpd in slice_.cpds:
             for parent, lag in cpd.parents:
                 if lag != 0:
-                    raise ModelError(
-                        f"CPD of {cpd.child!r} has parent {parent!r} with lag {lag}; a static net has no other slices"
-                    )
+                    raise ModelError(f"CPD of {cpd.child!r} has parent {parent!r} with lag {lag}; a static net has no other slices")
         self.info = SliceInfo(slice_, {}, TableStore())
 
     def check(self, name: str) -> None:
@@ -318,9 +316,7 @@ class BayesNet:
         readings = self.read(evidence, soft, batch)
         for name in names:
             self.check(name)
-        needed = self._ancestors(
-            [*names, *(n for n, r in self.info.row.items() if (readings.hard[r] >= 0).any()), *readings.soft]
-        )
+        needed = self._ancestors([*names, *(n for n, r in self.info.row.items() if (readings.hard[r] >= 0).any()), *readings.soft])
         factors = [f for f, cpd in zip(self.factors(readings), self.info.slice.cpds) if cpd.child in needed]
         factors += self.factors(readings)[len(self.info.slice.cpds) :]
         left = {v for f in factors for v in f.scope}
@@ -361,8 +357,7 @@ class BayesNet:
         if not np.isfinite(log_value).all():
             raise self._conflict(readings, np.flatnonzero(~np.isfinite(log_value)))
         values = {
-            name: np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,))
-            for name, row in self.info.row.items()
+            name: np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,)) for name, row in self.info.row.items()
         }
         return values, log_value
 
@@ -399,9 +394,7 @@ class BayesNet:
             if not np.isfinite(JunctionTree(self.factors(rest)).log_total).all():
                 kept = left
         shown = [
-            f"{n} = {info.variables[n].states[part.hard[info.row[n], 0]]}"
-            if part.hard[info.row[n], 0] >= 0
-            else f"likelihood of {n}"
+            f"{n} = {info.variables[n].states[part.hard[info.row[n], 0]]}" if part.hard[info.row[n], 0] >= 0 else f"likelihood of {n}"
             for n in kept
         ]
         return ImpossibleEvidence(
