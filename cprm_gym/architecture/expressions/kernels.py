@@ -95,6 +95,8 @@ def power(x, y):
     """``x ** y``; NaN for a root of a negative number and for a division by zero."""
     if (x == 0.0 and y < 0.0) or (x < 0.0 and y != np.floor(y)):
         return np.nan
+    if abs(x) > 1.0 and y * math.log(abs(x)) > 709.79:  # beyond the largest number
+        return np.nan
     return math.pow(x, y)
 
 

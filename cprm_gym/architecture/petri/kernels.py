@@ -119,7 +119,7 @@ def select(p, s, x, w, z):
     chooser = p.selections[z]
     row = s.row[w]
     count = 0
-    for j in range(chooser.size):
+    for j in range(chooser.count):
         x.score[j] = np.nan
         if s.data[w, chooser.present + j] == 0.0:
             continue
@@ -140,7 +140,7 @@ def select(p, s, x, w, z):
             if chosen >= 0:
                 x.score[chosen] = np.nan
             chosen = -1
-            for j in range(chooser.size):
+            for j in range(chooser.count):
                 if x.score[j] == x.score[j] and (chosen < 0 or x.score[j] > x.score[chosen]):
                     chosen = j
     return chosen

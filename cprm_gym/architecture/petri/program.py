@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.core import config
 from numpy.typing import NDArray
 
 from ...errors import NetError, did_you_mean
@@ -28,12 +29,18 @@ def _record(ints: str, reals: str = "") -> np.dtype[Any]:
     return np.dtype([(name, "i4") for name in ints.split()] + [(name, "f8") for name in reals.split()], align=True)
 
 
+def _records(rows: Sequence[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Rows as records, whose fields are attributes: compiled always, in plain Python in a recarray only."""
+    records = np.array(rows, dtype)
+    return records.view(np.recarray) if config.DISABLE_JIT else records  # type: ignore[attr-defined]
+
+
 CONDITION = _record("place moved", "low high")  # moved: 1 for discrete and object places
 ARC = _record("place object", "value")  # object: number of the object place, -1 for others
 MATH = _record("slot code code_end attr attr_end", "default")  # attr: slots of object attributes it reads
 OBJECT = _record("place attr attr_end")  # attr: attribute slots to refresh when its object changes
 ATTRIBUTE = _record("slot column")  # slot of the row; first column of the attribute in the object data
-SELECTION = _record("object best best_end where where_end rank size present cand cand_end", "sign")
+SELECTION = _record("object best best_end where where_end rank count present cand cand_end", "sign")
 PARAMETER = _record("target source", "value")  # source: slot; -1 the value; -2 - o index of the object in object place o
 TRANSITION = _record(
     "cond cond_end pre pre_end post post_end set set_end "
@@ -335,18 +342,18 @@ class _Builder:
         selections = self.selection_rows(attributes)
         options = self.option_row()
         program = Program(
-            transitions=np.array(transitions, TRANSITION),
-            conditions=np.array(conditions.rows, CONDITION),
-            arcs=np.array(arcs.rows, ARC),
-            maths=np.array(maths, MATH),
-            objects=np.array(objects, OBJECT),
-            attributes=np.array(attributes.rows, ATTRIBUTE),
-            selections=np.array(selections, SELECTION),
-            parameters=np.array(parameters.rows, PARAMETER),
+            transitions=_records(transitions, TRANSITION),
+            conditions=_records(conditions.rows, CONDITION),
+            arcs=_records(arcs.rows, ARC),
+            maths=_records(maths, MATH),
+            objects=_records(objects, OBJECT),
+            attributes=_records(attributes.rows, ATTRIBUTE),
+            selections=_records(selections, SELECTION),
+            parameters=_records(parameters.rows, PARAMETER),
             lists=np.array(self.lists.rows, np.int32),
             code=self.code.code,
             constants=self.code.constants,
-            options=np.array([options], OPTIONS),
+            options=_records([options], OPTIONS),
         )
         return program, self.layout(clock)
 
