@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,6 +46,17 @@ TRIES = 64
 """Streams tried before a step counts as different."""
 LOOSE, EXACT = 1e-9, 1e-12
 """Tolerance in general and near collisions, and of runs of random commands elsewhere."""
+
+
+class Guess(NamedTuple):
+    """What a try of a step supposes."""
+
+    outcome: int
+    """Of tackles and catches that are not told: 1 success, -1 failure, 0 drawn."""
+    order: list[str]
+    """In which the players' commands are executed."""
+    force_fouls: bool
+    """Whether fouls with several victims come out as told for every victim."""
 
 
 @dataclass(slots=True)
@@ -130,7 +141,7 @@ class ScenarioReplay:
                 world["body_staged"][row] = world["body"][row]
         world["time"], world["stoppage"] = case["t0"], 0
         load_objects(world, init)
-        world["collided"] = 0
+        world["collided"], world["ball_catcher"] = 0, 0   # the trainer has placed the ball
         if case.get("recover"):
             self.simulator.recover()
         load_objects(world, init)
@@ -179,7 +190,7 @@ class ScenarioReplay:
             else:
                 self._run_step(row)
             hidden = step.get("hid", {})
-            self._last = step["state"] if "state" in step else None
+            self._last = step.get("state")
             if self._last is not None and "aux" in step:
                 self._load_aux(step)
 
@@ -217,12 +228,12 @@ class ScenarioReplay:
         key = before["key"][0].copy()
         best: tuple[int, Result, Any] | None = None
         worlds: list[Any] = []
-        for number, (outcome, order) in enumerate(self._outcomes(row.step)):
+        for number, guess in enumerate(self._guesses(row.step)):
             if number:
                 put_back(self.simulator, before)
                 self.world["key"] = self._keys[number]
             found = Result("", "")
-            self._perform(row, outcome, order)
+            self._perform(row, guess)
             self._compare(row, found, frozenset())
             if best is None or found.failed < best[0]:
                 best = found.failed, found, snapshot_copy(self.simulator)
@@ -236,6 +247,8 @@ class ScenarioReplay:
         put_back(self.simulator, after)
         if failed and (chance := _differing(worlds)):
             self.result.chance += len(chance)
+            names = ", ".join(name_of(number) for number in sorted(chance))
+            self.result.notes.append(f"left to chance in {row.case}, cycle {row.cycle}: {names}")
             found = Result("", "")
             self._compare(row, found, chance)
         self.world["key"] = key
@@ -262,24 +275,25 @@ class ScenarioReplay:
         self.result.cycles += 1
         self.listener.advance(row.step)
 
-    def _outcomes(self, step: dict[str, Any]) -> Iterator[tuple[int, list[str]]]:
-        """What may have happened that the recording does not tell: outcome of tackles and catches, order of the players' commands.
+    def _guesses(self, step: dict[str, Any]) -> Iterator[Guess]:
+        """What may have happened that the recording does not tell.
 
-        Nothing forced, then each outcome, then other orders; every try also draws anew.
+        First what it tells and nothing else; then each outcome of untold tackles and catches; then other orders of the players' commands
+        and other draws of fouls with several victims. Every try also draws anew.
         """
         commands = list(step.get("cmd") or {})
         order = step.get("order") or commands
-        yield 0, order
+        yield Guess(0, order, True)
         texts = (step.get("cmd") or {}).values()
         if "random_possible" not in step and any("(tackle" in text or "(catch" in text for text in texts):
-            yield 1, order
-            yield -1, order
+            yield Guess(1, order, True)
+            yield Guess(-1, order, True)
         shuffles = np.random.default_rng(7)
         for number in range(TRIES - 3):
             mixed = [commands[index] for index in shuffles.permutation(len(commands))]
-            yield 0, order if "order" in step or number % 2 else mixed
+            yield Guess(0, order if "order" in step or number % 2 else mixed, False)
 
-    def _perform(self, row: _Row, outcome: int = 0, order: list[str] | None = None, watch: Watch | None = None) -> Any:
+    def _perform(self, row: _Row, guess: Guess | None = None, watch: Watch | None = None) -> Any:
         """Trainer, commands in order, step; returns the world between commands and step if it is watched."""
         simulator, world, step = self.simulator, self.world, row.step
         world["announced"], world["announced_done"] = 0, 0
@@ -287,10 +301,11 @@ class ScenarioReplay:
             execute_trainer(simulator, parse_trainer(text), self.names)
         if "pre" in step:
             load_objects(world, step["pre"])
-        world["forced_tackle"] = world["forced_catch"] = outcome
-        self._force(step)
         commands = step.get("cmd") or {}
-        for player in order or list(commands):
+        guess = guess or Guess(0, step.get("order") or list(commands), True)
+        world["forced_tackle"] = world["forced_catch"] = guess.outcome
+        self._force(step, guess.force_fouls)
+        for player in guess.order:
             self._command(player, commands.get(player, ""), watch)
         middle = world.copy() if watch else None
         if watch:
@@ -301,7 +316,8 @@ class ScenarioReplay:
             world[name] = 0
         return middle
 
-    def _force(self, step: dict[str, Any]) -> None:
+    def _force(self, step: dict[str, Any], fouls: bool) -> None:
+        """Force the draws that the recording tells; a foul with several victims is one draw for each, of which only the sum is told."""
         world = self.world
         for event in step.get("random_possible") or ():
             row = ROW[event["p"]]
@@ -309,9 +325,8 @@ class ScenarioReplay:
                 world["forced_tackle"][row] = 1 if event["ok"] else -1
             elif event["e"] == "catch_stretch":
                 world["forced_catch"][row] = 1 if event["ok"] else -1
-            elif event["e"] == "foul":
-                texts = [str(text) for text in event["outcome"]]
-                world["forced_foul"][row] = 1 if texts else -1
+            elif event["e"] == "foul" and (fouls or len(event["near"]) < 2):
+                world["forced_foul"][row] = 1 if event["outcome"] else -1
 
     def _command(self, player: str, text: str, watch: Watch | None) -> None:
         """Execute the commands of one player's datagrams."""
@@ -358,6 +373,12 @@ class ScenarioReplay:
             if expected is not None:
                 result.equal(row.case, row.cycle, "referee", "announcements", expected, said)
         compare_messages(result, row.case, row.cycle, self.simulator, step, self.listener, skip)
+
+        for key, text in (step.get("cmd") or {}).items():
+            told = [text for name in ("msgs", "msgs_inphase") for text in (step.get(name) or {}).get(key, ())]
+            if told:
+                refused = parse_commands(text).error is not None
+                result.equal(row.case, row.cycle, key, "refused command", "(error illegal_command_form)" in told, refused)
 
     def _compare_aux(self, row: _Row, result: Result) -> None:
         """Compare what runs of random commands tell besides: stoppage, dashes, the goalies' counters, state bits."""
@@ -416,6 +437,11 @@ def completed(case: dict[str, Any]) -> dict[str, Any]:
         if key not in placed and key not in (first.get("cmd") or {}):
             players[key] = players[key][:5] + after[5:7] + players[key][7:]
     return {**init, "pl": players}
+
+
+def name_of(number: int) -> str:
+    """``ball`` or the player's key of an object number."""
+    return "ball" if number == BALL else KEYS[number - 1]
 
 
 def team_names(recording: Recording) -> tuple[str, str]:
