@@ -44,6 +44,10 @@ _COLUMNS = np.array(
 """What the server tells of the body, in the order of the first entries of `BodyFeature`."""
 
 
+POST_RADIUS = 0.06
+"""Of the goal posts, m (SIMULATOR.md 3.3)."""
+
+
 class Step(NamedTuple):
     """What one cycle gave, for every world and agent."""
 
@@ -128,6 +132,10 @@ class SoccerCore:
     ----------
     agents : tuple of str
         Controlled agents, A of them.
+    memory : (W, 8) int array
+        Counters that a task keeps between cycles; zero at the start of an episode.
+    previous_ball : (W, 2) float array
+        Where the ball was before the cycle just played.
     observation : dict of str to array
         Current observations, each (W, A, ...), float32; overwritten by `reset` and `step`.
     """
@@ -164,6 +172,8 @@ class SoccerCore:
         self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(view)
         self.scripted = self._scripted_players(task.others if others is None else others, counts)
         self.cycle = np.zeros(worlds, np.int64)
+        self.memory = np.zeros((worlds, 8), np.int64)
+        self.previous_ball = np.zeros((worlds, 2))
         self._score = np.zeros((worlds, 2), np.int64)
         self._gained = np.zeros((worlds, 2), np.int64)
         agents = len(self.agents)
@@ -228,6 +238,8 @@ class SoccerCore:
             self.sim.reset(seed=seed, worlds=chosen)
             self.task.setup(self, chosen)
             self.cycle[chosen] = 0
+            self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
+            self.memory[chosen] = 0
             self._score[chosen] = self.sim.world["score"][chosen]
             self.observation["age"][chosen] = MAX_AGE
             self._commands[chosen] = NO_COMMAND
@@ -257,6 +269,7 @@ class SoccerCore:
             self._commands[:, self.players - 1] = self._agent_commands
         if self.scripted is not None:
             self.scripted.act(self._see, self._body, self._commands)
+        self.previous_ball[...] = self.sim.world["pos"][:, 0]
         self.sim.step(self._commands)
         self.cycle += 1
         np.subtract(self.sim.world["score"], self._score, out=self._gained)
@@ -314,6 +327,17 @@ class SoccerCore:
         w["body_staged"][worlds, player - 1] = angle
         w["neck"][worlds, player - 1] = 0.0
         w["neck_staged"][worlds, player - 1] = 0.0
+
+    def crossed_goal_line(self, right: bool) -> np.ndarray:
+        """(W,) bool: the ball went through the right (or left) goal in the cycle just played (geometry of SIMULATOR.md 7.8)."""
+        p = self.task.parameters
+        line = 52.5 + p.ball_size
+        now, before = self.sim.world["pos"][:, 0], self.previous_ball
+        x, x0 = (now[:, 0], before[:, 0]) if right else (-now[:, 0], -before[:, 0])
+        over = (x > line) & (x0 <= line)
+        share = np.where(over, (line - x0) / np.where(over, x - x0, 1.0), 0.0)
+        y = before[:, 1] + share * (now[:, 1] - before[:, 1])
+        return over & (np.abs(y) <= p.goal_width / 2 + POST_RADIUS)
 
     def kickable(self, player: int) -> np.ndarray:
         """(W,) bool: the ball is within the player's reach (SIMULATOR.md 3.6)."""

@@ -6,7 +6,13 @@ import gymnasium
 import pettingzoo
 
 NAMESPACE = "cprm"
-TASK_NAMES = ("GoToBall", "Soccer")
+TASK_NAMES = (
+    "GoToBall", "KickOffShot", "Goalie", "PassAndAdvance",
+    "Keepaway3v2", "Keepaway4v3", "Keepaway5v4",
+    "HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5",
+    "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption", "FrontGoalPassingLane", "FrontGoalCompactDefense",
+    "Soccer", "Soccer5v5", "Soccer11v11",
+)  # fmt: skip
 """Names of `cprm_gym.envs.tasks.TASKS`."""
 
 

@@ -73,7 +73,8 @@ class Memories:
             Which worlds; all if not given.
         """
         marks = self.simulator.landmarks(self._landmarks)
+        chosen = self._all if worlds is None else worlds
         kernels.update(
-            self.simulator.world, self._all if worlds is None else worlds, self.records, sent, self.active, INERTIA_MOMENT,
-            see.fresh, see.ball, see.ball_level, see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
+            self.simulator.world, chosen, self.records, sent, self.active, INERTIA_MOMENT, see.fresh, see.ball, see.ball_level,
+            see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
         )  # fmt: skip

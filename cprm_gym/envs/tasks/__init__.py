@@ -1,27 +1,62 @@
-"""The tasks: one file each."""
+"""The tasks: one file each, and their names."""
 
 from __future__ import annotations
 
-from ...errors import unknown_name
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from ...errors import ParameterError, did_you_mean, unknown_name
 from .base import Outcome, Task
 from .go_to_ball import GoToBall
+from .goalie import Goalie
+from .half_field import LADDER, HalfField, front_goal, hfo
+from .keepaway import Keepaway, keepaway
+from .kick_off_shot import KickOffShot
 from .match import Soccer
+from .pass_and_advance import PassAndAdvance
 
-TASKS: dict[str, type[Task]] = {"GoToBall": GoToBall, "Soccer": Soccer}
-"""Task classes by name; ``cprm/<name>-v0`` is the environment id."""
+TASKS: dict[str, Callable[[], Task]] = {
+    "GoToBall": GoToBall,
+    "KickOffShot": KickOffShot,
+    "Goalie": Goalie,
+    "PassAndAdvance": PassAndAdvance,
+    **{f"Keepaway{k}v{t}": partial(keepaway, k, t, size) for k, t, size in ((3, 2, 20.0), (4, 3, 25.0), (5, 4, 30.0))},
+    **{f"HFO{a}v{d}": partial(hfo, a, d) for a, d in ((1, 0), (1, 1), (2, 1), (2, 2), (3, 2), (3, 3), (4, 5))},
+    **{name: partial(front_goal, name) for name in LADDER},
+    "Soccer": Soccer,
+    "Soccer5v5": partial(Soccer, name="Soccer5v5", left=5, right=5),
+    "Soccer11v11": partial(Soccer, name="Soccer11v11"),
+}
+"""What makes the task of a name with its defaults; ``cprm/<name>-v0`` is the environment id."""
 
 
 def make_task(name: str, **options: object) -> Task:
     """The task of that name with the given options.
 
+    Parameters
+    ----------
+    name : str
+    **options
+        Fields of the task's class.
+
     Raises
     ------
     UnknownName
         Listing the tasks there are.
+    ParameterError
+        For an option that the task does not have; the message lists those that it has.
     """
     if name not in TASKS:
         raise unknown_name("task", name, TASKS)
-    return TASKS[name](**options)  # type: ignore[arg-type]
+    task = TASKS[name]()
+    known = [f for f in task.__dataclass_fields__ if f not in ("name", "statuses", "task_features")]
+    for option in options:
+        if option not in known:
+            raise ParameterError(f"task {name!r} has no option {option!r}.{did_you_mean(option, known)} Options: {', '.join(known)}.")
+    return replace(task, **options)  # type: ignore[arg-type]
 
 
-__all__ = ["TASKS", "GoToBall", "Outcome", "Soccer", "Task", "make_task"]
+__all__ = [
+    "TASKS", "GoToBall", "Goalie", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Task", "make_task",
+]  # fmt: skip

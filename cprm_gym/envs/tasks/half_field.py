@@ -1,0 +1,135 @@
+"""Half field offence: attackers against defenders and a goalie in one half (HFO), and the front-of-goal ladder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...simulator.state import Count, PlayMode
+from .base import Outcome, Task
+
+if TYPE_CHECKING:
+    from ..core import SoccerCore
+
+GOAL, CAPTURED, OUT_OF_BOUNDS = 1, 2, 3
+_CAPTURE, _CATCHES = 0, 1
+
+
+@dataclass(frozen=True)
+class HalfField(Task):
+    """Score against the defence in the right half.
+
+    Description
+    -----------
+    The left team attacks the right goal; the right team defends, its player 1 being the goalie. No referee: the episode ends
+    instead.
+
+    Actions
+    -------
+    Any action view; the literature uses macros (``action_mode="macro"``) or parameterised low-level actions (``box``).
+
+    Observations
+    ------------
+    The common schema; nothing is added.
+
+    Rewards
+    -------
+    1 for a goal (-1 for the defence), else 0.
+
+    Start
+    -----
+    The ball lies between `ball_x` in the right half, the attackers around it, the defenders between it and the goal, the goalie in
+    front of the goal.
+
+    End
+    ---
+    GOAL; CAPTURED_BY_DEFENSE: the goalie holds the ball, or a defender and no attacker could kick it for `capture` cycles in a row;
+    OUT_OF_BOUNDS: it left the half; OUT_OF_TIME after `max_cycles`.
+
+    References
+    ----------
+    Hausknecht et al., Half Field Offense, ALA 2016; Kalyanakrishnan, Liu, Stone, RoboCup 2006.
+    """
+
+    name: str = "HFO1v1"
+    left: int = 1
+    right: int = 1
+    right_goalie: int = 1
+    controlled: str = "left"
+    others: str | tuple[str, str] = "medium"
+    max_cycles: int = 500
+    statuses: tuple[str, ...] = ("IN_GAME", "GOAL", "CAPTURED_BY_DEFENSE", "OUT_OF_BOUNDS", "OUT_OF_TIME")
+    ball_x: tuple[float, float] = (0.0, 26.0)
+    ball_y: float = 27.0
+    capture: int = 3
+
+    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """Draw ball, attackers and defenders."""
+        n = len(worlds)
+        core.sim.world["mode"][worlds] = PlayMode.play_on
+        u = core.draw(worlds, 2 + 3 * (self.left + self.right))
+        ball = np.stack([self.ball_x[0] + (self.ball_x[1] - self.ball_x[0]) * u[:, 0], self.ball_y * (2 * u[:, 1] - 1)], axis=1)
+        core.place_ball(worlds, ball)
+        for k in range(self.left):
+            a, b, c = u[:, 2 + 3 * k], u[:, 3 + 3 * k], u[:, 4 + 3 * k]
+            near = 1.5 if k == 0 else 6.0
+            x = np.clip(ball[:, 0] - near - (3.0 if k == 0 else 6.0) * a + (0.0 if k == 0 else 6.0), -5.0, 45.0)
+            y = np.clip(ball[:, 1] + (2 * b - 1) * (1.0 if k == 0 else 16.0), -32.0, 32.0)
+            facing = np.degrees(np.arctan2(ball[:, 1] - y, ball[:, 0] - x)) + 20 * (c - 0.5)
+            core.place_player(worlds, 1 + k, np.stack([x, y], axis=1), facing)
+        for k in range(self.right):
+            j = 2 + 3 * (self.left + k)
+            a, b = u[:, j], u[:, j + 1]
+            if k == 0 and self.right_goalie:
+                place = np.stack([np.full(n, 51.0), 4.0 * (2 * b - 1)], axis=1)
+            else:
+                share = 0.35 + 0.45 * a
+                x = ball[:, 0] + share * (48.0 - ball[:, 0])
+                y = (1 - share) * ball[:, 1] + (2 * b - 1) * 10.0
+                place = np.stack([x, np.clip(y, -32.0, 32.0)], axis=1)
+            facing = np.degrees(np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0]))
+            core.place_player(worlds, 12 + k, place, facing)
+        core.memory[worlds, _CATCHES] = 0
+
+    def outcome(self, core: SoccerCore) -> Outcome:
+        """Goal, capture, out of bounds."""
+        w = core.sim.world
+        goal = core.crossed_goal_line(right=True)
+        held = np.zeros(core.worlds, bool)
+        ours = np.zeros(core.worlds, bool)
+        for k in range(self.right):
+            held |= core.kickable(12 + k)
+        for k in range(self.left):
+            ours |= core.kickable(1 + k)
+        core.memory[:, _CAPTURE] = np.where(held & ~ours, core.memory[:, _CAPTURE] + 1, 0)
+        caught = w["counts"][:, 11, Count.CATCH] > core.memory[:, _CATCHES] if self.right_goalie else np.zeros(core.worlds, bool)
+        captured = caught & held | (core.memory[:, _CAPTURE] >= self.capture)
+        if self.right_goalie:
+            core.memory[:, _CATCHES] = w["counts"][:, 11, Count.CATCH]
+        ball = w["pos"][:, 0]
+        out = (ball[:, 0] < -1.0) | (ball[:, 0] > 52.5 + 0.085) | (np.abs(ball[:, 1]) > 34.085)
+        status = np.select([goal, captured, out], [GOAL, CAPTURED, OUT_OF_BOUNDS], 0)
+        side = np.where(core.players <= 11, 1.0, -1.0)
+        reward = goal[:, None] * side[None, :]
+        return Outcome(reward, status > 0, goal, status, {"goal": reward})
+
+
+def hfo(attackers: int, defenders: int) -> HalfField:
+    """HFO with that many attackers and defenders (the goalie among them); the ball starts anywhere in the half."""
+    return HalfField(name=f"HFO{attackers}v{defenders}", left=attackers, right=defenders, right_goalie=1 if defenders else 0)
+
+
+LADDER = {
+    "FrontGoalEmptyGoal": (1, 0), "FrontGoalBlockedShot": (1, 1), "FrontGoalSupportOption": (2, 1), "FrontGoalPassingLane": (3, 2),
+    "FrontGoalCompactDefense": (4, 3),
+}  # fmt: skip
+"""The five steps of the front-of-goal ladder: attackers and defenders."""
+
+
+def front_goal(name: str) -> HalfField:
+    """A step of the ladder: the ball starts 14 to 24 m in front of the goal."""
+    attackers, defenders = LADDER[name]
+    return HalfField(name=name, left=attackers, right=defenders, right_goalie=1 if defenders else 0, ball_x=(28.5, 38.5), ball_y=10.0,
+                     max_cycles=200)  # fmt: skip

@@ -1,0 +1,111 @@
+"""Keepaway: the keepers keep the ball from the takers inside a square."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...simulator.state import PlayMode
+from .base import Outcome, Task
+
+if TYPE_CHECKING:
+    from ..core import SoccerCore
+
+_TAKEN = 0
+
+
+@dataclass(frozen=True)
+class Keepaway(Task):
+    """Keep the ball as long as possible.
+
+    Description
+    -----------
+    `left` keepers against `right` takers in a square of `size` metres around the centre of the pitch. The metric is the duration of
+    the episode.
+
+    Actions
+    -------
+    Any action view; the literature decides between ``hold`` and ``pass_k`` (``action_mode="macro"``) when a keeper has the ball.
+
+    Observations
+    ------------
+    The common schema; nothing is added.
+
+    Rewards
+    -------
+    1 per cycle for the keepers, -1 for the takers.
+
+    Start
+    -----
+    Three keepers near three corners (further ones in the centre), the takers at the fourth, the ball 4 m from the first keeper's
+    corner.
+
+    End
+    ---
+    TAKEN: a taker could kick the ball for 4 cycles, not counting those in which a keeper could too; OUT: it left the square. Reaching
+    `max_cycles` counts as success.
+
+    References
+    ----------
+    Stone, Sutton, Kuhlmann, Adaptive Behavior 13(3), 2005; SIMULATOR.md 7.13.
+    """
+
+    name: str = "Keepaway3v2"
+    left: int = 3
+    right: int = 2
+    controlled: str = "left"
+    others: str | tuple[str, str] = "chase"
+    max_cycles: int = 1000
+    statuses: tuple[str, ...] = ("IN_GAME", "TAKEN", "OUT", "OUT_OF_TIME")
+    size: float = 20.0
+    takes: int = 4
+
+    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """Keepers at three corners, takers at the fourth (SIMULATOR.md 7.13); who stands where is drawn."""
+        n, half = len(worlds), self.size / 2
+        core.sim.world["mode"][worlds] = PlayMode.play_on
+        u = core.draw(worlds, 1 + 2 * (self.left + self.right))
+        core.place_ball(worlds, np.tile([-half + 4.0, -half + 4.0], (n, 1)))
+        corners = np.array([[-half, -half], [half, -half], [half, half]])
+        first = (u[:, 0] * min(3, self.left)).astype(int)
+        for k in range(self.left):
+            a, b = u[:, 1 + 2 * k], u[:, 2 + 2 * k]
+            if k < 3:
+                corner = corners[(first + k) % min(3, self.left)]
+                inside = -np.sign(corner) * 3.0 * np.stack([a, b], axis=1)
+                place = corner + inside
+            else:
+                place = np.stack([2 * a - 1, 2 * b - 1], axis=1)
+            self._face_ball(core, worlds, 1 + k, place)
+        for k in range(self.right):
+            a, b = u[:, 1 + 2 * (self.left + k)], u[:, 2 + 2 * (self.left + k)]
+            self._face_ball(core, worlds, 12 + k, np.stack([-half + 3.0 * a, half - 3.0 * b], axis=1))
+
+    @staticmethod
+    def _face_ball(core: SoccerCore, worlds: np.ndarray, player: int, place: np.ndarray) -> None:
+        ball = core.sim.world["pos"][worlds, 0]
+        core.place_player(worlds, player, place, np.degrees(np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0])))
+
+    def outcome(self, core: SoccerCore) -> Outcome:
+        """Taken, out, or on it goes."""
+        taker = np.zeros(core.worlds, bool)
+        keeper = np.zeros(core.worlds, bool)
+        for k in range(self.right):
+            taker |= core.kickable(12 + k)
+        for k in range(self.left):
+            keeper |= core.kickable(1 + k)
+        taken = core.memory[:, _TAKEN]
+        core.memory[:, _TAKEN] = np.where(taker, taken + 1, np.where(keeper, 0, taken))
+        lost = core.memory[:, _TAKEN] >= self.takes
+        out = (np.abs(core.sim.world["pos"][:, 0]) >= self.size / 2).any(axis=1)
+        status = np.select([lost, out], [1, 2], 0)
+        side = np.where(core.players <= 11, 1.0, -1.0)
+        reward = np.ones(core.worlds)[:, None] * side[None, :]
+        return Outcome(reward, status > 0, np.zeros(core.worlds, bool), status, {"cycles": reward})
+
+
+def keepaway(keepers: int, takers: int, size: float) -> Keepaway:
+    """Keepaway with that many keepers and takers in a square of `size` metres."""
+    return Keepaway(name=f"Keepaway{keepers}v{takers}", left=keepers, right=takers, size=size)
