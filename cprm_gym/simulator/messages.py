@@ -16,9 +16,10 @@ import numpy as np
 from cprm_gym.errors import CommandError, ParameterError
 from cprm_gym.simulator.kernels import audio, body, landmark_sight, rounding, senses
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
+from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.player_types import TypeColumn
 from cprm_gym.simulator.senses import new_landmarks, new_see
-from cprm_gym.simulator.state import BALL, PLAYERS, Count, PlayerBit, PlayMode
+from cprm_gym.simulator.state import BALL, PLAYERS, Announcement, Count, PlayerBit, PlayMode
 
 if TYPE_CHECKING:
     from cprm_gym.simulator.simulator import Simulator
@@ -81,7 +82,8 @@ class _Reader:
             return self.words["player" if marks & senses.IN_VIEW else "close_player"]
         name = f"{self.words['player']} {self.team_name(j)}"
         if level == senses.NAME_SEEN:
-            name += f" {j % 11 + 1}" + (" goalie" if self.w["goalie"][j] else "")
+            marked = self.w["goalie"][j] == 1 or (self.w["goalie"][j] and (j < 11) == (self.i < 11))
+            name += f" {j % 11 + 1}" + (" goalie" if marked else "")
         return name
 
     def landmark_name(self, j: int, level: int) -> str:
@@ -312,18 +314,40 @@ def trainer_text(time: int, message: str, protocol: int = NEWEST_PROTOCOL) -> st
     return f'(hear {time} coach "{message}")' if protocol >= 7 else f"(hear {time} referee {message})"
 
 
+def _announcements(w: Any) -> list[tuple[int, tuple[int, int, int, int]]]:
+    """(time, (kind and arguments)) of what was announced since the commands of the last step began."""
+    return [
+        (int(time), (int(row[0]), int(row[1]), int(row[2]), int(row[3])))
+        for time, row in zip(w["announced_at"][: w["announced"]], w["announcement"])
+    ]
+
+
+_BROADCASTS = (Announcement.CHANGE_PLAYER_TYPE, Announcement.PROMOTE_GOALIE)
+
+
 def referee_text(sim: Simulator, world: int) -> list[str]:
-    """What every player heard of the referee since the last but one step, in order: ``(hear T referee ...)``.
+    """What every player heard of the referee during the last commands and step, in order: ``(hear T referee ...)``.
 
     Announcements made during the commands come first and carry the time before the step.
     """
-    from cprm_gym.simulator.officials import announcement_text
+    announced = _announcements(sim.world[world])
+    return [f"(hear {time} referee {announcement_text(*said)})" for time, said in announced if said[0] not in _BROADCASTS]
 
-    w = sim.world[world]
-    return [
-        f"(hear {w['announced_at'][k]} referee {announcement_text(*(int(n) for n in w['announcement'][k]))})"
-        for k in range(int(w["announced"]))
-    ]
+
+def broadcast_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> list[str]:
+    """What the player is told of changed players during the last commands and step (PROTOCOL.md 5.2); parameters as in `see_text`.
+
+    Opponents are not told the type; versions before 7 nothing, before 16 nothing of a promoted goalie.
+    """
+    r = _Reader(sim, world, player, protocol)
+    told = []
+    for _, (kind, side, unum, number) in _announcements(r.w):
+        if kind == Announcement.CHANGE_PLAYER_TYPE and r.protocol >= 7:
+            own = (side > 0) == (r.i < 11)
+            told.append(f"(change_player_type {unum} {number})" if own else f"(change_player_type {unum})")
+        elif kind == Announcement.PROMOTE_GOALIE and r.protocol >= 16:
+            told.append(announcement_text(kind, side, unum))
+    return told
 
 
 def mode_text(w: Any) -> str:

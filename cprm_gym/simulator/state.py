@@ -230,7 +230,9 @@ WORLD = np.dtype(
         # --- objects 0..22
         ("pos", "f8", (OBJECTS, 2)), ("vel", "f8", (OBJECTS, 2)), ("acc", "f8", (OBJECTS, 2)),
         # --- players 0..21
-        ("enabled", "u1", (PLAYERS,)), ("goalie", "u1", (PLAYERS,)), ("type", "i1", (PLAYERS,)),
+        ("enabled", "u1", (PLAYERS,)),
+        ("goalie", "u1", (PLAYERS,)),     # 1 from the beginning, 2 promoted by a coach: his opponents are not told
+        ("type", "i1", (PLAYERS,)),
         ("substituted", "u1", (PLAYERS,)), ("card_count", "i1", (PLAYERS,)),
         ("body", "f8", (PLAYERS,)), ("body_staged", "f8", (PLAYERS,)),
         ("neck", "f8", (PLAYERS,)), ("neck_staged", "f8", (PLAYERS,)),

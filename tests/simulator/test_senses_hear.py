@@ -7,12 +7,13 @@ import pytest
 from scipy import stats
 
 from cprm_gym.simulator.kernels.audio import say
+from cprm_gym.simulator.kernels.referee_set_mode import announce, set_mode
 from cprm_gym.simulator.message_parser import parse_hear
-from cprm_gym.simulator.messages import hear_text, referee_text, trainer_text
+from cprm_gym.simulator.messages import broadcast_text, hear_text, referee_text, trainer_text
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.senses import hear, new_hear
 from cprm_gym.simulator.simulator import Simulator, no_commands
-from cprm_gym.simulator.state import SAY_QUEUE, Count, PlayMode
+from cprm_gym.simulator.state import SAY_QUEUE, Announcement, Count, PlayMode
 
 
 def field(worlds=1, **changes):
@@ -213,9 +214,19 @@ def test_who_is_heard_has_the_recorded_frequencies():
 def test_the_referee_and_the_trainer_are_heard_without_ears():
     sim = Simulator(1)
     sim.world["ear"] = 0
-    from cprm_gym.simulator.kernels.referee_set_mode import set_mode
-
     set_mode(sim.world[0], sim.packed[0], int(PlayMode.kick_in_l))
     assert referee_text(sim, 0) == ["(hear 0 referee kick_in_l)"]
     assert trainer_text(103, "hi_all") == '(hear 103 coach "hi_all")'
     assert trainer_text(103, "hi_all", 6) == "(hear 103 referee hi_all)"
+
+
+def test_changed_players_are_told_to_each_team_as_it_may_know():
+    sim = Simulator(1)
+    w = sim.world[0]
+    announce(w, int(Announcement.CHANGE_PLAYER_TYPE), -1, 3, 7)
+    announce(w, int(Announcement.PROMOTE_GOALIE), 1, 5, 0)
+    assert referee_text(sim, 0) == []
+    assert broadcast_text(sim, 0, 13) == ["(change_player_type 3 7)", "(change_player_type l 5 goalie)"]
+    assert broadcast_text(sim, 0, 2) == ["(change_player_type 3)", "(change_player_type l 5 goalie)"]
+    assert broadcast_text(sim, 0, 2, 15) == ["(change_player_type 3)"]
+    assert broadcast_text(sim, 0, 2, 6) == []

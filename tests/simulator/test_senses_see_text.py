@@ -194,6 +194,14 @@ def test_goalie_is_marked_only_together_with_the_number():
     assert not re.search(r"\(p \"Right\" [2-9] goalie", text)
 
 
+def test_opponents_are_not_told_of_a_promoted_goalie():
+    sim = random_worlds(60, seed=9)
+    sim.world["goalie"] = 0
+    sim.world["goalie"][:, 3] = 2
+    assert '(p "Left" 4 goalie)' in see_text_all(sim, 19)
+    assert "goalie" not in " ".join(see_text(sim, k, 14) for k in range(60))
+
+
 def test_opponents_are_told_the_fixed_team_name():
     import dataclasses
 

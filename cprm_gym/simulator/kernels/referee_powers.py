@@ -149,6 +149,6 @@ def coach_promote(worlds, chosen, i, answers):
         w = worlds[chosen[n]]
         answers[n] = judge_promotion(w, i)
         if answers[n] == ACCEPTED:
-            w.goalie[i] = 1
+            w.goalie[i] = 2
             w.bits[i] |= BIT_GOALIE
             announce(w, SAY_PROMOTION, 1 if i < 11 else -1, i % 11 + 1, 0)
