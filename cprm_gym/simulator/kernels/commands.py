@@ -219,12 +219,15 @@ def effect_of_dash(w, p, i):
     share_left = cost * demand_left / (demand_left + demand_right)
     share_right = cost * demand_right / (share_left + demand_right)   # with the new left share, as the server does
     lx, ly = _leg_acceleration(w, p, i, 0, share_left)
-    rx, ry = _leg_acceleration(w, p, i, 1, share_right)
+    even = share_left == share_right and left == right and w.leg_dir[i, 0] == w.leg_dir[i, 1]
+    rx, ry = (lx, ly) if even else _leg_acceleration(w, p, i, 1, share_right)
     vx, vy = w.vel[o, 0], w.vel[o, 1]
     lx, ly, rx, ry = vx + lx, vy + ly, vx + rx, vy + ry
     w.acc[o, 0] += (lx + rx) / 2.0 - vx
     w.acc[o, 1] += (ly + ry) / 2.0 - vy
-    if w.leg_dashed[i, 0]:
+    if even:
+        w.body_staged[i] = norm(w.body[i])
+    elif w.leg_dashed[i, 0]:
         ex, ey = math.cos(w.body[i]), math.sin(w.body[i])
         omega = ((ex * lx + ey * ly) - (ex * rx + ey * ry)) / (2.0 * p.types[type_, T_PLAYER_SIZE])
         rand = p.player_rand_of[0 if i < 11 else 1]
