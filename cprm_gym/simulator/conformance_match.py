@@ -24,6 +24,7 @@ from cprm_gym.simulator.commandlog import CommandLogReader, LogLine
 from cprm_gym.simulator.conformance_envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
 from cprm_gym.simulator.conformance_recording import KEYS, MODES, put_back, snapshot_copy
 from cprm_gym.simulator.conformance_report import Check, Mismatch, Result
+from cprm_gym.simulator.conformance_scenario import name_of
 from cprm_gym.simulator.gamelog import Frame, GameLogReader
 from cprm_gym.simulator.player_types import TypeColumn
 from cprm_gym.simulator.simulator import Simulator
@@ -260,7 +261,7 @@ class MatchReplay:
             )
         on = np.concatenate([[True], world["enabled"] != 0])
         for number in np.flatnonzero(on & ((place > place_limit) | (speed > speed_limit))):
-            found[_name(number)] = [
+            found[name_of(int(number))] = [
                 ("distance of place", 0.0, float(place[number]), float(place_limit[number])),
                 ("distance of velocity", 0.0, float(speed[number]), float(speed_limit[number])),
             ]
@@ -329,10 +330,6 @@ def _parsed(text: str) -> Parsed:
 def _goalie(frame: Frame, rows: slice) -> int:
     goalies = frame.players["unum"][rows][(frame.players["state"][rows] & int(PlayerBit.GOALIE)) != 0]
     return int(goalies[0]) if len(goalies) else 0
-
-
-def _name(number: int) -> str:
-    return "ball" if number == BALL else KEYS[number - 1]
 
 
 def load_frame(world: Any, frame: Frame) -> None:

@@ -1,7 +1,8 @@
 """Recordings of chance: distributions and frequencies of a real server against those of the simulator.
 
-Every recorded row is played once more, all rows at once in as many worlds; the same statistic is formed of the recorded and of the simulated
-outcome and the two samples are compared: Kolmogorov-Smirnov for numbers, chi-square for counts. A check passes with p >= 0.001.
+Every recorded row is played once more, all rows at once in as many worlds; the same statistic is formed of the recorded and of
+the simulated outcome, and the two samples are compared: Kolmogorov-Smirnov for numbers, chi-square for counts. A check passes
+with p >= 0.001.
 """
 
 from __future__ import annotations

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import re
 from typing import Any
 
-from cprm_gym.simulator.command_text import parse_commands
-from cprm_gym.simulator.conformance_recording import KEYS, ROW, Recording
+from cprm_gym.simulator.conformance_recording import ROW, Recording
 from cprm_gym.simulator.conformance_report import Result
 from cprm_gym.simulator.kernels.audio import hear_degrees
 from cprm_gym.simulator.messages import hear_text, referee_text, see_mismatches, sense_body_text
 from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import Announcement, Count
+from cprm_gym.simulator.state import Count
 
-_BROADCASTS = (Announcement.CHANGE_PLAYER_TYPE, Announcement.PROMOTE_GOALIE)
 _ITEM = re.compile(r"\((\w+) ((?:[^()]|\([^()]*\))*)\)")
 _COUNTERS = {
     "kick": Count.KICK, "dash": Count.DASH, "turn": Count.TURN, "say": Count.SAY, "turn_neck": Count.TURN_NECK, "catch": Count.CATCH,
@@ -64,7 +63,7 @@ class Listener:
             turned |= {key for key, text in (step.get("cmd") or {}).items() if "view" in text or "synch" in text}
         self.watched = set(seen)
         self.interval = {
-            key: min(later - earlier for earlier, later in zip(numbers, numbers[1:]))
+            key: min(later - earlier for earlier, later in itertools.pairwise(numbers))
             for key, numbers in seen.items() if len(numbers) > 1 and key not in turned
         }
 
@@ -160,9 +159,7 @@ def _first_to_hear_the_referee(recording: Recording) -> str | None:
 
 def said_by_referee(simulator: Simulator) -> list[str]:
     """What the referee said since the commands began, as players hear it."""
-    world = simulator.world[0]
-    kinds = world["announcement"][: int(world["announced"]), 0]
-    return [text for text, kind in zip(referee_text(simulator, 0), kinds) if kind not in _BROADCASTS]
+    return referee_text(simulator, 0)
 
 
 def compare_messages(
@@ -283,8 +280,3 @@ def _tie(name: str, told: str, own: str, world: Any, row: int) -> bool:
     degrees = math.degrees(angle)
     difference = (int(told.split()[-1]) - int(own.split()[-1])) % 360
     return abs(degrees - round(degrees)) < 1e-9 and difference in (1, 359)
-
-
-def illegal_commands(step: dict[str, Any]) -> dict[str, int]:
-    """Player -> datagrams of a step that the grammar refuses."""
-    return {key: 1 for key, text in (step.get("cmd") or {}).items() if key in KEYS and parse_commands(text).error is not None}
