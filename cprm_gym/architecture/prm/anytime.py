@@ -18,7 +18,8 @@ import numpy as np
 from cprm_gym.architecture.prm import smoothing
 from cprm_gym.architecture.prm.evidence import Readings
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, Outcome
-from cprm_gym.architecture.prm.particles import Estimate, ParticleEngine, Particles, _Step, count
+from cprm_gym.architecture.prm.particle_steps import Block
+from cprm_gym.architecture.prm.particles import Estimate, ParticleEngine, Particles, count
 from cprm_gym.architecture.prm.projection import ProjectionEngine, project
 from cprm_gym.architecture.prm.transitions import Kind, Piece, PieceFactor, SliceInfo, Transition
 from cprm_gym.errors import CostError, ParameterError
@@ -177,11 +178,11 @@ class AnytimeEngine:
         """Particles in blocks until the time is up; at least one block."""
         if status is None:
             status = info.status(readings.hard, readings.soft, self.sampled.temporal)
-        blocks: list[_Step] = []
+        blocks: list[Block] = []
         longest = 0.0
         while True:
             start = perf_counter()
-            blocks.append(_Step(self.sampled, belief, info, readings, status, self.block).run())
+            blocks.append(self.sampled.block(belief, info, readings, status, self.block))
             longest = max(longest, perf_counter() - start)
             spent = 1e3 * (perf_counter() - begun)
             if spent + 1.5e3 * longest > self.budget_ms or (len(blocks) + 1) * self.block > self.most:
@@ -196,7 +197,8 @@ def to_particles(belief: Belief, number: int, rng: np.random.Generator) -> Parti
     parts = tuple(tuple(dict.fromkeys(name for f in piece.factors for name, _ in f.scope)) for piece in belief.layout.pieces)
     inside = {n for part in parts for n in part}
     weights = tuple(np.full((width, number), 1.0 / number) for _ in parts)
-    return Particles(belief.layout.info, {n: v for n, v in drawn.items() if n in inside}, parts, weights, belief.hard)
+    held = frozenset(belief.layout.held)
+    return Particles(belief.layout.info, {n: v for n, v in drawn.items() if n in inside}, parts, weights, belief.hard, held)
 
 
 def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3) -> Belief:
@@ -224,8 +226,7 @@ def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3)
             scope = tuple((n, -1 if info.fixed[info.row[n]] else 0) for n in cluster)
             pieces.append(Piece(len(arrays), 0, (PieceFactor(scope, 0, table.shape[1]),)))
             arrays.append(table / table.sum(axis=1, keepdims=True))
-    status = np.asarray((belief.hard >= 0).all(axis=1))
-    held = {n: row for n, row in info.row.items() if status[row] and not info.fixed[row]}
+    held = {n: row for n, row in info.row.items() if n in belief.held}
     layout = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
     return Belief(layout, tuple(arrays), belief.hard)
 

@@ -23,9 +23,10 @@ from cprm_gym.architecture.prm import kernels
 from cprm_gym.architecture.prm.evidence import Readings
 from cprm_gym.architecture.prm.factors import Factor, contract_all
 from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.slices import PREVIOUS, GroundCPD
+from cprm_gym.architecture.prm.particle_steps import Block, Structure
+from cprm_gym.architecture.prm.slices import PREVIOUS
 from cprm_gym.architecture.prm.static import one_hot
-from cprm_gym.architecture.prm.transitions import ABSORBED, BARREN, HELD, Kind, SliceInfo, TableStore
+from cprm_gym.architecture.prm.transitions import ABSORBED, BARREN, HELD, Kind, Recent, SliceInfo, TableStore
 from cprm_gym.errors import ModelError, ParameterError, did_you_mean
 
 
@@ -43,6 +44,8 @@ class Particles(NamedTuple):
         For each component; rows sum to one.
     hard : (V, W) int array
         Readings of the slice.
+    held : frozenset of str
+        Variables that every agent observed.
     """
 
     info: SliceInfo | None
@@ -50,6 +53,7 @@ class Particles(NamedTuple):
     parts: tuple[tuple[str, ...], ...]
     weights: tuple[np.ndarray, ...]
     hard: np.ndarray
+    held: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -91,6 +95,9 @@ class Estimate:
 
     def marginal(self, name: str) -> np.ndarray:
         """P(variable | readings so far), (W, card)."""
+        for part, weights in zip(self.weighted.parts, self.weighted.weights):
+            if name in part:
+                return count(self.weighted.values, (name,), weights, (int(self.info.cards[self.info.row[name]]),)).table
         return self.joint((name,))
 
     def joint(self, names: Sequence[str]) -> np.ndarray:
@@ -166,6 +173,7 @@ class ParticleEngine:
         self.rng = np.random.default_rng(seed)
         self.store = TableStore()
         self.temporal: frozenset[tuple[str, str]] = frozenset()
+        self._structures: Recent[tuple[Any, ...], Structure] = Recent(256)
 
     def start(self, width: int) -> Particles:
         """The belief before the first slice."""
@@ -190,6 +198,12 @@ class ParticleEngine:
                 if lag == PREVIOUS and parent in info.row:
                     self.note(info.kinds[info.row[parent]])
 
+    def block(self, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int) -> Block:
+        """Take some particles through one step."""
+        key = belief.info, belief.parts, belief.held, info, status.tobytes()
+        made = self._structures.fetch(key, lambda: Structure(belief.info, belief.parts, belief.held, info, status))
+        return Block(made, self.rng, belief.values, belief.weights, belief.hard, readings, number)
+
     def advance(
         self,
         belief: Particles,
@@ -211,10 +225,10 @@ class ParticleEngine:
         """
         if status is None:
             status = info.status(readings.hard, readings.soft, self.temporal)
-        return self.finish([_Step(self, belief, info, readings, status, self.count).run()], info, readings, status, forgive)
+        return self.finish([self.block(belief, info, readings, status, self.count)], info, readings, status, forgive)
 
     def finish(
-        self, blocks: Sequence[_Step], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None
+        self, blocks: Sequence[Block], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None
     ) -> Estimate:
         """Normalise, estimate and resample the particles of one or more blocks."""
         parts = blocks[0].parts
@@ -239,7 +253,7 @@ class ParticleEngine:
             sizes.append(effective_size(w))
         if forgive is not None:
             increment[forgive] = np.where(np.isfinite(increment[forgive]), increment[forgive], 0.0)
-        weighted = Particles(info, values, parts, tuple(weights), readings.hard)
+        weighted = Particles(info, values, parts, tuple(weights), readings.hard, blocks[0].held)
         belief = self.resample(weighted, sizes)
         ess = np.stack(sizes, axis=1) if sizes else np.zeros((readings.hard.shape[1], 0))
         report = {"ess": ess, "components": parts, "particles": weights[0].shape[1] if weights else 0, "dead": dead}
@@ -274,7 +288,7 @@ class ParticleEngine:
     ) -> Estimate:
         """The estimate with some agents begun anew; `forgive` if they may ignore readings that even the prior excludes."""
         number = estimate.weighted.weights[0].shape[1] if estimate.weighted.weights else self.count
-        block = _Step(self, self.start(len(agents)), first, readings, status, number).run()
+        block = self.block(self.start(len(agents)), first, readings, status, number)
         anew = self.finish([block], first, readings, status, np.arange(len(agents)) if forgive else None)
         increment = estimate.increment.copy()
         increment[agents] = anew.increment
@@ -303,208 +317,3 @@ def _mix(old: Particles, new: Particles, agents: np.ndarray) -> Particles:
         weights.append(np.divide(w, total, out=np.full(w.shape, 1.0 / w.shape[1]), where=total > 0))
         parts.append(tuple(n for k in mine for n in old.parts[k]))
     return old._replace(values=values, parts=tuple(parts), weights=tuple(weights))
-
-
-class _Step:
-    """One block of particles through one step."""
-
-    def __init__(
-        self, engine: ParticleEngine, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int
-    ) -> None:
-        self.rng, self.belief, self.info, self.readings, self.status, self.number = (
-            engine.rng,
-            belief,
-            info,
-            readings,
-            status,
-            number,
-        )
-        self.width = readings.hard.shape[1]
-        self.values: dict[str, np.ndarray] = {}
-        self.old: dict[str, np.ndarray] = {}
-        self.constant = np.zeros(self.width)
-        self.constant_names: list[str] = []
-        self.owner = {n: k for k, part in enumerate(belief.parts) for n in part}
-        self.drawn = {n for n, row in info.row.items() if status[row] not in (HELD, ABSORBED, BARREN)}
-        self._divide()
-
-    def _divide(self) -> None:
-        """Independent components of the step."""
-        scopes: list[tuple[Any, ...]] = []
-        self.family: list[GroundCPD] = []
-        for cpd in self.info.slice.cpds:
-            if self.status[self.info.row[cpd.child]] == BARREN:
-                continue
-            scopes.append(tuple(v for p, lag in cpd.parents for v in self._node(p, lag, cpd.child)) + tuple(self._node(cpd.child, 0, "")))
-            self.family.append(cpd)
-        fixed = [n for n in self.info.atemporal if n in self.owner]
-        scopes += [tuple(self._node(n, -1, n)) for n in fixed]
-        self.part_of: dict[str, int] = {}
-        parts: list[tuple[str, ...]] = []
-        sources: list[list[int]] = []
-        self.readers: list[list[str]] = []
-        self.home: list[int] = [-1] * len(self.family)
-        for indices in connected(scopes):
-            tokens = list(dict.fromkeys(v for i in indices for v in scopes[i]))
-            names = [v for v in tokens if isinstance(v, str)]
-            names += [n for t in tokens if not isinstance(t, str) for n in fixed if self.owner[n] == t[1] and n not in names]
-            if not tokens:
-                continue
-            for i in indices:
-                if i < len(self.family):
-                    self.home[i] = len(parts)
-            self.readers.append([self.family[i].child for i in indices if i < len(self.family)])
-            parts.append(tuple(names))
-            sources.append([t[1] for t in tokens if not isinstance(t, str)])
-        self.parts = tuple(parts)
-        self._bring_in(sources)
-
-    def _node(self, name: str, lag: int, child: str) -> list[Any]:
-        """Where a variable stands: a name of this slice, an old component, or nowhere if it is observed."""
-        info = self.info
-        if lag != PREVIOUS and name in info.row and not info.fixed[info.row[name]]:
-            return [name] if name in self.drawn else []
-        if lag != PREVIOUS and name not in self.owner:
-            return [name] if name in self.drawn else []
-        if name in self.owner:
-            return [("old", self.owner[name])]
-        before = self.belief.info
-        if before is None or name not in before.row:
-            raise ModelError(f"CPD of {child!r} has parent {name!r} in the previous slice, where there is no such variable")
-        if (self.belief.hard[before.row[name]] >= 0).all():
-            return []
-        from cprm_gym.architecture.prm.transitions import NeedsVariable
-
-        raise NeedsVariable(before.kinds[before.row[name]], name, atemporal=lag != PREVIOUS)
-
-    def _bring_in(self, sources: Sequence[Sequence[int]]) -> None:
-        """Old particles and weights of each new component; old components that meet are paired at random."""
-        self.prior: list[np.ndarray] = []
-        self.weights: list[np.ndarray] = []
-        for olds in sources:
-            weight = np.full((self.width, self.number), 1.0 / self.number)
-            product = np.ones((self.width, self.number))
-            for k in olds:
-                old = self.belief.weights[k]
-                names = self.belief.parts[k]
-                if old.shape[1] == self.number and len(olds) == 1:
-                    for n in names:
-                        self.old[n] = self.belief.values[n]
-                    weight = old.copy()
-                    continue
-                ancestors = np.empty((self.width, self.number), np.int64)
-                kernels.systematic(old, self.rng.random(self.width), ancestors)
-                ancestors = self.rng.permuted(ancestors, axis=1)
-                for n in names:
-                    self.old[n] = np.take_along_axis(self.belief.values[n], ancestors, axis=1)
-            self.prior.append(weight)
-            self.weights.append(weight * product)
-
-    def run(self) -> _Step:
-        """Draw and weigh."""
-        order = {n: i for i, n in enumerate(self.info.slice.order())}
-        lone, others = self._lone_readings()
-        for name in self.info.atemporal:
-            if name in self.owner and name in self.old:
-                self.values[name] = self.old[name]
-        for i in sorted(range(len(self.family)), key=lambda i: order[self.family[i].child]):
-            if self.family[i].child in self.drawn and self.family[i].child not in self.values:
-                self._draw(self.family[i], self.home[i], lone.get(self.family[i].child))
-        for i in others:
-            self._weigh(self.family[i], self.home[i])
-        for name in self.info.atemporal:
-            row = self.info.row[name]
-            if name in self.owner and ((self.readings.hard[row] >= 0).any() or name in self.readings.soft):
-                likelihood = self._likelihood(name)
-                home = next(k for k, part in enumerate(self.parts) if name in part)
-                self.weights[home] *= np.take_along_axis(likelihood, self.values[name], axis=1)
-        return self
-
-    def _likelihood(self, name: str) -> np.ndarray:
-        """Hard and soft evidence on a drawn variable, (W, card)."""
-        row = self.info.row[name]
-        likelihood = one_hot(self.readings.hard[row], int(self.info.cards[row]))
-        if name in self.readings.soft:
-            likelihood = likelihood * self.readings.soft[name]
-        return likelihood
-
-    def _lone_readings(self) -> tuple[dict[str, np.ndarray], list[int]]:
-        """Likelihood of each drawn variable from the readings that depend on it alone; the families of the other readings."""
-        lone: dict[str, np.ndarray] = {}
-        others = []
-        for i, cpd in enumerate(self.family):
-            if cpd.child in self.drawn:
-                if (self.readings.hard[self.info.row[cpd.child]] >= 0).any() or cpd.child in self.readings.soft:
-                    own = self._likelihood(cpd.child)
-                    lone[cpd.child] = lone[cpd.child] * own if cpd.child in lone else own
-                continue
-            hidden = [(p, lag) for p, lag in cpd.parents if self._node(p, lag, cpd.child)]
-            if len(hidden) == 1 and hidden[0][1] == 0 and hidden[0][0] in self.drawn and not self.info.fixed[self.info.row[hidden[0][0]]]:
-                parent = hidden[0][0]
-                table = self._at_readings(cpd, hidden[0])
-                lone[parent] = lone[parent] * table if parent in lone else table
-            else:
-                others.append(i)
-        return lone, others
-
-    def _observed(self, name: str, lag: int) -> np.ndarray:
-        """(W,) values of an observed variable."""
-        if lag == PREVIOUS:
-            assert self.belief.info is not None
-            return np.asarray(self.belief.hard[self.belief.info.row[name]])
-        return np.asarray(self.readings.hard[self.info.row[name]])
-
-    def _at_readings(self, cpd: GroundCPD, keep: tuple[str, int]) -> np.ndarray:
-        """A reading's CPD as a likelihood of its only hidden parent, (W, card); ones where it is missing."""
-        axis = cpd.parents.index(keep)
-        moved = np.moveaxis(cpd.table, axis, -1)
-        index = tuple(self._observed(p, lag) for p, lag in cpd.parents if (p, lag) != keep)
-        values = self.readings.hard[self.info.row[cpd.child]]
-        everywhere = (*index, np.maximum(values, 0))
-        table = np.asarray(moved[everywhere])
-        return np.where((values >= 0)[:, None], table, 1.0)
-
-    def _rows(self, cpd: GroundCPD) -> np.ndarray:
-        """Row of a CPD that each particle selects, (W, P)."""
-        rows = np.zeros((self.width, self.number), np.int64)
-        for (name, lag), card in zip(cpd.parents, cpd.table.shape):
-            if self._node(name, lag, cpd.child):
-                drawn = self.values.get(name) if lag != PREVIOUS else None
-                value = drawn if drawn is not None else self.old[name]
-            else:
-                value = self._observed(name, lag)[:, None]
-            rows = rows * card + value
-        return rows
-
-    def _draw(self, cpd: GroundCPD, home: int, likelihood: np.ndarray | None) -> None:
-        """Draw one variable for all particles."""
-        card = cpd.table.shape[-1]
-        out = np.empty((self.width, self.number), np.int64)
-        if likelihood is None:
-            likelihood = np.ones((self.width, card))
-        uniforms = self.rng.random((self.width, self.number))
-        kernels.draw(
-            np.ascontiguousarray(cpd.table).reshape(-1, card),
-            self._rows(cpd),
-            np.ascontiguousarray(likelihood),
-            uniforms,
-            self.weights[home],
-            out,
-        )
-        self.values[cpd.child] = out
-
-    def _weigh(self, cpd: GroundCPD, home: int) -> None:
-        """Multiply weights by the probability of a reading."""
-        values = self.readings.hard[self.info.row[cpd.child]]
-        seen = values >= 0
-        if not seen.any():
-            return
-        table = cpd.table.reshape(-1, cpd.table.shape[-1])
-        if home < 0:
-            rows = self._rows(cpd)[:, 0]
-            with np.errstate(divide="ignore"):
-                self.constant += np.where(seen, np.log(table[rows, np.maximum(values, 0)]), 0.0)
-            self.constant_names.append(cpd.child)
-            return
-        chance = table[self._rows(cpd), np.maximum(values, 0)[:, None]]
-        self.weights[home] *= np.where(seen[:, None], chance, 1.0)
