@@ -163,7 +163,7 @@ def check_contract(
         Cycles within which an interrupt must be answered; by default what the ports declare (`within`).
     budget : Budget, optional
     bounds : mapping from place to (least, largest), optional
-        What is known about continuous, input, belief and math places; they may be anything else.
+        What is known about continuous, input, belief and math places; otherwise they may be anything.
     most_tokens : int
         Tokens beyond which a place without capacity counts as filling up.
 
@@ -196,8 +196,8 @@ def check_contract(
         sum(s.n_nodes for s in spaces),
         all(s.complete for s in spaces),
         (
-            "the environment may set every input, belief, continuous and math place to anything in every cycle"
-            + (", within the bounds given" if bounds else ""),
+            "the environment may set every input, belief and continuous place to anything in every cycle, and math places to anything "
+            "that their expressions allow" + (", within the bounds given" if bounds else ""),
             "no fairness: `may end` says that an end stays possible, not that it comes",
         ),
     )

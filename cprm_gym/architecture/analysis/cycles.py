@@ -6,7 +6,8 @@ and what comes from outside may be anything. Continuous, input, belief and math 
 thresholds at which the net reads a variable cut its values into cells, and in every cycle it may be in any of them. Places that show
 the same observation, or the same view of the same random variable, are one variable.
 
-Math places are cut like the others, not computed: the exploration holds more than the net can do, never less.
+Math places are cut like the others and move freely within the range that their expression can have: the exploration holds more than
+the net can do, never less.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from ..petri import (
     Input,
     ObjectPlace,
     PetriNet,
+    Place,
     PlaceKind,
     Transition,
     compile_net,
@@ -39,6 +41,7 @@ from .state_space import Budget, Graph, Progress
 from .system import FREE, KEEP, System, selected_places
 
 INFINITY = float("inf")
+LARGEST = 1.7976931348623157e308
 Rows = list[list[tuple[Any, ...]]]
 """Entries per transition."""
 
@@ -255,7 +258,7 @@ def timed_system(
     extra : mapping from name to tokens, optional
         Places added for the bookkeeping of the outside.
     bounds : mapping from place to (least, largest), optional
-        What is known about the values of continuous, input, belief and math places.
+        What is known about the values of continuous, input, belief and math places; math places follow from their operands.
     limit : int
         Tokens in one place beyond which it counts as unbounded.
 
@@ -412,6 +415,7 @@ def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tup
     for name in bounds:
         if name not in by_name:
             c.place(name)
+    ranges = _ranges(c, bounds)
     variables, of_place = [], {}
     for x, (key, members) in enumerate(places.items()):
         names = tuple(p.name for p in members)  # type: ignore[attr-defined]
@@ -421,7 +425,7 @@ def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tup
             variables.append(Variable(names[0], names, ((0.0, 1.0), (1.0, 2.0)), is_object=True))
             continue
         edges = [-INFINITY, *sorted(cuts[key]), INFINITY]
-        low, high = _range(first, [bounds[n] for n in names if n in bounds])
+        low, high = max(ranges[n][0] for n in names), min(ranges[n][1] for n in names)
         if len(edges) > 60:
             raise NetError(f"place {names[0]!r}: read at {len(edges) - 2} thresholds; analysis follows at most 58 per variable")
         cells = tuple((a, b) for a, b in pairwise(edges) if b > low and a <= high)
@@ -432,16 +436,38 @@ def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tup
     return tuple(variables), of_place
 
 
-def _range(place: object, given: list[tuple[float, float]]) -> tuple[float, float]:
-    """Least and largest value of a place, as far as known."""
-    low, high = -INFINITY, INFINITY
-    if isinstance(place, Belief) and place.view in ("probability", "entropy", "variance"):
-        low, high = 0.0, 1.0 if place.view == "probability" else INFINITY
-    for a, b in given:
-        low, high = max(low, a), min(high, b)
-    if low > high:
-        raise NetError(f"bounds of {place!r}: nothing lies between {low} and {high}")
-    return low, high
+def _ranges(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Least and largest value of every place, as far as known; of math places as far as their expressions say."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for p in c.net.places:
+        low, high = -LARGEST, LARGEST
+        if isinstance(p, Place):
+            low, high = 0.0, LARGEST if p.capacity is None else float(p.capacity)
+        elif isinstance(p, Continuous) and p.name not in c.net.ports.parameters:
+            low = high = p.value
+        elif isinstance(p, Belief) and p.view in ("probability", "entropy", "variance"):
+            low, high = 0.0, 1.0 if p.view == "probability" else LARGEST
+        ranges[p.name] = _narrowed(p.name, low, high, bounds)
+    scope = {p.name: p for p in c.net.places}
+    for m in c.math:
+        expression = Expression(m.expression)
+        read = {name: resolve_name(name, scope) for name in expression.names}
+        held = any(attribute for _, attribute in read.values())
+        found = expression.bounds({n: (-LARGEST, LARGEST) if attribute else ranges[place] for n, (place, attribute) in read.items()})
+        low, high = (-LARGEST, LARGEST) if found.empty else (found.low, found.high)
+        if held:
+            low, high = min(low, m.default), max(high, m.default)
+        ranges[m.name] = _narrowed(m.name, low, high, bounds)
+    return ranges
+
+
+def _narrowed(name: str, low: float, high: float, bounds: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    """The range (low, high) of a place together with what is given about it."""
+    given = bounds.get(name, (low, high))
+    both = max(low, given[0]), min(high, given[1])
+    if both[0] > both[1]:
+        raise NetError(f"bounds of place {name!r}: {given} and [{low:g}, {high:g}] have nothing in common")
+    return both
 
 
 def _cell_arcs(

@@ -8,7 +8,7 @@ from structure_nets import random_net
 
 from cprm_gym.architecture.analysis.cycles import explore_cycles, timed_system
 from cprm_gym.architecture.analysis.kernels import cycles as kernels
-from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place, Transition
+from cprm_gym.architecture.petri import Executor, Input, Math, PetriNet, Place, Transition
 from cprm_gym.errors import LivelockError, NetError
 
 
@@ -130,6 +130,26 @@ def test_bounds_cut_away_what_cannot_be():
     assert "t" in {s.what for i in range(explore_cycles(net).n_nodes) for s in explore_cycles(net).run(i)}
     space = explore_cycles(timed_system(net, bounds={"x": (0, 4)}))
     assert not (space.graph.labels == 0).any()
+
+
+def test_a_math_place_stays_within_what_its_expression_can_give():
+    net = PetriNet(
+        "clipped",
+        (Place("p", tokens=1), Place("q", tokens=1), Input("x"), Math("power", "clip(x, 0, 100)"), Math("twice", "2 * power + 1")),
+        (Transition("strong", ("p",), tests={"twice": 202}), Transition("weak", ("q",), tests={"twice": 200})),
+    )
+    assert firings(net, "strong") == set()
+    assert 0 in firings(net, "weak")
+    space = explore_cycles(timed_system(net, bounds={"x": (0, 50)}))
+    assert not (space.graph.labels == 1).any()
+
+
+def test_bounds_that_contradict_each_other_are_refused():
+    net = PetriNet("none", (Place("p", tokens=1), Input("x"), Math("y", "abs(x)")), (Transition("t", ("p",), tests={"y": 1}),))
+    with pytest.raises(NetError, match="bounds of place 'y'"):
+        timed_system(net, bounds={"y": (-5, -1)})
+    with pytest.raises(NetError, match=r"unknown place 'z'"):
+        timed_system(net, bounds={"z": (0, 1)})
 
 
 def test_several_servers_are_refused_by_name():
