@@ -411,3 +411,49 @@ def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None
     ]
     parts += [_fullstate_player(r, j) for j in range(PLAYERS) if w["enabled"][j]]
     return " ".join(parts) + ")"
+
+
+def score_text(sim: Simulator, world: int, player: int) -> str:
+    """The answer to the player's ``(score)``: the own team's goals first."""
+    r = _Reader(sim, world, player, None)
+    own, other = r.w["score"] if r.i < 11 else r.w["score"][::-1]
+    return f"(score {r.time} {own} {other})"
+
+
+def _global_player(sim: Simulator, w: Any, j: int, look: bool) -> str:
+    """One player of a trainer's or coach's picture."""
+    name = f'(p "{sim.team_names[0 if j < 11 else 1]}" {j % 11 + 1}{" goalie" if w["goalie"][j] else ""})'
+    parts = [f"({name}", *map(real, (*w["pos"][j + 1], *w["vel"][j + 1]))]
+    parts += [str(int(rounding.rounded_degrees(w["body"][j]))), str(int(rounding.rounded_degrees(w["neck"][j])))]
+    pointing = w["arm_timer"][j] < sim.packed["point_to_duration"][0]
+    if pointing:
+        x, y = w["arm_target"][j] - w["pos"][j + 1]
+        parts.append(str(int(rounding.rounded_degrees(math.atan2(y, x)))))
+    if w["tackle_cycles"][j] > 0:
+        parts.append("t")
+    elif not look and w["kick_cycles"][j] >= 0:
+        parts.append("k")
+    elif not look and not pointing and w["foul_cycles"][j] > 0:
+        parts.append("f")
+    card = _card(int(w["bits"][j]))
+    if not look and card != "none":
+        parts.append(card[0])
+    return " ".join(parts) + ")"
+
+
+def global_text(sim: Simulator, world: int, look: bool = False) -> str:
+    """The picture of the whole pitch that trainer and coaches get every cycle, without noise (PROTOCOL.md 6).
+
+    Parameters
+    ----------
+    sim : Simulator
+    world : int
+        Index of the world.
+    look : bool
+        The answer ``(ok look ...)`` to a question instead of ``(see_global ...)``; it marks nothing but tackles.
+    """
+    w = sim.world[world]
+    head = f"(ok look {w['time']}" if look else f"(see_global {w['time']}"
+    ball = " ".join(map(real, (*w["pos"][BALL], *w["vel"][BALL])))
+    players = [_global_player(sim, w, j, look) for j in range(PLAYERS) if w["enabled"][j]]
+    return " ".join((head, "((g r) 52.5 0)", "((g l) -52.5 0)", f"((b) {ball})", *players)) + ")"

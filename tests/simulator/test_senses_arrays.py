@@ -11,7 +11,7 @@ from senses_recordings import random_worlds
 
 from cprm_gym.simulator.kernels import rounding
 from cprm_gym.simulator.kernels.senses import look
-from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LINE_NAMES
+from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS, LINE_NAMES
 from cprm_gym.simulator.message_parser import parse_see
 from cprm_gym.simulator.messages import see_text
 from cprm_gym.simulator.senses import BallLevel, PlayerFlag, PlayerLevel, new_landmarks, new_see, see, see_landmarks
@@ -313,3 +313,32 @@ def test_text_has_the_servers_number_format():
     numbers = re.findall(r"\) ([-\d. ]+)\)", text)
     assert all(re.fullmatch(r"-?(\d+|\d+\.\d*[1-9])", number) for group in numbers for number in group.split())
     assert " -0" in text
+
+
+def is_told(w, row, half, position):
+    """Whether player `row` with half a cone of so many degrees is told of what stands at `position`."""
+    x, y = np.asarray(position) - w["pos"][row + 1]
+    turned = (math.degrees(math.atan2(y, x) - w["body"][row] - w["neck"][row]) + 180) % 360 - 180
+    distance = math.hypot(x, y)
+    return (abs(turned) < half and distance < math.hypot(105, 68)) or distance <= 3.0
+
+
+@given(st.integers(0, 10_000), st.sampled_from([10, 37, 90, 120, 200, 360]), st.booleans())
+@settings(max_examples=40)
+def test_who_is_told_is_who_is_in_the_cone_or_near(seed, angle, synchronous):
+    """Against the definition, for cones of any size: in the cone and nearer than the observation length, or within 3 m."""
+    sim = random_worlds(1, seed=seed, spread=[1.0, 0.1, 2.5][seed % 3])
+    sim.packed["visible_angle"] = angle
+    w = sim.world[0]
+    w["synchronous"], w["enabled"][5], w["enabled"][14] = synchronous, 0, 0
+    arrays, pitch = sim.see(), sim.landmarks()
+    for row in range(22):
+        half = {True: (30, 60, 90), False: (angle / 4, angle / 2, angle)}[synchronous][w["view_width"][row] - 1]
+
+        if not w["enabled"][row]:
+            assert not arrays.fresh[0, row]
+            continue
+        expected = [is_told(w, row, half, w["pos"][j + 1]) and bool(w["enabled"][j]) and j != row for j in range(22)]
+        assert (arrays.players_level[0, row] > 0).sum() == sum(expected)
+        assert (arrays.ball_level[0, row] > 0) == is_told(w, row, half, w["pos"][0])
+        assert (pitch.level[0, row] > 0).sum() == sum(is_told(w, row, half, position) for position in LANDMARK_POSITIONS)

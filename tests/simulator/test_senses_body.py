@@ -8,7 +8,7 @@ from senses_recordings import ROW, cases, load, recording, simulator
 
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.conformance_recording import load_hidden
-from cprm_gym.simulator.messages import fullstate_text, sense_body_text
+from cprm_gym.simulator.messages import fullstate_text, global_text, score_text, sense_body_text
 from cprm_gym.simulator.senses import BodyColumn, new_body, sense_body
 from cprm_gym.simulator.simulator import Simulator, no_commands
 from cprm_gym.simulator.state import CommandKind, PlayerBit, PlayMode
@@ -185,3 +185,29 @@ def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
     assert " f) " in new
     with pytest.raises(ParameterError, match="versions 8 to 19, got 7"):
         fullstate_text(sim, 0, 12, 7)
+
+
+def test_the_trainers_look_is_the_example_of_the_protocol():
+    """PROTOCOL.md 6; the coach's picture of the same moment marks a kick and cards too."""
+    sim = in_play(left=2, right=1, goalies=(1, 0))
+    w = sim.world[0]
+    w["time"], w["kick_cycles"], w["body"][:], w["pos"][0], w["vel"][0] = 5, -1, 0.0, 0.0, 0.0
+    w["pos"][1], w["pos"][2], w["pos"][12], w["vel"][12] = (-50, 0), (-2, 1), (10.962, 0.101363), (0.0388515, 0.00556502)
+    w["tackle_cycles"][1], w["arm_timer"][1], w["arm_target"][1] = 3, 0, (-2 + math.cos(0.349066), 1 + math.sin(0.349066))
+    example = (
+        '(ok look 5 ((g r) 52.5 0) ((g l) -52.5 0) ((b) 0 0 0 0) ((p "Left" 1 goalie) -50 0 0 0 0 0) ((p "Left" 2) -2 1 0 0 0 0 20 t)'
+        ' ((p "Right" 1) 10.962 0.101363 0.0388515 0.00556502 0 0))'
+    )
+    assert global_text(sim, 0, look=True) == example
+    assert global_text(sim, 0) == example.replace("(ok look", "(see_global")
+    w["kick_cycles"][0], w["bits"][11], w["foul_cycles"][11] = 0, PlayerBit.YELLOW_CARD, 3
+    assert global_text(sim, 0, look=True) == example
+    assert "0 0 0 0 0 k) " in global_text(sim, 0)
+    assert global_text(sim, 0).endswith("0 0 f y))")
+
+
+def test_the_score_is_told_from_the_own_side():
+    sim = in_play()
+    sim.world["score"], sim.world["time"] = (3, 1), 70
+    assert score_text(sim, 0, 2) == "(score 70 3 1)"
+    assert score_text(sim, 0, 15) == "(score 70 1 3)"
