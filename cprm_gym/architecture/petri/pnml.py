@@ -35,7 +35,7 @@ TOOL = "cprm_gym"
 PTNET = "http://www.pnml.org/version-2009/grammar/ptnet"
 MAX_DEPTH = 100
 
-_NET_TYPES = re.compile(r"^$|ptnet|P/T net|p/t net|place/transition|epnml|pt-?net|corenet|core(model)?$", re.IGNORECASE)
+_NET_TYPES = re.compile(r"^$|ptnet|tina/tpn|P/T net|p/t net|place/transition|epnml|pt-?net|corenet|core(model)?$", re.IGNORECASE)
 _IGNORED = frozenset(
     ("name", "graphics", "toolspecific", "documentation", "comment", "description", "labels", "label", "token", "definition")
     + ("orientation", "arcpath", "tagged", "infiniteServer", "rateDefinition", "finalmarkings", "variables")
@@ -302,11 +302,14 @@ class _Reader:
             raise self.refuse(node, f"{what} is 0 to {MAX_WEIGHT}, got {value}")
         return value
 
-    def tokens(self, node: Node, what: str) -> int:
-        """A number of tokens, also written ``Default,1`` as PIPE does."""
-        content = node.label()
+    def tokens(self, node: Node, what: str, text: str | None = None) -> int:
+        """A number of tokens, also written ``Default,1`` as PIPE does; in a label, or the `text` of an attribute."""
+        for child in node.children if text is None else ():
+            if child.tag not in ("text", "value", "graphics", "toolspecific"):
+                raise self.refuse(child, f"is not understood inside <{node.tag}>; known: text, value")
+        content = node.label() if text is None else text
         if "," not in content:
-            return self.number(node, what) if content else 0
+            return self.number(node, what, content) if content else 0
         parts = [p.strip() for p in content.split(",")]
         amounts = [self.number(node, what, p) for p in parts[1::2]]
         if len(parts) % 2 or sum(a > 0 for a in amounts) > 1 or (parts[0].lower() != "default" and amounts[0]):
@@ -318,7 +321,9 @@ class _Reader:
         name = self.identity(node)
         if name in self.places:
             return
-        tokens, capacity = 0, None
+        tokens, capacity = self.tokens(node, "a marking", node.attributes.get("initialMarking", "")), None
+        if node.attributes.get("invariant", "< inf").replace(" ", "") != "<inf":
+            raise self.refuse(node, f"invariant {node.attributes['invariant']!r}: ages of tokens are not read here")
         for child in self.children(node, frozenset(("initialMarking", "capacity", "type"))):
             if child.tag == "initialMarking":
                 tokens = self.tokens(child, "a marking")
@@ -333,13 +338,15 @@ class _Reader:
         """Read one transition."""
         name = self.identity(node)
         timed, rate, priority = False, 1.0, 0
+        if node.attributes.get("urgent", "false").lower() == "true":
+            raise self.refuse(node, "is urgent: that it must fire before time passes cannot be said of an untimed net")
         for child in self.children(node, frozenset(("timed", "rate", "priority", "delay", "type"))):
             text = child.label()
             if child.tag == "timed":
                 timed = text.lower() in ("true", "1")
             elif child.tag == "priority":
                 priority = self.number(child, "a priority")
-            elif child.tag == "delay":
+            elif child.tag == "delay" and not _is_any_time(child):
                 raise self.refuse(child, "delays of other tools have no fixed meaning; ours are in <toolspecific>")
             elif child.tag == "rate":
                 try:
@@ -370,8 +377,8 @@ class _Reader:
     def name_of(self, node: Node) -> str:
         """The name label of a node, or its id."""
         label = node.first("name")
-        text = re.sub(r"\s*[\r\n\t]+\s*", " ", label.label()) if label is not None else ""
-        return text or node.attributes["id"]
+        text = label.label() if label is not None else node.attributes.get("name", "")
+        return re.sub(r"\s*[\r\n\t]+\s*", " ", text).strip() or node.attributes["id"]
 
     def resolve(self, node: Node, end: str) -> str:
         """The id that an end of an arc means, through reference nodes."""
@@ -389,8 +396,10 @@ class _Reader:
     def arc(self, node: Node, kind: str | None) -> None:
         """Read one arc into its transition."""
         source, target = self.resolve(node, "source"), self.resolve(node, "target")
-        weight = 1
+        weight = self.number(node, "a weight", node.attributes.get("weight", "1"))
         spelled = node.attributes.get("type", "")
+        if spelled == "timed" and node.attributes.get("inscription", "[0,inf)").replace(" ", "") == "[0,inf)":
+            spelled = "normal"
         for child in self.children(node, frozenset(("inscription", "type", "arctype", "weight"))):
             if child.tag in ("type", "arctype"):
                 spelled = child.label()
@@ -453,6 +462,15 @@ class _Reader:
             return PetriNet(_word(title, set()), tuple(places), tuple(transitions))
         except NetError as error:
             raise self.refuse(node, str(error)) from None
+
+
+def _is_any_time(delay: Node) -> bool:
+    """Whether a ``<delay>`` of Tina is the interval from 0 to infinity: no condition on time."""
+    interval = delay.first("interval")
+    if interval is None:
+        return False
+    ends = [child.text.strip() for child in interval.children]
+    return ends == ["0", "infty"]
 
 
 def _names(labels: dict[str, str]) -> dict[str, str]:

@@ -84,6 +84,19 @@ def test_the_dialect_of_pipe_is_read():
     assert (got.transition("t").priority, got.transition("t").inputs) == (2, {"p": 1})
 
 
+def test_the_dialects_of_tapaal_and_tina_are_read_where_they_say_nothing_about_time():
+    tapaal = """<place id='p' name='p' initialMarking='2' invariant='&lt; inf'/><place id='q' name='q' initialMarking='0'/>
+    <transition id='t' name='t' urgent='false'/><arc id='a' source='p' target='t' type='timed' inscription='[0,inf)' weight='2'/>
+    <arc id='b' source='t' target='q' type='normal' inscription='1'/>"""
+    got = parse_pnml(pnml(tapaal, kind="P/T net", page=False))
+    assert (got.place("p").tokens, got.transition("t").inputs) == (2, {"p": 2})
+    for change in (("[0,inf)", "[2,5]"), ("&lt; inf", "&lt;= 4"), ("urgent='false'", "urgent='true'")):
+        with pytest.raises(LogError, match=r"timed|ages of tokens|urgent"):
+            parse_pnml(pnml(tapaal.replace(*change), kind="P/T net", page=False))
+    delay = "<transition id='t'><delay><interval closure='closed-open'><cn>0</cn><ci>infty</ci></interval></delay></transition>"
+    assert parse_pnml(pnml(P + Q + delay + IN + OUT, kind="http://www.laas.fr/tina/tpn")) == net()
+
+
 def test_exponential_rates_are_refused_or_dropped_when_asked():
     body = P + Q + "<transition id='t'><timed><value>true</value></timed><rate><value>2.5</value></rate></transition>" + IN + OUT
     with pytest.raises(LogError, match="exponential rates have no meaning here"):
@@ -112,6 +125,7 @@ def test_names_are_labels_if_they_differ_and_ids_otherwise():
         ("\n<place id='p'><initialMarking><text>-1</text></initialMarking></place>", r"line 6, <initialMarking>: .*-1"),
         ("\n<place id='p'><initialMarking><text>Red,1,Blue,2</text></initialMarking></place>", r"line 6, .*coloured"),
         ("\n<place id='p'><hlinitialMarking/></place>", r"line 6, <hlinitialMarking>: is not understood inside <place>"),
+        ("\n<place id='p'><initialMarking><multiset/></initialMarking></place>", r"line 6, <multiset>: is not understood inside"),
         ("\n<gadget/>", r"line 6, <gadget>: is not part of a place/transition net"),
         (T + "\n<referencePlace id='r' ref='s'/><referencePlace id='s' ref='r'/><arc id='a' source='r' target='t'/>", "refers to itself"),
         ("\n<transition id='t'><delay><text>3</text></delay></transition>", r"line 6, <delay>: delays of other tools"),
