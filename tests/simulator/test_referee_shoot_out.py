@@ -173,3 +173,10 @@ def test_players_take_turns():
     scene.steps_until(f"penalty_ready_{side}")
     assert math.dist(scene.sim.world[0]["pos"][taker + 1], (0.0, 0.0)) <= 9.15
     assert player(f"{side}{taker % 11 + 1}") == taker + 1
+
+
+def test_trainer_may_have_penalties_practised():
+    scene = Scene(mode="penalty_ready_r").put_ball(-42.5, 0.0).put("r2", -41.9, 0.0, body=math.pi).kick("r2", 10.0)
+    assert scene.mode == "penalty_taken_r"
+    scene.step().put_ball(-51.5, 0.0, -2.0).step(2).listen()
+    assert scene.said[-1] == "penalty_score_r"

@@ -167,7 +167,7 @@ def cleared_point(w, p, x, y, clear, reach):
     in_corner = abs(bx) > p.limit_x - clear and abs(by) > p.limit_y - clear
     if in_corner and abs(nx) > p.goal_line and abs(ny) > p.touch_line:
         nx, ny = 2.0 * bx - nx, 2.0 * by - ny
-    if is_indirect(w) and abs(nx) > p.goal_line:
+    if is_indirect(w) and abs(nx) > p.goal_line and nx != bx:
         line = p.goal_line if nx > 0.0 else -p.goal_line
         ny = by + (ny - by) * (line - bx) / (nx - bx)
         nx = line

@@ -99,8 +99,11 @@ def waits_begin(w, p, mode):
 
 
 @kernel
-def shoot_out_timer(w, p, pair):
-    """Start the timer of a mode of the shoot-out."""
+def shoot_out_timer(w, p, mode):
+    """Start the timer of a mode of the shoot-out; a trainer who sets one lets that side shoot at its opponents' goal."""
+    pair = PAIR[mode]
+    if w.pen_taker_side == NEUTRAL:
+        w.pen_taker_side, w.pen_side = SIDE[mode], -SIDE[mode]
     if pair == PENALTY_SETUP:
         w.pen_timer = p.pen_setup_wait
     elif pair == PENALTY_READY:
@@ -127,7 +130,7 @@ def tell_modules(w, p, mode):
     if p.rules & (RULE_OFFSIDE | RULE_CATCH | RULE_FOUL | RULE_ILLEGAL_DEFENSE):
         waits_begin(w, p, mode)
     if p.rules & RULE_PENALTY and is_shoot_out(mode):
-        shoot_out_timer(w, p, PAIR[mode])
+        shoot_out_timer(w, p, mode)
 
 
 @kernel
