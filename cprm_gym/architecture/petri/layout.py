@@ -7,6 +7,7 @@ the neighbours that keep their distances, by pooling adjacent violators.
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -163,7 +164,8 @@ def _with_dummies(nodes: Sequence[Node], forward: Sequence[tuple[int, int]]) -> 
 def _order(rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequence[tuple[int, float]]]) -> None:
     """Reorder each row by the barycentre of its neighbours, down and up; the order with the fewest crossings is kept."""
     best, kept = _crossings(rows, cells, pulls), [list(row) for row in rows]
-    for sweep in range(24):
+    segments = sum(map(len, pulls)) // 2
+    for sweep in range(max(4, min(24, 30_000 // max(segments, 1)))):
         down = sweep % 2 == 0
         for level in range(len(rows)) if down else reversed(range(len(rows))):
             position = {i: k for row in rows for k, i in enumerate(row)}
@@ -173,7 +175,8 @@ def _order(rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequenc
                 there = [position[j] for j, _ in pulls[i] if cells[j].layer == near]
                 keys[i] = sum(there) / len(there) if there else position[i]
             rows[level].sort(key=lambda i: keys[i])
-        _transpose(rows, cells, pulls)
+        if segments < 1500:
+            _transpose(rows, cells, pulls)
         crossings = _crossings(rows, cells, pulls)
         if crossings < best:
             best, kept = crossings, [list(row) for row in rows]
@@ -206,8 +209,9 @@ def _crossings(rows: Sequence[Sequence[int]], cells: Sequence[Node], pulls: Sequ
         seen: list[int] = []
         for i in row:
             mine = [position[j] for j, _ in pulls[i] if j in position and cells[j].layer == cells[i].layer + 1]
-            count += sum(other > p for p in mine for other in seen)
-            seen += mine
+            count += sum(len(seen) - bisect.bisect_right(seen, p) for p in mine)
+            for p in mine:
+                bisect.insort(seen, p)
     return count
 
 
