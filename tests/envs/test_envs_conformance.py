@@ -17,7 +17,7 @@ from cprm_gym.envs.registration import TASK_NAMES
 from cprm_gym.envs.tasks import TASKS
 
 SMALL = {"task": "Soccer", "left": 2, "right": 2, "max_cycles": 40}
-MODES = ("hybrid", "discrete", "box")
+MODES = ("hybrid", "discrete", "box", "macro")
 
 
 def test_every_task_is_registered():
