@@ -17,9 +17,9 @@ Dissertation sections 2.3.3 and 2.3.4; Murphy, Dynamic Bayesian Networks, 2002.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -30,9 +30,12 @@ from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, 
 from cprm_gym.architecture.prm.grounding import Grounding, Situation
 from cprm_gym.architecture.prm.merging import replace_agents
 from cprm_gym.architecture.prm.projection import ProjectionEngine, given_clusters, project
+from cprm_gym.architecture.prm.results import Past, Result, Snapshot
 from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
+
+__all__ = ["POLICIES", "Filter", "Grounds", "Past", "Result", "Snapshot"]
 
 POLICIES = ("raise", "drop", "soften", "restart")
 
@@ -42,101 +45,6 @@ class Grounds(Protocol):
 
     def ground(self, active: Any = (), first: bool = False) -> GroundSlice:
         """The slice for the active relations; the same object for the same arguments."""
-
-
-class Past(NamedTuple):
-    """What is remembered of a step: the belief before it, the slice, the readings, who began anew and the relations."""
-
-    before: Any
-    info: SliceInfo
-    readings: Readings
-    fresh: np.ndarray
-    active: Any
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """A filter's state, to be given to `Filter.restore`."""
-
-    belief: Any
-    step: int
-    log_likelihood: np.ndarray
-    fresh: np.ndarray
-    history: tuple[Past, ...]
-    active: Any
-    impossible: np.ndarray
-    exact: bool
-    atemporal: dict[str, GroundVariable]
-    owners: frozenset[str]
-    engine: Any
-
-
-class Result(Mapping[str, np.ndarray]):
-    """The answer of one step: a mapping from variable to posterior, shape (W, card).
-
-    Attributes
-    ----------
-    step : int
-        Number of the slice, from 0.
-    increment : (W,) float array
-        ln P(readings of this slice | earlier ones).
-    log_likelihood : (W,) float array
-        Sum of the increments. Inputs have no prior and no part in it.
-    loss : (W,) float array
-        Kullback-Leibler divergence, in nats, of what a projection threw away in this step; 0 if nothing was projected.
-    exact : bool
-        Whether no step so far has approximated anything.
-    engine : str
-        Which engine gave the answer.
-    impossible : (W,) bool array
-        Where the readings had probability zero and the policy (drop, soften, restart) was applied.
-    report : dict
-        What else the engine has to say: effective sample size, clusters, time.
-    """
-
-    def __init__(self, outcome: Any, step: int, log_likelihood: np.ndarray, exact: bool, impossible: np.ndarray) -> None:
-        self._outcome = outcome
-        self._cache: dict[str, np.ndarray] = {}
-        self.step = step
-        self.increment: np.ndarray = outcome.increment
-        self.log_likelihood = log_likelihood
-        self.loss: np.ndarray = outcome.loss
-        self.exact = exact
-        self.engine: str = outcome.engine
-        self.impossible = impossible
-        self.report: dict[str, Any] = getattr(outcome, "report", {})
-
-    @property
-    def variables(self) -> Mapping[str, GroundVariable]:
-        """The variables of the slice."""
-        return self._outcome.info.variables  # type: ignore[no-any-return]
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        found = self._cache.get(name)
-        if found is None:
-            found = self._cache[name] = self._outcome.marginal(name)
-        return found
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.variables)
-
-    def __len__(self) -> int:
-        return len(self.variables)
-
-    def hidden(self, agent: int = 0) -> tuple[str, ...]:
-        """Names of the variables that an agent did not observe."""
-        hard = self._outcome.readings.hard
-        return tuple(n for i, n in enumerate(self._outcome.info.names) if hard[i, agent] < 0)
-
-    def joint(self, *names: str) -> np.ndarray:
-        """Joint posterior of some variables, shape (W, card, card, ...)."""
-        found: np.ndarray = self._outcome.joint(names)
-        return found
-
-    def index_mean(self, name: str) -> np.ndarray:
-        """Expectation of the state index, (W,)."""
-        p = self[name]
-        return p @ np.arange(p.shape[1])
 
 
 class Filter:
@@ -159,6 +67,9 @@ class Filter:
         For engines that sample.
     memory_limit : float
         Bytes that one component of an exact step may take before it is refused.
+    static : iterable of str
+        Atemporal variables, drawn in the slice that defines them and never again. Only needed where neither the grounding nor
+        the first two slices tell.
     **options
         Further options of the engine.
     """
@@ -174,6 +85,7 @@ class Filter:
         window: int = 0,
         seed: Any = None,
         memory_limit: float = 2.0**31,
+        static: Iterable[str] = (),
         **options: Any,
     ) -> None:
         if not isinstance(batch, (int, np.integer)) or batch < 1:
@@ -187,7 +99,7 @@ class Filter:
         self.width = int(batch)
         self.engine = make_engine(engine, seed, memory_limit, options)
         self.on_impossible, self.eps = on_impossible, eps
-        self._static = frozenset(getattr(grounding, "static", ()))
+        self._static = frozenset(getattr(grounding, "static", ())) | frozenset(static)
         self._infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
         self._history: deque[Past] = deque(maxlen=max(window, 1))
         self.window = window
@@ -316,6 +228,10 @@ class Filter:
         """
         if steps < 1:
             raise ParameterError(f"`steps` is at least 1, got {steps!r}")
+        return self._ahead(steps, active, inputs, {})
+
+    def _ahead(self, steps: int, active: Any, inputs: Mapping[str, Any] | None, soft: Mapping[str, Any]) -> Result:
+        """Predict, with likelihood vectors in the last of the slices."""
         kept = self.snapshot()
         given = dict(inputs or {})
         relations, objects = self._active if active is None else active, None
@@ -323,7 +239,7 @@ class Filter:
             objects = self._active.objects
             relations = self._active.relations if active is None else active
         try:
-            for _ in range(steps):
+            for left in reversed(range(steps)):
                 situation = self._situation(relations, objects)
                 ground = self._ground(situation, self.step_count == 0)
                 last = self._history[-1] if self._history else None
@@ -331,7 +247,7 @@ class Filter:
                 for name in ground.inputs:
                     if name not in known and last is not None and name in last.info.row:
                         known[name] = last.readings.hard[last.info.row[name]]
-                result = self.step(known, active=situation)
+                result = self.step(known, soft if left == 0 else None, active=situation)
         finally:
             self.restore(kept)
         return result
@@ -356,14 +272,7 @@ class Filter:
         if evidence is not None:
             readings = self._read(info, evidence, None, checked=False)
         else:
-            hard = np.full((len(info.names), self.width), UNOBSERVED, np.int64)
-            hard[info.inputs] = 0
-            if self._history:
-                last = self._history[-1]
-                for name, row in info.row.items():
-                    if name in last.info.row:
-                        hard[row] = np.minimum(last.readings.hard[last.info.row[name]], info.cards[row] - 1)
-            readings = Readings(hard, {})
+            readings = self._as_in_last_step(info)
         before = self.belief
         for _ in range(1 + 2 * len(info.names)):
             try:
@@ -376,22 +285,63 @@ class Filter:
             return found
         raise ModelError("the belief cannot be kept in a form that the next slice needs")
 
-    def jeffrey(self, targets: Mapping[str, Any]) -> dict[str, np.ndarray]:
-        """Likelihood vectors that turn the predicted marginals into the given ones, one variable at a time.
+    def prepare(self, *paths: Sequence[Any]) -> int:
+        """Make the plans of steps to come, so that they need not be made in time.
+
+        Parameters
+        ----------
+        *paths : sequences of relations
+            Each a possible future from here, one entry for each slice; the same variables are observed as in the last step.
+
+        Returns
+        -------
+        int
+            How many plans were new.
+        """
+        engine = getattr(self.engine, "factored", self.engine)
+        if not isinstance(engine, ExactEngine) or not isinstance(self.belief, Belief):
+            raise ParameterError(f"engine {self.engine.name!r} has no plans to prepare")
+        if not self._history:
+            raise ParameterError("make a step first: what is observed is taken from the last one")
+        compiled, kept = engine.compiler.compiled, (self._active, self.step_count)
+        try:
+            for path in paths:
+                self._active, self.step_count = kept
+                belief = self.belief
+                for relations in path:
+                    self._active = self._situation(relations, None)
+                    info = self._info(self._ground(self._active, self.step_count == 0))
+                    readings = self._as_in_last_step(info)
+                    try:
+                        made = engine.transition(belief, info, readings)
+                    except NeedsVariable as need:
+                        self.engine.note(need.kind)
+                        break
+                    belief = Belief(made.layout, (), readings.hard)
+                    self.step_count += 1
+        finally:
+            self._active, self.step_count = kept
+        return engine.compiler.compiled - compiled
+
+    def jeffrey(self, targets: Mapping[str, Any], active: Any = None, inputs: Mapping[str, Any] | None = None) -> dict[str, np.ndarray]:
+        """Likelihood vectors that turn the predicted marginals into the given ones, one variable after the other.
 
         Parameters
         ----------
         targets : dict of name to (card,) or (W, card) array
-            Distributions that the posterior of each variable is to have.
+            Distributions that the posterior of each variable is to have (Jeffrey's rule).
+        active, inputs
+            Of the next step, as for `predict`.
 
         Returns
         -------
         dict of str to (W, card) array
-            To be given as `soft`. Exact for one variable; several are adjusted one after the other, so the order matters.
+            To be given as `soft`. The last variable gets its target exactly; those before it are moved again where they depend
+            on it, so the order matters.
         """
-        predicted = self.predict(1)
-        found = {}
+        found: dict[str, np.ndarray] = {}
         for name, target in targets.items():
+            predicted = self._ahead(1, active, inputs, found)
             q = np.broadcast_to(np.asarray(target, dtype=np.float64), predicted[name].shape)
             if (q < 0).any() or not np.allclose(q.sum(axis=1), 1.0, atol=1e-9):
                 raise EvidenceError(f"jeffrey: {name!r} needs a distribution, got {q.tolist()}")
@@ -419,9 +369,11 @@ class Filter:
         for name in (n for c in clusters for n in c):
             if name not in known:
                 raise ModelError(f"`project`: {name!r} is not a hidden variable of the belief.{did_you_mean(name, known)}")
-        belief, loss = project(getattr(self.engine, "factored", self.engine), self.belief, given_clusters(self.belief, clusters))
-        self.exact = self.exact and belief is self.belief
-        self.belief = belief
+        chosen = given_clusters(self.belief, clusters)
+        if not chosen:
+            return np.zeros(self.width)
+        self.belief, loss = project(getattr(self.engine, "factored", self.engine), self.belief, chosen)
+        self.exact = False
         return loss
 
     # ------------------------------------------------------------------------------------------------- the window
@@ -568,6 +520,17 @@ class Filter:
             raise ModelError(f"atemporal variable {need.name!r} is used for the first time in slice {self.step_count}; name it in `static`")
         self._static |= {need.name}
         self._atemporal = {**self._atemporal, need.name: self._history[-1].info.variables[need.name]}
+
+    def _as_in_last_step(self, info: SliceInfo) -> Readings:
+        """The variables of a slice that are observed, if the same are as in the last step; the values do not matter."""
+        hard = np.full((len(info.names), self.width), UNOBSERVED, np.int64)
+        hard[info.inputs] = 0
+        if self._history:
+            last = self._history[-1]
+            for name, row in info.row.items():
+                if name in last.info.row:
+                    hard[row] = np.minimum(last.readings.hard[last.info.row[name]], info.cards[row] - 1)
+        return Readings(hard, {})
 
     def _commit(self, outcome: Any, past: Past, active: Any) -> None:
         self.belief = outcome.belief

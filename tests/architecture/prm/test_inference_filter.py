@@ -626,3 +626,53 @@ def test_every_engine_stays_a_distribution_through_beginnings_and_impossible_rea
             for name in result:
                 np.testing.assert_allclose(result[name].sum(axis=1), 1.0, atol=1e-9)
                 assert (result[name] >= 0).all()
+
+
+def test_jeffrey_moves_one_variable_after_the_other():
+    filter_ = Filter(Schedule(load("d07_entangle_min")))
+    for relations in ("prior", "off", "on"):
+        filter_.step({"oA": 1}, active=relations)
+    soft = filter_.jeffrey({"A": [0.2, 0.8], "B": [0.6, 0.4]}, active="on")
+    result = filter_.step({}, soft, active="on")
+    np.testing.assert_allclose(result["B"], [[0.6, 0.4]], atol=1e-12)
+    assert abs(result["A"][0, 0] - 0.2) > 1e-3
+    with pytest.raises(EvidenceError, match="distribution"):
+        filter_.jeffrey({"A": [0.2, 0.9]}, active="on")
+
+
+def test_plans_of_steps_to_come_can_be_made_beforehand():
+    scene = Scene(3, opponents=2)
+    filter_ = Filter(scene)
+    rng = np.random.default_rng(0)
+    path = [Active(("o1",)), Active(("o1",)), Active(("o1",), "o1"), Active(("o1",), "o1")]
+    for _ in range(3):
+        filter_.step(scene.readings(rng), active=path[0])
+    before = filter_.snapshot()
+    assert filter_.prepare(path) > 0
+    assert filter_.prepare(path) == 0
+    assert filter_.belief is before.belief
+    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.transitions)
+    for active in path:
+        filter_.step(scene.readings(rng), active=active)
+    assert filter_.engine.compiler.compiled == compiled
+    assert len(filter_.engine.compiler.transitions) == made
+
+
+def test_an_atemporal_variable_that_is_first_used_late_can_be_named():
+    names = {"bias": GroundVariable("bias", ("0", "1")), "coin": GroundVariable("coin", ("0", "1"))}
+    toss, prior = np.array([[0.5, 0.5], [0.9, 0.1]]), np.array([0.6, 0.4])
+    free = GroundCPD("coin", (), np.array([0.5, 0.5]), "free")
+    first = GroundSlice(names, (GroundCPD("bias", (), prior, "b"), free))
+    quiet = GroundSlice({"coin": names["coin"]}, (free,))
+    biased = GroundSlice({"coin": names["coin"]}, (GroundCPD("coin", (("bias", -1),), toss, "c"),))
+    filter_ = Filter(Fixed(first, quiet), static=["bias"])
+    for slice_ in (first, quiet, quiet):
+        filter_.step({"coin": 0}, active=slice_)
+    result = filter_.step({"coin": 0}, active=biased)
+    expected = prior * toss[:, 0]
+    np.testing.assert_allclose(result["bias"][0], expected / expected.sum(), atol=1e-12)
+    unnamed = Filter(Fixed(first, quiet))
+    for slice_ in (first, quiet, quiet):
+        unnamed.step({"coin": 0}, active=slice_)
+    with pytest.raises(ModelError, match="bias"):
+        unnamed.step({"coin": 0}, active=biased)
