@@ -1,1 +1,58 @@
-""""""
+"""The soccer world of server 19, whole and faithful, thousands of matches at once.
+
+::
+
+    from cprm_gym.simulator import CommandKind, Simulator
+
+    simulator = Simulator(worlds=2, seed=1)
+    simulator.start()
+    simulator.commands["kind"], simulator.commands["a"], simulator.commands["b"] = CommandKind.DASH, 60, 0
+    simulator.step()
+    simulator.see().ball_level      # what each of the 22 players of each world sees
+
+One match is one record of `state.WORLD`. `simulator.Simulator` owns an array of them and calls compiled kernels (``kernels``); the
+senses (`senses`), the powers of trainer and coach (`officials`), logs (`gamelog`, `commandlog`), texts (`messages`, `command_text`) and
+the proof by replay (`conformance`) stand around it. The simulator knows no Gym and no agents.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cprm_gym.simulator.parameters import Rules as Rules
+    from cprm_gym.simulator.parameters import ServerParameters as ServerParameters
+    from cprm_gym.simulator.player_types import PlayerParameters as PlayerParameters
+    from cprm_gym.simulator.player_types import PlayerType as PlayerType
+    from cprm_gym.simulator.player_types import generate_types as generate_types
+    from cprm_gym.simulator.simulator import Simulator as Simulator
+    from cprm_gym.simulator.simulator import no_commands as no_commands
+    from cprm_gym.simulator.state import COMMAND as COMMAND
+    from cprm_gym.simulator.state import WORLD as WORLD
+    from cprm_gym.simulator.state import CommandKind as CommandKind
+    from cprm_gym.simulator.state import Count as Count
+    from cprm_gym.simulator.state import PlayerBit as PlayerBit
+    from cprm_gym.simulator.state import PlayMode as PlayMode
+    from cprm_gym.simulator.state import ViewWidth as ViewWidth
+    from cprm_gym.simulator.state import player_index as player_index
+
+_HOMES = {
+    "simulator": ("Simulator", "no_commands"),
+    "parameters": ("Rules", "ServerParameters"),
+    "player_types": ("PlayerParameters", "PlayerType", "generate_types"),
+    "state": ("COMMAND", "WORLD", "CommandKind", "Count", "PlayMode", "PlayerBit", "ViewWidth", "player_index"),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME_OF)  # the names are loaded when first used: reading a log needs no compiler
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME_OF:
+        return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__
