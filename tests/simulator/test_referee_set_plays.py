@@ -358,3 +358,27 @@ def test_a_rule_alone_works_without_the_others():
 def test_moving_after_a_goal_is_allowed():
     scene = Scene().put_ball(51.5, 0.0, 2.0).step().do("l2", CommandKind.MOVE, -10.0, 5.0)
     assert np.allclose(scene.place_of("l2"), (-10.0, 5.0))
+
+
+def test_goal_kick_that_does_not_leave_the_area_is_repeated_and_then_forfeited():
+    scene = Scene(proper_goal_kicks=True).put_ball(-52.0, 20.0, -1.0)
+    scene.world["touch_player"] = player("r2")
+    scene.step()
+    scene.said.clear()
+    while scene.mode == "goal_kick_l":
+        scene.put("l1", -47.6, 9.16, body=0.0).kick("l1", 5.0)
+        said = len(scene.said)
+        while len(scene.said) == said:
+            scene.step()
+            scene.put("l1", -50.0, 0.0)
+    assert scene.said == ["goal_kick_l", "goal_kick_l", "free_kick_r"]
+
+
+def test_a_second_kick_within_the_area_is_allowed_without_proper_goal_kicks():
+    scene = Scene().put_ball(-52.0, 20.0, -1.0)
+    scene.world["touch_player"] = player("r2")
+    scene.step().put("l1", -47.6, 9.16, body=0.0).kick("l1", 5.0).step()
+    scene.said.clear()
+    scene.put("l2", scene.ball[0] - 0.6, 9.16, body=0.0).kick("l2", 100.0)
+    assert scene.steps_until("play_on", 20) > 1
+    assert scene.said == ["play_on"]
