@@ -51,9 +51,12 @@ ports may be touched from outside: entries only receive tokens, exits only lose 
 means its flat net (`flatten`).
 """
 
+from .bisimulation import weakly_bisimilar
 from .commands import Commands
 from .compiled import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
+from .drawing import save_drawing, to_dot, to_svg
 from .execution import Conflict, Executor, Snapshot
+from .io import load_net, net_from_json, net_to_json, save_net
 from .modules import Instance, flatten, instances
 from .net import PetriNet
 from .places import (
@@ -71,6 +74,7 @@ from .places import (
     Semantics,
     Transition,
 )
+from .set_arcs import eliminate_set_arcs
 from .tracing import Firing, Trace
 from .values import FrozenMap
 
@@ -103,6 +107,15 @@ __all__ = [
     "Trace",
     "Transition",
     "compile_net",
+    "eliminate_set_arcs",
     "flatten",
     "instances",
+    "load_net",
+    "net_from_json",
+    "net_to_json",
+    "save_drawing",
+    "save_net",
+    "to_dot",
+    "to_svg",
+    "weakly_bisimilar",
 ]

@@ -499,10 +499,10 @@ class Executor:
                 f"({self._program.transitions['clock_end'][detail] - self._program.transitions['clock'][detail]}); "
                 f"give its input places capacities"
             )
-        place = self.net.net.place(self._layout.math[detail])
-        text = place.expression  # type: ignore[union-attr]
-        operands = ", ".join(f"{name} = {self._operand(name, copy):g}" for name in Expression(text).names)
-        raise ExpressionError(f"{where}: math place {place.name!r} = {text!r} has no finite value at {operands or 'no operands'}")
+        place = self.net.math[detail]
+        operands = ", ".join(f"{name} = {self._operand(name, copy):g}" for name in Expression(place.expression).names)
+        what = f"math place {place.name!r} = {place.expression!r}"
+        raise ExpressionError(f"{where}: {what} has no finite value at {operands or 'no operands'}")
 
     def _operand(self, name: str, copy: int) -> float:
         index = self.net.place_index.get(name)

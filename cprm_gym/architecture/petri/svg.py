@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from xml.sax.saxutils import escape
 
-from .drawing import Box, Item, Link
 from .layout import Edge, Node, Point, arrange
+from .picture import Box, Item, Link
 
 RADIUS, BAR, THICK = 12.0, 40.0, 7.0  # of places; length and thickness of transitions
 INK, GREY, MODULE = "#1f2933", "#6b7785", "#f4f6f8"
