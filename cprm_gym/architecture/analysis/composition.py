@@ -15,7 +15,7 @@ import numpy as np
 
 from ..petri import CompiledNet, Instance, PetriNet, compile_net, instances
 from .cycles import CycleSpace, Step, explore_cycles
-from .graphs import can_reach, components
+from .graphs import can_reach, closure, components
 from .kernels import cycles as kernels
 from .state_space import Budget
 from .timed import closed_system
@@ -153,3 +153,52 @@ def _by_runs(space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
         if len(stuck):
             found.append(Misuse(path, "left lying", f"its outcome {outcome!r} is never taken after this", space.run(int(stuck[0]))))
     return found
+
+
+def handovers(
+    net: PetriNet | CompiledNet,
+    *,
+    budget: Budget | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    space: CycleSpace | None = None,
+) -> dict[tuple[str, str], tuple[tuple[str, str], ...]]:
+    """What each outcome of each instance may lead to: the question that Algorithm 3.1 puts to PN-ANALYSIS.
+
+    Parameters
+    ----------
+    net : PetriNet or CompiledNet
+    budget, bounds, space
+        As for `check_composition`.
+
+    Returns
+    -------
+    dict from (instance, outcome) to ((instance, "begin"), ...)
+        Where a token that the net takes from the outcome may lead next: the begin of an instance, or ``("", outcome)``, an
+        outcome of the net itself. Where modules run at once, what another thread begins meanwhile is listed too.
+    """
+    compiled = net if isinstance(net, CompiledNet) else compile_net(net)
+    space = space or explore_cycles(closed_system(compiled, bounds), budget)
+    inner = {path: i for path, i in instances(compiled.source).items() if path and i.net.ports.begin}
+    goals: dict[tuple[str, str], np.ndarray] = {}
+    for path, instance in inner.items():
+        assert instance.net.ports.begin
+        goals[path, instance.net.ports.begin] = _marked(space, instance.places[instance.net.ports.begin])
+    for outcome in compiled.net.ports.outcomes:
+        goals["", outcome] = _marked(space, outcome)
+    stop = np.zeros(space.n_nodes, bool)
+    for marked in goals.values():
+        stop |= marked
+    sources, targets = space.graph.sources, space.graph.targets
+    found: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {}
+    for path, instance in inner.items():
+        for outcome in instance.net.ports.outcomes:
+            held = _marked(space, instance.places[outcome])
+            takes = np.flatnonzero(held[sources] & ~held[targets])
+            reached = closure(space.graph, np.unique(targets[takes]).astype(np.int64), ~stop[sources])
+            found[path, outcome] = tuple(goal for goal, marked in goals.items() if (reached & marked).any())
+    return found
+
+
+def _marked(space: CycleSpace, place: str) -> np.ndarray:
+    """The nodes in which a place is marked, (N,) bool."""
+    return np.asarray(space.markings[:, space.system.place(place)] > 0)

@@ -21,7 +21,7 @@ import numpy as np
 from ...errors import NetError
 from ..petri import ObjectPlace, PetriNet, Place, Transition, flatten
 from .cycles import CycleSpace, Step, explore_cycles, timed_system
-from .graphs import can_reach, components, shortest_run
+from .graphs import can_reach, closure, components, shortest_run
 from .kernels import cycles as kernels
 from .state_space import Budget, Graph
 
@@ -430,7 +430,7 @@ class _Judge:
         starts = np.unique(self.targets[puts & region[self.targets]]).astype(np.int64)
         layers: list[tuple[np.ndarray, np.ndarray]] = []
         for _ in range(self.k + 1):
-            reached = _closure(graph, starts, still)
+            reached = closure(graph, starts, still)
             layers.append((starts, reached))
             edges = crossing[reached[self.sources[crossing]]]
             starts = np.unique(self.targets[edges]).astype(np.int64)
@@ -567,12 +567,3 @@ def _part(graph: Graph, kept: np.ndarray) -> Graph:
     """The graph with the edges `kept` (E,) bool only."""
     counts = np.bincount(graph.sources[kept], minlength=graph.n_nodes)
     return Graph(np.concatenate(([0], np.cumsum(counts))).astype(np.int64), graph.targets[kept], graph.labels[kept])
-
-
-def _closure(graph: Graph, starts: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """Nodes reachable from `starts` over `allowed` edges, (N,) bool."""
-    from .kernels.graph import search
-
-    came = np.full(graph.n_nodes, -1, np.int64)
-    search(graph.offsets, graph.targets, starts, allowed, np.zeros(graph.n_nodes, bool), came, np.empty(graph.n_nodes, np.int64))
-    return came != -1

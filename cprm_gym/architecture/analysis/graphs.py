@@ -91,3 +91,11 @@ def shortest_run(
         edges.append(edge)
         nodes.append(int(np.searchsorted(graph.offsets, edge, side="right")) - 1)
     return nodes[::-1], edges[::-1]
+
+
+def closure(graph: Graph, starts: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """The nodes that can be reached from the nodes `starts` over `allowed` (E,) edges, (N,) bool."""
+    n = graph.n_nodes
+    came = np.full(n, -1, np.int64)
+    kernels.search(graph.offsets, graph.targets, starts, allowed, np.zeros(n, bool), came, np.empty(n, np.int64))
+    return np.asarray(came != -1)

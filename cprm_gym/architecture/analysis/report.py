@@ -26,7 +26,7 @@ from .invariants import Invariants, flow_basis, semiflows, structural_bounds
 from .siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from .state_space import Budget, Progress
 from .structure import Structure, Verdict, analyze_structure
-from .system import System
+from .system import System, selected_places
 from .timed import RunVerdict, TimedStructure, closed_system, judge_cycles
 
 SIPHON_PLACES = 200
@@ -225,7 +225,8 @@ def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem |
 def _needs_cycles(c: CompiledNet) -> bool:
     """Whether clocks, priorities, the environment or modules make the running net differ from its untimed view."""
     priorities = bool(c.priority.any()) and len(set(c.priority.tolist())) > 1
-    return bool(c.delay.any()) or priorities or not c.moved.all() or bool(c.source.modules)
+    chosen = bool(selected_places(c).any()) or not c.moved.all()
+    return bool(c.delay.any()) or priorities or chosen or bool(c.source.modules)
 
 
 def conservative(system: System) -> Verdict:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import unknown_name
 from ..petri import CompiledNet, PetriNet, compile_net, instances
 from .contracts import caller, immediate_loop
 from .cycles import CycleSpace, Step, TimedSystem, explore_cycles, timed_system
@@ -222,6 +223,38 @@ def judge_cycles(compiled: CompiledNet, space: CycleSpace) -> TimedStructure:
         conflicts=conflicts,
         modules=co_activity(compiled, space),
     )
+
+
+def may_reach(
+    net: PetriNet | CompiledNet,
+    tokens: Mapping[str, int],
+    budget: Budget | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> RunVerdict:
+    """Whether some environment leads the running net to a marking with at least these tokens, and a shortest run there.
+
+    Parameters
+    ----------
+    net : PetriNet or CompiledNet
+    tokens : mapping from place to tokens
+    budget, bounds
+        As for `analyze_cycles`.
+
+    Raises
+    ------
+    UnknownName
+        For a place that the net does not have.
+    """
+    space = explore_cycles(closed_system(net, bounds), budget)
+    good = np.ones(space.n_nodes, bool)
+    for name, least in tokens.items():
+        if name not in space.system.places:
+            raise unknown_name("place", name, space.system.places)
+        good &= space.markings[:, space.system.place(name)] >= least
+    found = np.flatnonzero(good)
+    if len(found):
+        return RunVerdict(True, "", space.run(int(found[0])))
+    return RunVerdict(False) if space.complete else RunVerdict(None, f"the exploration stopped: {space.reason}")
 
 
 def _bounded(space: CycleSpace, stopped: str) -> RunVerdict:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from contract_modules import turn_to_ball
 
-from cprm_gym.architecture.analysis.composition import check_composition
+from cprm_gym.architecture.analysis.composition import check_composition, handovers
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Transition
 
 
@@ -70,3 +70,21 @@ def test_a_module_that_is_never_begun_is_named():
 
 def test_a_net_without_modules_misuses_none():
     assert check_composition(PetriNet("plain", (Place("p"),))).holds is True
+
+
+def test_what_each_outcome_leads_to_is_found():
+    net = caller_net(without=("failed",))
+    net = replace(
+        net,
+        places=(*net.places, Place("resting", capacity=1), Place("over", capacity=1)),
+        modules={"turn": turn_to_ball(), "second": turn_to_ball()},
+        transitions=(
+            *net.transitions,
+            Transition("again", ("turn.failed", "waiting"), ("second.begin", "resting")),
+            Transition("end", ("second.facing", "resting"), ("over",)),
+        ),
+    )
+    found = handovers(net)
+    assert found["turn", "facing"] == found["turn", "lost_ball"] == (("turn", "begin"),)
+    assert found["turn", "failed"] == (("second", "begin"),)
+    assert found["second", "facing"] == found["second", "failed"] == ()

@@ -10,11 +10,11 @@ from structure_nets import flexible_manufacturing, philosophers, producer, rando
 
 from cprm_gym.architecture.analysis.report import analyze, load
 from cprm_gym.architecture.analysis.state_space import Budget
-from cprm_gym.architecture.analysis.timed import analyze_cycles
+from cprm_gym.architecture.analysis.timed import analyze_cycles, may_reach
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.petri.io import save_net
 from cprm_gym.architecture.petri.pnml_writer import write_pnml
-from cprm_gym.errors import LogError
+from cprm_gym.errors import LogError, UnknownName
 
 
 def act(name):
@@ -179,3 +179,13 @@ def test_nets_are_loaded_from_pnml_and_json(tmp_path):
         load("contract_modulez:x")
     with pytest.raises(LogError, match="is no net"):
         load("contract_modules:CLEAN")
+
+
+def test_whether_a_module_may_ever_become_active_is_answered_with_a_run():
+    """The question of §2.2.6."""
+    found = may_reach(kick(), {"shoot.ongoing": 1})
+    assert found.holds is True
+    assert [s.what for s in found.run[-3:]] == ["aim.end", "ready", "shoot.start"]
+    assert may_reach(kick(), {"shoot.ongoing": 1, "look.ongoing": 1}).holds is False
+    with pytest.raises(UnknownName, match=r"Did you mean 'shoot.ongoing'"):
+        may_reach(kick(), {"shot.ongoing": 1})

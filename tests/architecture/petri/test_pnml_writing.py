@@ -1,6 +1,7 @@
 """PNML: round trips to an equal net, what other tools see, the expanded net."""
 
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -197,3 +198,18 @@ def test_a_definition_that_is_no_net_is_refused_with_its_line():
 def test_renaming_a_place_changes_the_value_but_not_the_behaviour():
     net = replace(producer(1), name="other")
     assert parse_pnml(to_pnml(net)) != producer(1)
+
+
+def test_another_tool_reads_the_skeleton_and_finds_the_same_markings_in_the_expanded_net():
+    """SNAKES, an independent reader of plain place/transition nets."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from snakes.nets import StateGraph
+        from snakes.pnml import loads
+
+        for seed in range(12):
+            net = random_net(seed, timed=False)
+            assert len(loads(to_pnml(net)).transition()) == len(net.transitions)
+            graph = StateGraph(loads(to_pnml(expanded_net(net))))
+            graph.build()
+            assert len(graph) == len(Oracle(net).edges), f"net {seed}"
