@@ -86,6 +86,9 @@ class Result(Mapping[str, np.ndarray]):
             found = self._cache[name] = self._outcome.marginal(name)
         return found
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.variables)
 

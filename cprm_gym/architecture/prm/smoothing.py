@@ -1,7 +1,7 @@
 """Looking back: posteriors, best path and expected counts of a window of slices, given all its readings.
 
 The window is unrolled to one net, with the belief before its first slice in front, and solved by junction tree. A node is
-(variable, slice) with slice -1 before the window, or (variable, None) for an atemporal one.
+(variable, slice) with slice -1 before the window; an atemporal one is (variable, None, slice that drew it).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from cprm_gym.architecture.prm.factors import Factor
 from cprm_gym.architecture.prm.slices import PREVIOUS, SAME
 from cprm_gym.architecture.prm.static import JunctionTree, maximise, one_hot, sliced
 from cprm_gym.architecture.prm.transitions import ATEMPORAL, SliceInfo
+from cprm_gym.errors import ModelError, did_you_mean
 
 
 class Slice(NamedTuple):
@@ -55,27 +56,27 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
     """
     before = window[0].before
     out = [
-        Factor(tuple((n, -1 if lag != ATEMPORAL else None) for n, lag in f.scope), f.table) for f in belief_factors(before, width)
+        Factor(tuple((n, -1) if lag != ATEMPORAL else (n, None, -1) for n, lag in f.scope), f.table) for f in belief_factors(before, width)
     ]
     known: dict[Any, np.ndarray] = {(n, -1): before.hard[row] for n, row in before.layout.held.items()}
     families: list[Family] = []
     tables: list[np.ndarray] = []
+    drawn = origins(window)
     for t, (_, info, readings) in enumerate(window):
         for name, row in info.row.items():
             values = readings.hard[row]
-            fixed = bool(info.fixed[row])
-            if (values >= 0).all() and not fixed:
+            if (values >= 0).all() and not info.fixed[row]:
                 known[name, t] = values
             elif (values >= 0).any():
-                out.append(Factor(((name, None if fixed else t),), one_hot(values, int(info.cards[row]))))
+                out.append(Factor((_node(drawn, name, SAME, t),), one_hot(values, int(info.cards[row]))))
         for name, likelihood in readings.soft.items():
-            node = (name, None if info.fixed[info.row[name]] else t)
+            node = _node(drawn, name, SAME, t)
             if node in known:
                 out.append(Factor((), likelihood[np.arange(width), known[node]]))
             else:
                 out.append(Factor((node,), likelihood))
         for cpd in info.slice.cpds:
-            nodes = [_node(info, parent, lag, t) for parent, lag in cpd.parents] + [_node(info, cpd.child, SAME, t)]
+            nodes = [_node(drawn, parent, lag, t) for parent, lag in cpd.parents] + [_node(drawn, cpd.child, SAME, t)]
             observed = {v: known[v] for v in nodes if v in known}
             families.append(Family(t, cpd.key, tuple(nodes), cpd.table.shape, observed))
             tables.append(cpd.table)
@@ -84,12 +85,24 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
     return out, families, left_out
 
 
-def _node(info: SliceInfo, name: str, lag: int, t: int) -> Any:
+def origins(window: Sequence[Slice]) -> list[dict[str, int]]:
+    """For each slice, the slice in which each atemporal variable was drawn; -1 for before the window.
+
+    The variable of an object that left and came back is another one.
+    """
+    found: list[dict[str, int]] = []
+    for t, (_, info, _) in enumerate(window):
+        last = found[-1] if found else {}
+        fixed = [n for n, row in info.row.items() if info.fixed[row]]
+        found.append({n: t if n in info.slice.variables else last.get(n, -1) for n in fixed})
+    return found
+
+
+def _node(drawn: Sequence[Mapping[str, int]], name: str, lag: int, t: int) -> Any:
+    """The node of a variable as slice t names it."""
     if lag == PREVIOUS:
         return name, t - 1
-    if lag == SAME:
-        return name, None if info.fixed[info.row[name]] else t
-    return name, None
+    return (name, None, drawn[t][name]) if name in drawn[t] else (name, t)
 
 
 def _childless(families: Sequence[Family], weights: Sequence[Factor]) -> set[Any]:
@@ -118,8 +131,10 @@ class Smoothed(Mapping[str, np.ndarray]):
 
     def __getitem__(self, name: str) -> np.ndarray:
         info, readings = self._window[self._t].info, self._window[self._t].readings
+        if name not in info.row:
+            raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
         row = info.row[name]
-        node = (name, None if info.fixed[row] else self._t)
+        node = _node(origins(self._window), name, SAME, self._t)
         if node in self._tree.cards:
             return self._tree.marginal(node)
         if (readings.hard[row] >= 0).all():
@@ -127,6 +142,9 @@ class Smoothed(Mapping[str, np.ndarray]):
         if not self._extended:
             self._extended.append(JunctionTree(unroll(self._window, self._width)[0], self._width))
         return self._extended[0].marginal(node)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._window[self._t].info.row
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._window[self._t].info.names)
@@ -145,11 +163,11 @@ def smooth(window: Sequence[Slice], width: int) -> list[Smoothed]:
 def most_probable_path(window: Sequence[Slice], width: int) -> list[dict[str, np.ndarray]]:
     """The most probable joint values of all variables of the window."""
     found, _ = maximise(unroll(window, width)[0], width)
-    path = []
+    path, drawn = [], origins(window)
     for t, (_, info, readings) in enumerate(window):
         values = {}
         for name, row in info.row.items():
-            node = (name, None if info.fixed[row] else t)
+            node = _node(drawn, name, SAME, t)
             values[name] = np.broadcast_to(found[node], (width,)) if node in found else readings.hard[row]
         path.append(values)
     return path

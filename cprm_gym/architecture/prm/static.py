@@ -201,6 +201,9 @@ class Answer(Mapping[str, np.ndarray]):
     def __getitem__(self, name: str) -> np.ndarray:
         return self.joint(name)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._net.info.row
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._net.info.names)
 

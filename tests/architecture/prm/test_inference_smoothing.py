@@ -9,6 +9,7 @@ import pytest
 from inference_cases import Schedule, load
 from inference_worlds import RandomWorld, table, unrolled_joint
 
+from cprm_gym.architecture.prm import Attribute, BayesNet, Labels, Model, Prior, PRMClass, Table, World, unroll
 from cprm_gym.architecture.prm.factors import Factor
 from cprm_gym.architecture.prm.filtering import Filter
 from cprm_gym.architecture.prm.sampling import sample_factors
@@ -168,3 +169,32 @@ def test_samples_of_factors_follow_their_product():
     counted = np.zeros((3, 2, 4))
     np.add.at(counted, (drawn["a"][1], drawn["b"][1], drawn["c"][1]), 1 / 40_000)
     np.testing.assert_allclose(counted, joint[1], atol=0.012)
+
+
+def test_the_atemporal_variable_of_an_object_that_comes_back_is_a_new_one():
+    """Filtering and smoothing through a leave-taking and a return, against the static unrolled net."""
+    coin = PRMClass(
+        "Coin",
+        attributes=(
+            Attribute("bias", Labels(("fair", "loaded")), Prior((0.6, 0.4)), static=True),
+            Attribute("face", Labels(("heads", "tails")), Table({("fair",): (0.5, 0.5), ("loaded",): (0.9, 0.1)}), parents=("bias",)),
+        ),
+    )
+    world = World(Model("coins", (coin,)), {"c1": "Coin", "c2": "Coin"})
+    filter_ = Filter(world, window=5)
+    slices, evidence, situation = [], {}, None
+    for t, objects in enumerate([("c1", "c2"), ("c1", "c2"), ("c1",), ("c1", "c2"), ("c1", "c2")]):
+        situation = world.situation((), objects, situation)
+        slices.append(world.ground(situation, first=t == 0))
+        faces = {f"{c}.face": "heads" for c in objects if (t, c) not in ((0, "c2"), (4, "c2"))}
+        result = filter_.step(faces, objects=objects)
+        evidence.update({f"{name}#{t}": state for name, state in faces.items()})
+        answer = BayesNet(unroll(slices)).query(evidence)
+        assert result.log_likelihood[0] == pytest.approx(answer.log_evidence[0], abs=1e-12)
+        for name in result:
+            drawn = [s for s in range(t + 1) if f"{name}#{s}" in answer][-1]
+            np.testing.assert_allclose(result[name], answer[f"{name}#{drawn}"], atol=1e-12)
+    for t, smoothed in enumerate(filter_.smooth()):
+        for name in smoothed:
+            drawn = [s for s in range(t + 1) if f"{name}#{s}" in answer][-1]
+            np.testing.assert_allclose(smoothed[name], answer[f"{name}#{drawn}"], atol=1e-12)
