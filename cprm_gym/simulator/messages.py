@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body, landmark_sight, rounding, senses
+from cprm_gym.simulator.kernels import audio, body, geometry, landmark_sight, rounding, senses
 from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
 from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.player_types import TypeColumn
@@ -388,18 +388,39 @@ def _face_angle(w: Any, j: int, x: float, y: float) -> float:
     return float(rounding.face_direction(x, y, w["body"][j], w["neck"][j]))
 
 
+def _old_fullstate(r: _Reader) -> str:
+    """Versions 5 to 7: rounded, without counts, and with the goals of the right team in the place of the left one's."""
+
+    def rounded(values: Any, step: float = 0.001) -> str:
+        return " ".join(real(float(geometry.quantize(float(value), step))) for value in values)
+
+    w, i = r.w, r.i
+    parts = [
+        f"(fullstate {r.time} (pmode {mode_text(w)}) (vmode {_QUALITIES[w['view_quality'][i]]} {_WIDTHS[w['view_width'][i]]})",
+        f"(score {w['score'][1] if w['enabled'][:11].any() else 0} 0)",
+        f"(ball {rounded((*w['pos'][BALL], *w['vel'][BALL]))})",
+    ]
+    for j in np.flatnonzero(w["enabled"]):
+        numbers = rounded((*w["pos"][j + 1], *w["vel"][j + 1], w["body"][j] * _R2D, w["neck"][j] * _R2D))
+        energy = f"{rounded([w['stamina'][j]], 1.0)} {rounded((w['effort'][j], w['recovery'][j]), 0.0001)}"
+        parts.append(f"({'l' if j < 11 else 'r'}_{j % 11 + 1} {numbers} {energy})")
+    return " ".join(parts) + ")"
+
+
 def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> str:
-    """The fullstate message of the player (versions 8 and later); parameters and errors as in `see_text`.
+    """The fullstate message of the player (versions 5 and later); parameters and errors as in `see_text`.
 
     Raises
     ------
     ParameterError
-        When the version is below 8.
+        When the version is below 5.
     """
     r = _Reader(sim, world, player, protocol)
     w, i, v = r.w, r.i, r.protocol
+    if v < 5:
+        raise ParameterError(f"fullstate is written for protocol versions 5 to {NEWEST_PROTOCOL}, got {v}")
     if v < 8:
-        raise ParameterError(f"fullstate is written for protocol versions 8 to {NEWEST_PROTOCOL}, got {v}")
+        return _old_fullstate(r)
     counts = ["kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say"] + (["change_focus"] if v >= 18 else [])
     score = w["score"] if i < 11 else w["score"][::-1]
     parts = [

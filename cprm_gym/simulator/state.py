@@ -256,7 +256,6 @@ WORLD = np.dtype(
         ("attention", "i1", (PLAYERS,)),  # object number 1..22, 0 = none
         ("ear", "u1", (PLAYERS, 2)),      # per side (own, opponent): bit 0 complete, bit 1 partial
         ("hear_capacity", "f8", (PLAYERS, 2)),
-        ("said_length", "i1", (PLAYERS,)), ("said", "u1", (PLAYERS, SAY_SIZE)), ("said_from", "f8", (PLAYERS, 2)),
         ("protocol", "i1", (PLAYERS,)),   # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
         # audio (SIMULATOR.md 6.3): the messages said since the last step, kept until the first `say` after it (kernels.senses)
         ("audio_count", "i4"), ("audio_done", "u1"), ("audio_from", "i1", (SAY_QUEUE,)), ("audio_listeners", "u4", (SAY_QUEUE,)),

@@ -183,8 +183,14 @@ def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
     assert new.endswith(" r)") is False
     assert new.endswith(" r))")
     assert " f) " in new
-    with pytest.raises(ParameterError, match="versions 8 to 19, got 7"):
-        fullstate_text(sim, 0, 12, 7)
+    w["pos"][0], w["pos"][1], w["vel"][1] = (1.23456, -2.0), (0.0, 0.00049), 0.0
+    w["stamina"][0], w["effort"][0], w["body"][0] = 77.7, 0.98765, 1.0
+    w["enabled"][11], w["time"] = 0, 9
+    assert fullstate_text(sim, 0, 12, 7) == (
+        "(fullstate 9 (pmode goalie_catch_ball_r) (vmode high normal) (score 1 0) (ball 1.235 -2 0 0) (l_1 0 0 0 0 57.296 0 78 0.9876 1))"
+    )
+    with pytest.raises(ParameterError, match="versions 5 to 19, got 4"):
+        fullstate_text(sim, 0, 12, 4)
 
 
 def test_the_trainers_look_is_the_example_of_the_protocol():

@@ -33,7 +33,6 @@ FIRST_OCTAVE, OCTAVES = -4, 12           # tables cover 2**-4 m to 2**8 m
 BINS = 128                               # per octave: narrower than either step, so a bin holds at most one boundary
 _SHIFT = np.int64(52 - 7)
 _FIRST_BIN = np.int64((1023 + FIRST_OCTAVE) * BINS)
-_STEPS = (0.1, 0.01)
 
 
 def _bands(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,8 +1,8 @@
 """See: what each player is told of the ball and the others, and when (SIMULATOR.md 6.1).
 
-`look` makes one message in the server's order of objects; `see_worlds` makes the arrays, in which objects without a name have lost
-their place (`hide_identities`). Both use the same draws, numbered by observer, object and message of the cycle, so text and arrays
-agree. `messages_due` decides, once per step, who gets a message.
+`look` makes one message, in which everybody stands at his own place; `see_worlds` makes the arrays, in which players without a number
+have lost theirs (`fill_team_slots`, `fill_unknown_slots`). Text is made from `look`, and draws are numbered by observer, object and
+message of the cycle, so text and arrays agree. `see_messages_due` decides, once per step, who gets a message.
 """
 
 from __future__ import annotations
