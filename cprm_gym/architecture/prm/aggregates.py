@@ -101,8 +101,8 @@ class Count(Aggregate):
     verb: ClassVar[str] = "count"
 
     def __post_init__(self) -> None:
-        if self.at_most < 1:
-            raise ModelError(f"count({self.path}): at_most must be at least 1, got {self.at_most!r}")
+        if not 1 <= self.at_most <= MAX_STATES:
+            raise ModelError(f"count({self.path}): at_most must be 1 to {MAX_STATES}, got {self.at_most!r}")
 
     def domain(self, source: Domain, where: str) -> Domain:
         self.check(source, where)

@@ -26,7 +26,7 @@ from cprm_gym.errors import LogError, ModelError, did_you_mean
 ROUNDING = 1e-2
 """How far a row of a foreign file may be from summing to 1; it is normalised. Rows within 1e-9 are left as they are."""
 
-MAX_FILE_CELLS = 50_000_000
+MAX_FILE_CELLS = 5_000_000
 """Largest table that is read."""
 
 _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
@@ -148,7 +148,7 @@ def _properties(v: GroundVariable, is_input: bool) -> dict[str, Any]:
     """What a variable is beyond its plain name and states."""
     every: dict[str, Any] = {
         "cprm_name": v.name,
-        "cprm_states": "" if plain_names(v.states) == list(v.states) else "|".join(v.states),
+        "cprm_states": "" if plain_names(v.states) == list(v.states) else "|".join(_escaped(s) for s in v.states),
         "cprm_edges": "" if v.edges is None else " ".join(repr(float(e)) for e in v.edges),
         "cprm_circular": "yes" if v.circular else "",
         "cprm_clip": "yes" if v.clip else "",
@@ -161,6 +161,14 @@ def _properties(v: GroundVariable, is_input: bool) -> dict[str, Any]:
     if _PLAIN.match(v.name):
         del every["cprm_name"]
     return {key: value for key, value in every.items() if value}
+
+
+def _escaped(state: str) -> str:
+    return state.replace("%", "%25").replace("|", "%7C")
+
+
+def _unescaped(text: str) -> str:
+    return text.replace("%7C", "|").replace("%25", "%")
 
 
 class _Reader:
@@ -251,7 +259,7 @@ class _Reader:
             self.next("{")
             states = self.list_until("}")
             self.next(";")
-            if not size.isdigit() or int(size) != len(states):
+            if size != str(len(states)):
                 raise self.fail(f"variable {name!r} has {len(states)} states, announced are {size}")
             if len(set(states)) != len(states):
                 raise self.fail(f"variable {name!r} has two states of one name: {', '.join(states)}")
@@ -350,7 +358,7 @@ class _Reader:
         variables, inputs = {}, []
         for n, full in names.items():
             p = self.properties[n]
-            states = tuple(p["cprm_states"].split("|")) if "cprm_states" in p else tuple(self.states[n])
+            states = tuple(_unescaped(s) for s in p["cprm_states"].split("|")) if "cprm_states" in p else tuple(self.states[n])
             try:
                 edges = np.array([float(e) for e in p["cprm_edges"].split()]) if "cprm_edges" in p else None
             except ValueError:
@@ -359,6 +367,7 @@ class _Reader:
                 full, states, edges, p.get("cprm_circular") == "yes", p.get("cprm_class", ""), p.get("cprm_object", ""),
                 p.get("cprm_attribute", ""), p.get("cprm_clip") == "yes", p.get("cprm_unit", ""),
             )  # fmt: skip
+            _ = variables[full].domain  # refuses edges that do not increase
             if p.get("cprm_input") == "yes":
                 inputs.append(full)
         cpds = []

@@ -23,7 +23,7 @@ Parents = Sequence[tuple[str, Domain]]
 SUM_TOLERANCE = 1e-9
 """How far the sum of a written row may be from 1."""
 
-MAX_CELLS = 50_000_000
+MAX_CELLS = 20_000_000
 """Largest table that is built; a larger one is a mistake in the model."""
 
 

@@ -13,6 +13,7 @@ averaged by Gauss-Legendre quadrature. Tables of bin centres are wrong: an objec
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
@@ -25,6 +26,12 @@ from cprm_gym.errors import ModelError
 
 MAX_CELLS = 4_000_000
 """Largest block of quadrature values held at once."""
+
+MAX_TURNS = 500
+"""Most turns of a circle that the mean and the noise of one CPD may span."""
+
+MAX_NODES = 1_000_000
+"""Most quadrature nodes in one combination of bins; 64 nodes in each of three parents are 262144."""
 
 Vectorised = Callable[[list[np.ndarray]], np.ndarray]
 """A function of one (N,) array per parent that returns (N, K)."""
@@ -120,8 +127,10 @@ def _images(edges: np.ndarray, circular: bool, means: np.ndarray, sd: np.ndarray
         return [np.concatenate([[-np.inf], edges[1:-1], [np.inf]])]
     period = edges[-1] - edges[0]
     reach = 9.0 * float(np.max(sd, initial=0.0))
-    first = int(np.floor((float(np.min(means)) - reach - edges[0]) / period))
-    last = int(np.floor((float(np.max(means)) + reach - edges[0]) / period))
+    low, high = float(np.min(means)) - reach, float(np.max(means)) + reach
+    if not (high - low) / period <= MAX_TURNS:
+        raise ModelError(f"a mean and noise from {low!r} to {high!r} go round a circle of {period!r} more than {MAX_TURNS} times")
+    first, last = (int(np.floor((x - edges[0]) / period)) for x in (low, high))
     return [edges + turn * period for turn in range(first, last + 1)]
 
 
@@ -148,6 +157,9 @@ def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence
     -------
     (K_1, ..., K_n, width) float array
     """
+    total = math.prod(n for d, n in zip(domains, points) if isinstance(d, Bins))
+    if total > MAX_NODES:
+        raise ModelError(f"{total} quadrature nodes for each combination of bins; at most {MAX_NODES}: set fewer `points`")
     grids = [_grid(d, n) for d, n in zip(domains, points)]
     out = np.empty([*(len(d) for d in domains), width])
     for index in np.ndindex(out.shape[:-1]):

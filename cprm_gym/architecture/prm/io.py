@@ -69,7 +69,10 @@ def from_json(text: str, where: str = "model") -> schema.Model:
     ModelError
         If the model in it is not well defined.
     """
-    value = _decode(_document(text, where, "model"), f"{where}: model")
+    try:
+        value = _decode(_document(text, where, "model"), f"{where}: model")
+    except RecursionError:
+        raise LogError(f"{where}: nested too deeply") from None
     if not isinstance(value, schema.Model):
         raise LogError(f"{where}: holds a {type(value).__name__}, not a Model")
     return value
@@ -209,7 +212,7 @@ def _decode(value: Any, where: str) -> Any:
     if not isinstance(value, dict):
         return value
     name = value.get("is")
-    if name not in _TYPES:
+    if not isinstance(name, str) or name not in _TYPES:
         hint = did_you_mean(str(name), _TYPES)
         raise LogError(f"{where}: 'is' must name a part of a model, got {name!r}.{hint}")
     made = _TYPES[name]
@@ -227,5 +230,5 @@ def _decode(value: Any, where: str) -> Any:
         return _MAKERS[name](fields) if name in _MAKERS else made(**fields)
     except CprmError as error:
         raise type(error)(f"{here}: {error}") from None
-    except (TypeError, ValueError, KeyError, AttributeError) as error:
+    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
         raise LogError(f"{here}: cannot be made from {sorted(fields)}: {error}") from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
 from ball_world import scene
@@ -11,7 +13,7 @@ from flat import marginal
 from cprm_gym.architecture.prm.bif import from_bif, load_bif, plain_names, save_bif, to_bif
 from cprm_gym.architecture.prm.grounding import GroundCPD, GroundSlice, GroundVariable, unroll
 from cprm_gym.architecture.prm.pgmpy_nets import from_pgmpy, to_pgmpy
-from cprm_gym.errors import LogError, ModelError
+from cprm_gym.errors import CprmError, LogError, ModelError
 
 
 def same(a: GroundSlice, b: GroundSlice) -> None:
@@ -168,7 +170,23 @@ def test_names_that_become_alike_stay_distinct():
     assert plain_names(["a.b", "a_b", "a-b", "1"]) == ["a_b_2", "a_b", "a_b_3", "s1"]
     table = np.array([0.25, 0.75])
     net = GroundSlice(
-        {n: GroundVariable(n, ("0..1", "1..2")) for n in ("a.b", "a_b")},
+        {n: GroundVariable(n, ("0..1|x", "%7C")) for n in ("a.b", "a_b")},
         tuple(GroundCPD(n, (), table, n) for n in ("a.b", "a_b")),
     )
     same(net, from_bif(to_bif(net)))
+
+
+def test_a_damaged_file_is_refused_and_never_breaks_the_reader():
+    rng = random.Random(6)
+    text = to_bif(scene(2, 1).ground(first=True))
+    refused = 0
+    for _ in range(300):
+        damaged = list(text)
+        for _ in range(rng.randint(1, 6)):
+            at = rng.randrange(len(damaged))
+            damaged[at : at + rng.randint(0, 12)] = rng.choice(['"', "{", "}", ";", "|", ",", "nan", "-1", "9e999", "\\", "²", "/*", ""])
+        try:
+            from_bif("".join(damaged))
+        except CprmError:
+            refused += 1
+    assert refused > 100

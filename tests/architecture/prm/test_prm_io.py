@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from cprm_gym.architecture.prm.aggregates import AnyCause, Count, Mean
 from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
-from cprm_gym.errors import LogError, ModelError
+from cprm_gym.errors import CprmError, LogError, ModelError
 
 
 def everything() -> Model:
@@ -126,3 +127,58 @@ def test_a_model_that_is_wrong_is_refused_with_its_place():
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(LogError, match=r"none\.json: cannot be read"):
         io.load(tmp_path / "none.json")
+
+
+def places(value, path=()):
+    """Every place of a JSON document."""
+    yield path
+    if isinstance(value, dict | list):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            yield from places(value[key], (*path, key))
+
+
+WRONG = (
+    None,
+    -1,
+    0,
+    1e300,
+    10**12,
+    "",
+    "x",
+    "prev.x",
+    "*",
+    [],
+    {},
+    [[]],
+    {"is": "Uniform"},
+    {"is": "Labels", "names": ["a"]},
+    True,
+    "a" * 2000,
+)
+
+
+@pytest.mark.parametrize("model", [everything(), soccer(3)], ids=lambda m: m.name)
+def test_a_damaged_document_is_refused_and_never_breaks_the_reader(model):
+    """Any part replaced by anything: an equal or other model, or one of our errors."""
+    rng = random.Random(8)
+    text = io.to_json(model)
+    all_places = [p for p in places(json.loads(text)) if p]
+    refused = 0
+    for _ in range(250):
+        document = json.loads(text)
+        *way, last = rng.choice(all_places)
+        inner = document
+        for key in way:
+            inner = inner[key]
+        inner[last] = rng.choice(WRONG)
+        try:
+            io.from_json(json.dumps(document))
+        except CprmError:
+            refused += 1
+    assert refused > 100
+
+
+def test_a_document_nested_beyond_reason_is_refused():
+    text = io.to_json(soccer(3)).replace('"classes": [', '"classes": [' + "[" * 900 + "]" * 900 + ",", 1)
+    with pytest.raises(LogError):
+        io.from_json(text)
