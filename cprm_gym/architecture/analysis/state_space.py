@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -19,11 +20,27 @@ from .kernels import packed
 from .packing import Layout, compile_words, first_bits
 from .system import System
 
-MEMORY = 2 * 1024**3
-"""Default memory budget of an exploration, bytes."""
-
 Progress = Callable[[int, int, float], None]
 """Called with markings found, markings expanded, seconds."""
+
+
+def available_memory() -> int:
+    """Bytes that this process may still use: what the system says is free, or what its container leaves; 4 GiB if neither says."""
+    found = []
+    try:
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                found.append(int(line.split()[1]) * 1024)
+    except (OSError, ValueError):
+        pass
+    try:
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        used = int(Path("/sys/fs/cgroup/memory.current").read_text())
+        if limit != "max":
+            found.append(max(int(limit) - used, 0))
+    except (OSError, ValueError):
+        pass
+    return min(found, default=4 * 1024**3)
 
 
 @dataclass(frozen=True)
@@ -33,14 +50,14 @@ class Budget:
     Attributes
     ----------
     memory : int
-        Bytes for markings, table and predecessors.
+        Bytes for markings, table and predecessors; by default half of what is available.
     states : int
         Markings; 2**31 at most.
     seconds : float
         Wall time.
     """
 
-    memory: int = MEMORY
+    memory: int = field(default_factory=lambda: available_memory() // 2)
     states: int = 2**31 - 2
     seconds: float = float("inf")
 
@@ -236,10 +253,9 @@ def explore(
                 break
             if progress and code == packed.CHUNK:
                 progress(space.n_states, int(state[0]), space.seconds)
-    except KeyboardInterrupt:
-        space.reason = "interrupted"
-    except MemoryError:
-        space.reason = "memory"
+    except (KeyboardInterrupt, MemoryError) as stop:
+        space.reason = "memory" if isinstance(stop, MemoryError) else "interrupted"
+        _mend(space, int(state[1]))
     space.n_expanded, space.n_edges, space.n_deadlocks, space.first_deadlock = (int(v) for v in (state[0], state[2], state[3], state[4]))
     space.n_states = int(state[1])
     space.seconds = time.monotonic() - began
@@ -290,11 +306,17 @@ def _grow(space: StateSpace, budget: Budget) -> bool:
         parents[: space.n_states] = space.parents[: space.n_states]
         space.parents = parents
     if slots > len(space.table):
-        space.table = np.zeros(0, np.uint32)
+        space.table = np.zeros(0, np.uint32)  # the old one goes before the new one comes
         space.table = np.zeros(slots, np.uint32)
         space.bits = np.uint64(int(space.bits) + 1)
         packed.rehash(space.words, space.n_states, space.table, space.bits)
     return True
+
+
+def _mend(space: StateSpace, n_states: int) -> None:
+    """Make the table whole again after a growth that was cut short."""
+    space.table = np.zeros(1 << int(space.bits), np.uint32)
+    packed.rehash(space.words, n_states, space.table, space.bits)
 
 
 def _widen(space: StateSpace, i: int, k: int, budget: Budget) -> str:

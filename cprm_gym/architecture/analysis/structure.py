@@ -161,7 +161,7 @@ def analyze_structure(
     net: System | PetriNet | CompiledNet,
     budget: Budget | None = None,
     progress: Progress | None = None,
-    graph_memory: int = 1024**3,
+    graph_memory: int | None = None,
 ) -> Structure:
     """Reachability, boundedness, deadlocks, liveness, home markings, reversibility, soundness of the untimed view.
 
@@ -171,10 +171,12 @@ def analyze_structure(
     budget : Budget, optional
         The exploration stops with a partial answer when it is spent.
     progress : callable, optional
-    graph_memory : int
-        Bytes for the edges; beyond, liveness and home markings stay unknown.
+    graph_memory : int, optional
+        Bytes for the edges; beyond, liveness and home markings stay unknown. By default as much as the markings may take.
     """
     system = net if isinstance(net, System) else System.from_net(net)
+    budget = budget or Budget()
+    graph_memory = budget.memory if graph_memory is None else graph_memory
     space = explore(system, budget, progress)
     most, total = space.most_tokens()
     complete = space.complete

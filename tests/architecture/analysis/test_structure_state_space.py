@@ -148,6 +148,32 @@ def test_an_interruption_keeps_what_was_found():
     assert space.graph().n_nodes == space.n_states
 
 
+def test_running_out_of_memory_in_the_middle_of_growing_leaves_a_whole_partial_answer(monkeypatch):
+    grow = state_space._grow
+
+    def fail(space, budget):
+        if space.n_states < 20_000:
+            return grow(space, budget)
+        space.table = np.zeros(0, np.uint32)
+        raise MemoryError
+
+    monkeypatch.setattr(state_space, "_grow", fail)
+    space = explore(System.from_net(kanban(4)))
+    assert (space.complete, space.reason) == (False, "memory")
+    assert space.number_of(space.marking(space.n_states - 1)) == space.n_states - 1
+    assert (space.graph().targets >= 0).all()
+
+
+def test_the_memory_granted_by_default_is_what_is_there():
+    assert 0 < Budget().memory <= state_space.available_memory()
+
+
+def test_edges_beyond_the_memory_granted_leave_liveness_unknown():
+    found = analyze_structure(kanban(2), graph_memory=1_000)
+    assert (found.complete, found.live.holds, found.deadlock_free.holds, found.sccs) == (True, None, True, -1)
+    assert "too large for the memory granted" in found.live.why
+
+
 def test_progress_grows():
     seen = []
     explore(System.from_net(kanban(3)), progress=lambda states, expanded, seconds: seen.append((states, expanded)), chunk=5_000)
