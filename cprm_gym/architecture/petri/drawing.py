@@ -68,7 +68,7 @@ def to_dot(net: PetriNet, unfold: int = 0) -> str:
         f"digraph {_quoted(net.name)} {{",
         '  node [fontname="Helvetica", fontsize=10, label="", fixedsize=true, width=0.3, height=0.3];',
     ]
-    lines.append('  edge [fontname="Helvetica", fontsize=9];')
+    lines.append('  edge [fontname="Helvetica", fontsize=9, arrowsize=0.7]; graph [nodesep=0.6, ranksep=0.5, forcelabels=true];')
     _dot_box(top, lines, "  ")
     for box in top.walk():
         for link in box.links:

@@ -93,7 +93,6 @@ class Executor:
         self.copies = int(copies)
         self.strict = strict
         self._program, self._layout = build(self.net, objects or {}, exclusive)
-        self._seed = seed
         w, layout, t = self.copies, self._layout, self.net.n_transitions
         self._state = kernels.State(
             row=np.zeros((w, layout.n_slots)),
@@ -125,6 +124,7 @@ class Executor:
         self._commands = self._views()
         self.trace = Trace(self.net.transition_names, self.net.delay.tolist(), self.net.priority.tolist()) if trace else None
         self.reset()
+        self._seed_streams(seed, np.ones(w, np.bool_))
 
     def _views(self) -> Commands:
         out, layout = self._out, self._layout
@@ -324,7 +324,7 @@ class Executor:
     # -- writing and reading --------------------------------------------------------------------------------------------------
 
     def _write(self, data: Any, what: str, names: Sequence[str], slots: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
-        values = np.asarray(data, np.float64)
+        values = np.array(data, np.float64, order="C")  # a copy: one memory layout, so one compiled version
         if values.shape != (self.copies, len(names)):
             if values.shape != (len(names),):
                 raise NetError(f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
@@ -403,7 +403,7 @@ class Executor:
         mask : (W,) bool, optional
             Which copies; default all.
         seed : int, optional
-            New seed of the random choice.
+            New seed of the random choice; without, the streams of the copies go on.
         """
         which = np.ones(self.copies, np.bool_) if mask is None else np.asarray(mask, np.bool_)
         if which.shape != (self.copies,):
@@ -418,12 +418,15 @@ class Executor:
         for name in self._layout.sizes:
             if (name, "") in self._layout.columns:
                 self._block(name, "", self._layout.sizes[name])[which] = 0.0
-        self._seed = self._seed if seed is None else seed
-        if self.net.net.semantics.choice == "random":
-            streams = np.random.SeedSequence(self._seed).spawn(self.copies)
-            state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
+        if seed is not None:
+            self._seed_streams(seed, which)
         if self.trace is not None and mask is None:
             self.trace.clear()
+
+    def _seed_streams(self, seed: int | None, which: NDArray[np.bool_]) -> None:
+        if self.net.net.semantics.choice == "random":
+            streams = np.random.SeedSequence(seed).spawn(self.copies)
+            self._state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
 
     def snapshot(self) -> Snapshot:
         """The whole state, as plain arrays."""

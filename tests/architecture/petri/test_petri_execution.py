@@ -213,6 +213,28 @@ def test_random_choice_follows_the_weights_and_the_seed():
     assert (other.read("l") != executor.read("l")).any()
 
 
+def test_random_choice_goes_on_over_resets_and_begins_anew_with_a_seed():
+    fork = (Transition("left", ("p",), ("l",)), Transition("right", ("p",), ("r",)))
+    net = PetriNet("fork", (Place("p", tokens=1), Place("l"), Place("r")), fork, semantics=Semantics(choice="random"))
+    executor = Executor(net, copies=64, seed=5)
+    runs = []
+    for seed in (None, None, 5):
+        executor.reset(seed=seed)
+        executor.step()
+        runs.append(executor.read("l").tolist())
+    assert runs[0] != runs[1]
+    assert runs[0] == runs[2]
+
+
+def test_inputs_of_any_memory_layout_are_read_alike():
+    values = np.asfortranarray(np.arange(8.0).reshape(4, 2))
+    values.flags.writeable = False
+    executor = Executor(WATCH, copies=4)
+    executor.step(values)
+    executor.step(values[::-1])
+    assert executor.read("far").tolist() == [7, 5, 3, 1]
+
+
 def test_test_and_inhibitor_arcs_of_one_threshold_are_exact_complements_on_real_values():
     net = PetriNet("cut", (Input("x"), Place("n"), Place("y")), (
         Transition("above", outputs=("y",), tests={"x": 0.3}, delay=1), Transition("below", outputs=("n",), inhibitors={"x": 0.3}, delay=1),
