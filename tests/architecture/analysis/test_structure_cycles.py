@@ -8,7 +8,7 @@ from structure_nets import random_net
 
 from cprm_gym.architecture.analysis.cycles import explore_cycles, timed_system
 from cprm_gym.architecture.analysis.kernels import cycles as kernels
-from cprm_gym.architecture.petri import Executor, Input, Math, PetriNet, Place, Transition
+from cprm_gym.architecture.petri import Executor, Input, Math, ObjectPlace, PetriNet, Place, Selection, Semantics, Transition
 from cprm_gym.errors import LivelockError, NetError
 
 
@@ -58,7 +58,6 @@ def test_a_clock_disabled_in_between_is_forgotten_or_kept(memory, cycle):
     ("tokens", "persistence", "cycle"), [(1, "intermediate", 8), (1, "atomic", 5), (2, "intermediate", 5), (2, "atomic", 5)]
 )
 def test_taking_and_returning_a_token_restarts_the_clock_under_intermediate_persistence(tokens, persistence, cycle):
-    from cprm_gym.architecture.petri import Semantics
 
     net = PetriNet(
         "borrow",
@@ -197,3 +196,42 @@ def boundary_after(space, here):
         seen[fresh] = True
         front = fresh[~over[fresh]]
     return seen & over
+
+
+def test_runs_with_selected_and_carried_objects_are_among_those_explored():
+    select = Selection("Teammate", best="teammate.openness", where="teammate.openness >= 10")
+    net = PetriNet(
+        "objects",
+        (
+            ObjectPlace("mate", "Teammate", select),
+            ObjectPlace("target", "Teammate"),
+            Place("ready", capacity=1, tokens=1),
+            Place("passes", capacity=3),
+            Math("open", "target.openness"),
+        ),
+        (
+            Transition("choose", ("mate", "ready"), ("target",), delay=1),
+            Transition("pass", ("target",), ("ready", "passes"), tests={"open": 12}, delay=2),
+            Transition("drop", ("target",), ("ready",), inhibitors={"open": 12}, delay=1),
+            Transition("wait", (), (), inhibitors=("mate",), sets={"passes": 0}, tests=("passes",), delay=2),
+        ),
+    )
+    space = explore_cycles(net)
+    assert space.complete
+    assert [v.is_object for v in space.system.variables] == [True, False]
+    executor = Executor(net, objects={"Teammate": 2})
+    columns = [executor.net.place(name) for name in space.system.places]
+    draw = random.Random(5)
+    here = np.zeros(space.n_nodes, bool)
+    here[0] = True
+    seen = set()
+    for k in range(300):
+        if k % 6 == 0:
+            openness = np.array([draw.uniform(4, 20), draw.uniform(4, 20)])
+        executor.step(objects={"Teammate": {"openness": openness}})
+        held = {name: int(executor.holds(name)[0] >= 0) for name in ("mate", "target")}
+        marking = np.array([held[n] if n in held else executor.marking[0, c] for n, c in zip(space.system.places, columns)], np.int16)
+        here = boundary_after(space, here) & (space.markings == marking).all(axis=1)
+        assert here.any()
+        seen.add(tuple(marking))
+    assert len(seen) > 4
