@@ -145,37 +145,40 @@ def growth() -> None:
 # ------------------------------------------------------------------------------------------------------ other engines
 
 
-def two_slices(ground: GroundSlice, belief: dict[tuple[str, str], np.ndarray]) -> list[tuple[str, list[str], np.ndarray]]:
+Belief = dict[tuple[str, ...], np.ndarray]
+"""Joints of groups of variables that are independent of each other."""
+
+
+def two_slices(ground: GroundSlice, belief: Belief) -> list[tuple[str, list[str], np.ndarray]]:
     """CPDs of a two-slice net: (child, parents, table with the child last); a past variable is called ``name@``.
 
-    belief : dict of pair of names to joint, or of (name, "") to marginal
+    A joint of the past is written as a chain, P(a) P(b | a) P(c | a, b) ...
     """
     out: list[tuple[str, list[str], np.ndarray]] = []
-    for (a, b), joint in belief.items():
-        if not b:
-            out.append((f"{a}@", [], joint))
-            continue
-        single = joint.sum(axis=1)
-        out.append((f"{a}@", [], single))
-        out.append((f"{b}@", [f"{a}@"], joint / single[:, None]))
+    for names, joint in belief.items():
+        for k, name in enumerate(names):
+            upto = joint.sum(axis=tuple(range(k + 1, joint.ndim)))
+            total = upto.sum(axis=-1, keepdims=True)
+            chain = np.where(total > 0, upto / np.where(total > 0, total, 1.0), 1.0 / upto.shape[-1])
+            out.append((f"{name}@", [f"{n}@" for n in names[:k]], chain))
     for c in ground.cpds:
         out.append((c.child, [f"{p}@" if lag else p for p, lag in c.parents], c.table))
     return out
 
 
-def belief_of(result: Any, linked: Sequence[str]) -> dict[tuple[str, str], np.ndarray]:
-    """Joints of each object's linked pairs."""
-    belief: dict[tuple[str, str], np.ndarray] = {}
+def belief_of(result: Any, linked: Sequence[str], possessor: str = "") -> Belief:
+    """What the next step needs: joints of each object's linked pairs, or all of a possessor."""
+    groups: list[tuple[str, ...]] = []
     for o in linked:
-        belief[f"{o}.dist", f"{o}.vdist"] = result.joint(f"{o}.dist", f"{o}.vdist")[0]
-        belief[f"{o}.dir", f"{o}.vdir"] = result.joint(f"{o}.dir", f"{o}.vdir")[0]
-        if o != "b":
-            belief[f"{o}.orient", ""] = result[f"{o}.orient"][0]
-    return belief
+        if possessor:
+            groups += [tuple(f"{o}.{x}" for x in ("dist", "vdist", "dir", "vdir", "orient"))] if o == possessor else []
+            continue
+        groups += [(f"{o}.dist", f"{o}.vdist"), (f"{o}.dir", f"{o}.vdir")] + ([(f"{o}.orient",)] if o != "b" else [])
+    return {names: result.joint(*names)[0] for names in groups}
 
 
 def ask_pyagrum(
-    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]
+    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, ...]]
 ) -> Callable[[dict[str, int]], Any]:
     """A function that gives all marginals, and the joints that are the next belief."""
     net = pyagrum.BayesNet()
@@ -202,7 +205,7 @@ def ask_pyagrum(
 
 
 def ask_pgmpy(
-    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, str]]
+    cpds: list[tuple[str, list[str], np.ndarray]], names: list[str], pairs: list[tuple[str, ...]]
 ) -> Callable[[dict[str, int]], Any]:
     """The same with pgmpy's variable elimination, one query for each marginal and joint."""
     from pgmpy.factors.discrete import TabularCPD
@@ -229,20 +232,19 @@ def others() -> None:
     """The same step by pyAgrum and pgmpy, and that they agree."""
     print("\nthe same step by other engines (CPU ms, and how many times ours)")
     cases = [
-        ("ball, 10 bins", 10, 0, 0),
-        ("ball, 30 bins", 30, 0, 0),
-        ("ball + 11, 3 attended, 10 bins", 10, 11, 3),
-        ("ball + 11, all attended, 10 bins", 10, 11, 11),
-        ("ball + 11, all attended, 30 bins", 30, 11, 11),
+        ("ball, 10 bins", Scene(10, 0), Active()),
+        ("ball, 30 bins", Scene(30, 0), Active()),
+        ("ball + 11, 3 attended, 10 bins", Scene(10), Active(("o1", "o2", "o3"))),
+        ("ball + 11, all attended, 10 bins", Scene(10), Scene(10).all_attended()),
+        ("ball + 11, all attended, 30 bins", Scene(30), Scene(30).all_attended()),
+        ("possession pair, 10 bins", Scene(10, 1), Active(("o1",), "o1")),
     ]
-    for what, bins, opponents, attended in cases:
-        scene = Scene(bins, opponents)
-        active = Active(scene.opponents[:attended])
+    for what, scene, active in cases:
         stepper = Stepper(scene, active)
         ours = median_ms(stepper, 200)
-        before = stepper(0)
-        cpds = two_slices(scene.ground(active), belief_of(before, ["b", *active.attended]))
-        pairs = [pair for pair in belief_of(before, ["b", *active.attended]) if pair[1]]
+        belief = belief_of(stepper(0), ["b", *active.attended], active.possessor)
+        cpds = two_slices(scene.ground(active), belief)
+        pairs = [names for names in belief if len(names) > 1]
         rng = np.random.default_rng(3)
         given = [{n: s for n, s in scene.readings(rng).items() if s >= 0} for _ in range(8)]
         snapshot = stepper.filter.snapshot()

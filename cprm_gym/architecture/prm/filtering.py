@@ -7,7 +7,8 @@
 
 The relations in force are fixed before a slice is predicted. They may be any function of what happened before (a Petri net
 decides them): they are control inputs and contribute nothing to the likelihood. The answer is that of the unrolled,
-non-homogeneous net.
+non-homogeneous net. Readings that have a probability below some 1e-300 in one component of one step count as impossible; give
+CPDs a floor, as integrated ones have.
 
 References
 ----------
