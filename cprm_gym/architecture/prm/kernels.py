@@ -152,6 +152,40 @@ def entropy(heap, at, size):
 
 
 @kernel
+def read_row(heap, values, columns, evidence, previous, soft, soft_at, w):
+    """Put the observed values of agent `w` into `values`, and its likelihood vectors on the heap."""
+    for k in range(columns.shape[0]):
+        v = previous[columns[k, 0], w] if columns[k, 1] else evidence[columns[k, 0], w]
+        values[k] = columns[k, 2] if v < 0 else v
+    for q in range(soft_at.shape[0]):
+        for i in range(soft_at[q, 1]):
+            heap[soft_at[q, 2] + i] = soft[w, soft_at[q, 0] + i]
+
+
+@kernel
+def operate(op, loops, shifts, counter, heap, values, sums, entropies):
+    """One operation of a plan for one row."""
+    a, b, c, size = op[A], op[B], op[C], op[SIZE]
+    for s in range(op[A_SHIFT], op[A_SHIFT_END]):
+        a += shifts[s, 0] * values[shifts[s, 1]]
+    for s in range(op[B_SHIFT], op[B_SHIFT_END]):
+        b += shifts[s, 0] * values[shifts[s, 1]]
+    kind = op[KIND]
+    if kind == CONTRACT:
+        for i in range(c, c + size):
+            heap[i] = 0.0
+        contract(heap, a, b, c, loops, op[LOOP], op[LOOP_END], counter)
+    elif kind == DIVIDE:
+        for i in range(size):
+            heap[c + i] = heap[a + i] / heap[b + i] if heap[b + i] > 0.0 else 0.0
+    elif kind == NORMALISE:
+        sums[op[EXTRA]] = normalise(heap, c, size)
+    else:
+        slot = op[EXTRA]
+        entropies[abs(slot) - 1] += entropy(heap, a, size) if slot > 0 else -entropy(heap, a, size)
+
+
+@kernel
 def run_plan(
     ops,
     loops,
@@ -212,56 +246,25 @@ def run_plan(
     """
     width = evidence.shape[1]
     for row in range(new_message.shape[0]):
-        b = row // width
         w = row % width
         for i in range(message.shape[1]):
             heap[message_at + i] = message[row, i]
-        for k in range(columns.shape[1]):
-            v = previous[columns[b, k, 0], w] if columns[b, k, 1] else evidence[columns[b, k, 0], w]
-            values[k] = columns[b, k, 2] if v < 0 else v
-        for q in range(soft_at.shape[1]):
-            for i in range(soft_at[b, q, 1]):
-                heap[soft_at[b, q, 2] + i] = soft[w, soft_at[b, q, 0] + i]
+        read_row(heap, values, columns[row // width], evidence, previous, soft, soft_at[row // width], w)
         for k in range(entropies.shape[1]):
             entropies[row, k] = 0.0
         for o in range(ops.shape[0]):
-            a = ops[o, A]
-            c = ops[o, C]
-            size = ops[o, SIZE]
-            for s in range(ops[o, A_SHIFT], ops[o, A_SHIFT_END]):
-                a += shifts[s, 0] * values[shifts[s, 1]]
-            kind = ops[o, KIND]
-            if kind == CONTRACT:
-                second = ops[o, B]
-                for s in range(ops[o, B_SHIFT], ops[o, B_SHIFT_END]):
-                    second += shifts[s, 0] * values[shifts[s, 1]]
-                for i in range(c, c + size):
-                    heap[i] = 0.0
-                contract(heap, a, second, c, loops, ops[o, LOOP], ops[o, LOOP_END], counter)
-            elif kind == DIVIDE:
-                second = ops[o, B]
-                for i in range(size):
-                    heap[c + i] = heap[a + i] / heap[second + i] if heap[second + i] > 0.0 else 0.0
-            elif kind == NORMALISE:
-                sums[row, ops[o, EXTRA]] = normalise(heap, c, size)
-            else:
-                slot = ops[o, EXTRA]
-                sign = 1.0 if slot > 0 else -1.0
-                entropies[row, abs(slot) - 1] += sign * entropy(heap, a, size)
+            operate(ops[o], loops, shifts, counter, heap, values, sums[row], entropies[row])
         for k in range(sums.shape[1]):
             increment[w] += np.log(sums[row, k])
         for p in range(outputs.shape[0]):
-            at = outputs[p, 1]
-            column = outputs[p, 3]
-            scale = 1.0
-            if outputs[p, 4] >= 0:
-                scale = sums[row, outputs[p, 4]]
-                scale = 1.0 / scale if scale > 0.0 else 0.0
+            at, size, column = outputs[p, 1], outputs[p, 2], outputs[p, 3]
             if outputs[p, 0] == 0:
-                for i in range(outputs[p, 2]):
+                total = sums[row, outputs[p, 4]] if outputs[p, 4] >= 0 else 1.0
+                scale = 1.0 / total if total > 0.0 else 0.0
+                for i in range(size):
                     new_message[row, column + i] = heap[at + i] * scale
             else:
-                for i in range(outputs[p, 2]):
+                for i in range(size):
                     marginals[row, column + i] = heap[at + i]
 
 

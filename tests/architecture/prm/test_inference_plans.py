@@ -119,7 +119,7 @@ def test_compiled_and_python_kernels_agree(monkeypatch):
         np.zeros((1, 0, 3), np.int64),
     )
     compiled = plan.run(*arguments)
-    for name in ("axpy", "multiply_add", "dot", "strided", "contract", "normalise", "entropy", "run_plan"):
+    for name in ("axpy", "multiply_add", "dot", "strided", "contract", "normalise", "entropy", "read_row", "operate", "run_plan"):
         monkeypatch.setattr(kernels, name, getattr(getattr(kernels, name), "py_func", getattr(kernels, name)))
     interpreted = plan.run(*arguments)
     for mine, theirs in zip(compiled, interpreted):
