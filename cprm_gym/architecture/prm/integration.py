@@ -134,10 +134,23 @@ def _images(edges: np.ndarray, circular: bool, means: np.ndarray, sd: np.ndarray
     return [edges + turn * period for turn in range(first, last + 1)]
 
 
+PANEL = 64
+"""Most nodes of one Gauss-Legendre rule; more are made of panels side by side, which suits steps and kinks."""
+
+
+@lru_cache(maxsize=256)
+def _unit_nodes(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes in 0 to 1 and weights that sum to 1."""
+    panels = -(-points // PANEL)
+    x, w = np.polynomial.legendre.leggauss(-(-points // panels))
+    at = (np.arange(panels)[:, None] + 0.5 * (1.0 + x)) / panels
+    return at.ravel(), np.tile(0.5 * w / panels, panels)
+
+
 def nodes(low: float, high: float, points: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre nodes in an interval and weights that sum to 1 (a mean over the interval, not an integral)."""
-    x, w = np.polynomial.legendre.leggauss(points)
-    return 0.5 * (low + high) + 0.5 * (high - low) * x, 0.5 * w
+    x, w = _unit_nodes(points)
+    return low + (high - low) * x, w
 
 
 def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence[int], width: int) -> np.ndarray:

@@ -170,6 +170,21 @@ def test_an_angle_wraps_and_keeps_its_shape_under_turns():
         assert np.abs(np.roll(still[k], 1) - turned[k]).max() < 1e-14
 
 
+def test_a_quantised_sense_is_integrated_like_any_other():
+    """A reading rounded to whole numbers of its logarithm, as a sight that gets coarser with distance."""
+    sense = Noise("exp(round(log(max(d, 0.1)) / 0.1) * 0.1)", 0.0, floor=0.0, points=2000)
+    x = 2.0 + 3.0 * (np.arange(400_000) + 0.5) / 400_000
+    wanted = np.histogram(np.exp(np.rint(np.log(x) / 0.1) * 0.1), DIST.edges)[0] / 400_000
+    assert np.abs(sense.table(DIST, [("d", DIST)])[1] - wanted).max() < 1e-3
+
+
+def test_noise_that_goes_round_a_circle_without_end_is_refused():
+    circle = Bins.circle(4)
+    with pytest.raises(ModelError, match="more than 500 times"):
+        Noise("a", 1e6).table(circle, [("a", circle)])
+    assert Noise("a", 10.0, floor=0.0).table(circle, [("a", circle)]) == pytest.approx(np.full((4, 4), 0.25))
+
+
 def test_the_floor_makes_no_observation_impossible():
     out = Noise("d", 0.01, floor=1e-6).table(DIST, [("d", DIST)])
     assert out.min() == pytest.approx(1e-6 / 5, rel=1e-6)

@@ -14,7 +14,7 @@ from cprm_gym.architecture.prm.aggregates import All, AnyCause, Count, Exists, M
 from cprm_gym.architecture.prm.cpds import Dense, Prior, Table, Uniform
 from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.grounding import GroundCPD, Grounding, GroundSlice, GroundVariable, unroll
-from cprm_gym.architecture.prm.schema import Attribute, Input, Model, PRMClass, Reference, Relation, Replace
+from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError
 
 FLIP = Table({"yes": (0.2, 0.8), "no": (0.7, 0.3)})
@@ -142,6 +142,25 @@ def test_mixture_of_two_tuples_has_a_hidden_selector_and_the_same_marginal_as_th
     assert ground.by_child["b.x"].parents == (("b.selector", 0), ("p.y", 0), ("q.y", 0))
     mean = conflicting("mean").ground(["r(p,b)", "r(q,b)"])
     assert np.allclose(marginal(ground, "b.x"), marginal(mean, "b.x"))
+
+
+def test_all_changes_to_an_object_share_one_selector():
+    """Who has the ball decides about its place and its speed together."""
+    ball = PRMClass("Ball", (Attribute("x", BOOL), Attribute("v", BOOL)))
+    has = Relation("has", {"p": "P", "b": "Ball"}, (Replace("b.x", ("p.y",), FLIP), Replace("b.v", ("p.y",), FLIP)), conflict="mixture")
+    world = Grounding(Model("m", (ball, PRMClass("P", (Attribute("y", BOOL),))), (has,)), {"b": "Ball", "p": "P", "q": "P"})
+    ground = world.ground(["has(p,b)", "has(q,b)"])
+    assert [v for v in ground.variables if "selector" in v] == ["b.selector"]
+    assert ground.by_child["b.x"].parents[0] == ground.by_child["b.v"].parents[0] == ("b.selector", 0)
+
+
+def test_added_parents_come_after_the_own_ones():
+    ball = PRMClass("Ball", (Attribute("x", BOOL), Attribute("y", BOOL, FLIP, parents=("x",))))
+    cpd = Table({("*", "yes"): (0.1, 0.9), ("*", "*"): (0.8, 0.2)})
+    near = Relation("near", {"p": "Ball", "q": "Ball"}, (Add("p.y", ("prev.q.y",), cpd),))
+    world = Grounding(Model("m", (ball,), (near,)), {"a": "Ball", "b": "Ball"})
+    assert world.ground(["near(a,b)"]).by_child["a.y"].parents == (("a.x", 0), ("b.y", 1))
+    assert world.ground(["near(a,b)"], entering=["b"]).by_child["a.y"].parents == (("a.x", 0),)
 
 
 def test_higher_priority_wins():

@@ -44,6 +44,11 @@ def test_models_are_values():
         soccer(4).name = "x"
 
 
+def test_equal_models_have_equal_hashes():
+    assert hash(soccer(4)) == hash(soccer(4))
+    assert len({soccer(4), soccer(4), soccer(5)}) == 2
+
+
 def test_an_unknown_parent_suggests_the_nearest():
     near = Attribute("near", BOOL, Table({"*": (0.5, 0.5)}), parents=("bal.zone",))
     with pytest.raises(ModelError, match=r"class 'Player', attribute 'near': .*no reference 'bal'. Did you mean 'ball'"):

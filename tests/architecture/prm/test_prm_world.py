@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hypothesis
 import numpy as np
 import pytest
 from ball_world import scene, soccer
 from cases import filter_slices, load
 from flat import joint, marginal
+from hypothesis import strategies as st
 
 from cprm_gym.architecture.prm import (
     BOOL,
@@ -36,6 +38,7 @@ def small(conflict="exclusive", bins=3):
     return World(soccer(bins, conflict), OBJECTS)
 
 
+MIXED = small("mixture", 2)
 SCRIPT = [
     ({"ball.seen": 1, "ball.obs_dist": 2, "o1.seen": 0, "ball.turn": 1}, (), None),
     ({"o1.seen": 1, "o1.obs_dist": 1}, ("attended(o1)",), None),
@@ -69,6 +72,25 @@ def test_tracking_equals_enumeration_of_the_unrolled_net(conflict):
             assert np.abs(seen[name][0] - marginal(net, f"{name}#{t}", evidence)).max() < 1e-12
         assert seen.log_likelihood[0] == pytest.approx(np.log(joint(net, evidence, ()).item()), abs=1e-10)
     assert seen.exact
+
+
+@hypothesis.settings(max_examples=12)
+@hypothesis.given(st.data())
+def test_tracking_any_sequence_of_relations_objects_and_readings_equals_enumeration(data):
+    """Whatever is switched on and off, whoever comes and goes: the belief is that of the unrolled net."""
+    world = MIXED
+    tracker, script = world.tracker(), []
+    for t in range(4):
+        objects = ["ball", *data.draw(st.sets(st.sampled_from(["o1", "o2"])), label="there")]
+        active = [f"attended({o})" for o in objects[1:] if data.draw(st.booleans(), label="attended")]
+        active += [f"possesses({o},ball)" for o in objects[1:] if data.draw(st.booleans(), label="possesses")]
+        given_ = {f"{o}.{a}": data.draw(st.integers(0, 1)) for o in objects for a in ("obs_dist", "seen") if data.draw(st.booleans())}
+        script.append((given_, tuple(active), tuple(objects)))
+        seen = tracker.step(given_, active, objects=objects)
+        net, evidence = unrolled(world, script)
+        for name in ("ball.dist", *(f"{o}.dist" for o in objects[1:])):
+            assert np.abs(seen[name][0] - marginal(net, f"{name}#{t}", evidence)).max() < 1e-11
+        assert seen.log_likelihood[0] == pytest.approx(np.log(joint(net, evidence, ()).item()), abs=1e-10)
 
 
 def test_a_mixture_of_two_possessors_is_tracked_exactly_with_its_selector():
