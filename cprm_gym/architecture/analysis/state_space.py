@@ -258,6 +258,8 @@ def explore(
         _mend(space, int(state[1]))
     space.n_expanded, space.n_edges, space.n_deadlocks, space.first_deadlock = (int(v) for v in (state[0], state[2], state[3], state[4]))
     space.n_states = int(state[1])
+    space.words.resize((space.n_states, space.layout.words), refcheck=False)  # give back the room that was not needed
+    space.parents.resize(space.n_states, refcheck=False)
     space.seconds = time.monotonic() - began
     space.fired = np.full(t_count, -1, np.int64)
     space.fired[space.order] = fired

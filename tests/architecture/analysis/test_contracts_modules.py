@@ -1,5 +1,6 @@
 """Module contracts: a good module keeps them, each planted fault breaks the clause it should, and every run shown is a real one."""
 
+import random
 from dataclasses import replace
 
 import pytest
@@ -164,3 +165,32 @@ def test_places_that_show_one_belief_are_one_variable():
     twin = replace(module, places=(*module.places, Belief("again", variable="ball.direction")))
     system = timed_system(changed(twin, "turn", tests={"off_axis": 3.0, "again": 1.0}))
     assert [v.places for v in system.variables if "again" in v.places] == [("bearing", "again")]
+
+
+def test_every_run_shown_for_randomly_damaged_modules_is_a_real_one():
+    shown = 0
+    for seed in range(60):
+        draw = random.Random(seed)
+        module = turn_to_ball()
+        for _ in range(draw.randint(1, 3)):
+            t = draw.choice(module.transitions)
+            places = [p.name for p in module.places if isinstance(p, Place)]
+            damage = draw.choice(["gone", "output", "input", "delay", "sets", "priority"])
+            if damage == "gone" and len(module.transitions) > 3:
+                module = without(module, t.name)
+            elif damage == "output":
+                module = changed(module, t.name, outputs=(draw.choice(places),), set_wins=True)
+            elif damage == "input":
+                module = changed(module, t.name, inputs=tuple(draw.sample(places, 2)))
+            elif damage == "delay":
+                module = changed(module, t.name, delay=draw.randint(0, 3))
+            elif damage == "sets":
+                module = changed(module, t.name, sets={}, set_wins=True)
+            elif damage == "priority":
+                module = changed(module, t.name, priority=draw.randint(0, 12))
+        report = check_contract(module, budget=Budget(states=60_000))
+        moves, extra = caller(module, idle_interrupts=True)
+        for c in report.broken:
+            Replay(timed_system(module, moves, extra)).run(c.run)
+            shown += len(c.run)
+    assert shown > 300
