@@ -13,7 +13,7 @@ import pytest
 from cprm_gym.architecture.prm.grounding import GroundCPD, GroundSlice, GroundVariable
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "cases" / "prm"
-RECORDED = Path(__file__).resolve().parent / "recorded"
+RECORDED = Path(__file__).resolve().parent / "data"
 
 
 def path_of(name: str) -> Path | None:
