@@ -389,6 +389,14 @@ def test_attention_goes_to_players_who_are_there():
     assert count(simulator, Count.ATTENTION) == 3
 
 
+def test_attention_may_go_to_a_player_who_was_sent_off():
+    simulator = quiet_world(left=1, right=2)
+    simulator.world["enabled"][0, 12] = 0
+    simulator.world["bits"][0, 12] |= PlayerBit.DISCARD
+    act(simulator, 1, NONE, attention_side=2, attention_unum=2)
+    assert simulator.world["attention"][0, 0] == 13
+
+
 @pytest.mark.parametrize("bad", [NAN, np.inf, -np.inf])
 @pytest.mark.parametrize("kind", [DASH, TURN, KICK, TACKLE, CATCH, MOVE])
 def test_a_number_that_is_not_finite_voids_its_command(kind, bad):

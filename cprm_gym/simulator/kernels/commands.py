@@ -47,6 +47,7 @@ from cprm_gym.simulator.kernels.referee import (
     on_tackle_fail,
     on_touch,
 )
+from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, PLAY_ON, TIME_OVER, is_shoot_out, is_stopped
 from cprm_gym.simulator.kernels.senses import view_cone
 from cprm_gym.simulator.player_types import (
     T_CATCHABLE_AREA_L_STRETCH,
@@ -74,37 +75,17 @@ N_KICK, N_DASH, N_TURN, N_CATCH, N_MOVE = int(Count.KICK), int(Count.DASH), int(
 N_TURN_NECK, N_CHANGE_VIEW, N_CHANGE_FOCUS = int(Count.TURN_NECK), int(Count.CHANGE_VIEW), int(Count.CHANGE_FOCUS)
 N_TACKLE, N_ARM, N_ATTENTION = int(Count.TACKLE), int(Count.ARM), int(Count.ATTENTION)
 
-BEFORE_KICK_OFF, TIME_OVER, PLAY_ON = int(PlayMode.before_kick_off), int(PlayMode.time_over), int(PlayMode.play_on)
 GOAL_L, GOAL_R = int(PlayMode.goal_l), int(PlayMode.goal_r)
-OFFSIDE_L, OFFSIDE_R = int(PlayMode.offside_l), int(PlayMode.offside_r)
-FOUL_CHARGE_L, FOUL_PUSH_R = int(PlayMode.foul_charge_l), int(PlayMode.foul_push_r)
-BACK_PASS_L, CATCH_FAULT_L, CATCH_FAULT_R = int(PlayMode.back_pass_l), int(PlayMode.catch_fault_l), int(PlayMode.catch_fault_r)
-ILLEGAL_DEFENSE_L, ILLEGAL_DEFENSE_R = int(PlayMode.illegal_defense_l), int(PlayMode.illegal_defense_r)
+CATCH_FAULT_L, CATCH_FAULT_R = int(PlayMode.catch_fault_l), int(PlayMode.catch_fault_r)
 FREE_KICK_L, FREE_KICK_R = int(PlayMode.free_kick_l), int(PlayMode.free_kick_r)
-PENALTY_FIRST, PENALTY_LAST = int(PlayMode.penalty_setup_l), int(PlayMode.penalty_score_r)
+DISCARD = int(PlayerBit.DISCARD)
 GOALIE_CATCH_BALL = int(Announcement.GOALIE_CATCH_BALL)
-
-
-@kernel
-def is_stoppage(mode):
-    """Whether `mode` is of group Z, in which the clock stands still (SIMULATOR.md 0.4)."""
-    return (
-        mode == GOAL_L or mode == GOAL_R or mode == OFFSIDE_L or mode == OFFSIDE_R
-        or FOUL_CHARGE_L <= mode <= FOUL_PUSH_R or BACK_PASS_L <= mode <= CATCH_FAULT_R
-        or mode == ILLEGAL_DEFENSE_L or mode == ILLEGAL_DEFENSE_R
-    )
 
 
 @kernel
 def is_dead(mode):
     """Whether `mode` is of group DEAD, in which kicks have no effect."""
-    return mode == BEFORE_KICK_OFF or mode == TIME_OVER or is_stoppage(mode)
-
-
-@kernel
-def is_penalty(mode):
-    """Whether `mode` belongs to the penalty shoot-out."""
-    return PENALTY_FIRST <= mode <= PENALTY_LAST
+    return mode == BEFORE_KICK_OFF or mode == TIME_OVER or is_stopped(mode)
 
 
 @kernel
@@ -439,7 +420,7 @@ def catch(w, p, i, angle):
     angle = clip(p.minmoment, angle, p.maxmoment) * D2R
     w.busy[i] = 1
     w.bits[i] |= CATCH_BIT
-    if not w.goalie[i] or w.catch_ban[i] > 0 or not (w.mode == PLAY_ON or is_penalty(w.mode)):
+    if not w.goalie[i] or w.catch_ban[i] > 0 or not (w.mode == PLAY_ON or is_shoot_out(w.mode)):
         w.bits[i] |= CATCH_FAULT
         return
     w.catch_ban[i] = p.catch_ban_cycle
@@ -478,7 +459,7 @@ def _take_ball(w, p, i):
     w.body_staged[i] = direction(dx, dy)
     w.vel[o, 0] = 0.0
     w.vel[o, 1] = 0.0
-    if not is_penalty(w.mode):
+    if not is_shoot_out(w.mode):
         announce(w, GOALIE_CATCH_BALL, 1 if i < 11 else -1, 0, 0)
     resolve_collisions(w, p)
     on_touch(w, p, i)
@@ -535,7 +516,7 @@ def point_off(w, p, i):
 
 @kernel
 def attend(w, i, side, unum):
-    """``(attentionto our|opp unum)`` with `side` 1 or 2, ``(attentionto off)`` with 3."""
+    """``(attentionto our|opp unum)`` with `side` 1 or 2, ``(attentionto off)`` with 3; the target may have been sent off."""
     if side == 3:
         w.attention[i] = 0
         w.counts[i, N_ATTENTION] += 1
@@ -543,7 +524,7 @@ def attend(w, i, side, unum):
     if side < 1 or side > 3 or unum < 1 or unum > 11:
         return
     target = unum if (i < 11) == (side == 1) else 11 + unum
-    if target == i + 1 or not w.enabled[target - 1]:
+    if target == i + 1 or not (w.enabled[target - 1] or w.bits[target - 1] & DISCARD):
         return
     w.attention[i] = target
     w.counts[i, N_ATTENTION] += 1

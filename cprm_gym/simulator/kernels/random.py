@@ -52,7 +52,6 @@ PENALTY_SIDE = 67
 PENALTY_TAKER = 68
 PENALTY_WINNER = 69
 KEEPAWAY = 70
-TYPE_ASSIGNMENT = 71
 # --- purposes, stream RESETS
 START = 96             # where an episode begins
 
