@@ -389,17 +389,32 @@ def _discrete_part(c: CompiledNet, outside: Sequence[Transition], extra: Mapping
     return whole
 
 
-def _key(place: object) -> tuple[str, ...]:
-    """What a place shows; places with equal keys are one variable."""
-    if isinstance(place, Input):
-        return ("input", place.observes)
-    if isinstance(place, Belief):
-        return ("belief", place.variable, place.view, place.state)
-    return ("place", place.name)  # type: ignore[attr-defined]
+def _keys(c: CompiledNet) -> dict[str, tuple[str, ...]]:
+    """What each place shows; places with equal keys are one variable. Math places with one expression of the same things are, too."""
+    keys: dict[str, tuple[str, ...]] = {}
+    for p in c.net.places:
+        if isinstance(p, Input):
+            keys[p.name] = ("input", p.observes, str(p.value))  # before the first observation they show their own value
+        elif isinstance(p, Belief):
+            keys[p.name] = ("belief", p.variable, p.view, p.state, str(p.value))
+        else:
+            keys[p.name] = ("place", p.name)
+    scope = {p.name: p for p in c.net.places}
+    number: dict[tuple[str, ...], int] = {}
+    for m in c.math:
+
+        def canonical(name: str) -> str:
+            place, attribute = resolve_name(name, scope)
+            which = number.setdefault(keys[place], len(number))
+            return f"v{which}.{attribute}" if attribute else f"v{which}"
+
+        keys[m.name] = ("math", Expression(m.expression).rename(canonical).text, str(m.default))
+    return keys
 
 
 def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tuple[tuple[Variable, ...], dict[str, int]]:
     """The variables that some transition reads, and the variable of each of their places."""
+    keys = _keys(c)
     cuts: dict[tuple[str, ...], set[float]] = {}
     places: dict[tuple[str, ...], list[object]] = {}
     by_name = {p.name: p for p in c.net.places}
@@ -408,10 +423,10 @@ def _variables(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tup
         for arcs in (t.inputs, t.sets, t.tests, t.inhibitors):
             for name, value in arcs.items():
                 if name in chosen or not c.moved[c.place_index[name]]:
-                    cuts.setdefault(_key(by_name[name]), set()).add(float(value))
+                    cuts.setdefault(keys[name], set()).add(float(value))
     for p in c.net.places:
-        if _key(p) in cuts:
-            places.setdefault(_key(p), []).append(p)
+        if keys[p.name] in cuts:
+            places.setdefault(keys[p.name], []).append(p)
     for name in bounds:
         if name not in by_name:
             c.place(name)

@@ -124,6 +124,22 @@ def test_places_that_show_the_same_observation_agree():
     assert len(timed_system(net).variables) == 1
 
 
+def test_math_places_with_one_expression_of_the_same_things_agree():
+    net = PetriNet(
+        "twins",
+        (
+            Place("p", tokens=1), Input("a", observes="x"), Input("b", observes="x"), Input("c"),
+            Math("far", "abs(a) + 1"), Math("wide", "abs(b) + 1"), Math("other", "abs(c) + 1"),
+        ),
+        (
+            Transition("never", ("p",), tests={"far": 2}, inhibitors={"wide": 2}),
+            Transition("may", ("p",), tests={"far": 2}, inhibitors={"other": 2}, delay=1),
+        ),
+    )  # fmt: skip
+    assert firings(net, "never") == set()
+    assert 1 in firings(net, "may")
+
+
 def test_bounds_cut_away_what_cannot_be():
     net = PetriNet("bounds", (Place("p", tokens=1), Input("x")), (Transition("t", ("p",), tests={"x": 5}),))
     assert "t" in {s.what for i in range(explore_cycles(net).n_nodes) for s in explore_cycles(net).run(i)}
