@@ -9,6 +9,7 @@ carried along from the first kick-off; its play mode is compared and then replac
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
 from functools import lru_cache
@@ -22,13 +23,14 @@ from cprm_gym.errors import CommandError, LogError
 from cprm_gym.simulator.command_text import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
 from cprm_gym.simulator.commandlog import CommandLogReader, LogLine
 from cprm_gym.simulator.conformance_envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
-from cprm_gym.simulator.conformance_recording import KEYS, MODES, put_back, snapshot_copy
+from cprm_gym.simulator.conformance_recording import KEYS, put_back, snapshot_copy
 from cprm_gym.simulator.conformance_report import Check, Mismatch, Result
 from cprm_gym.simulator.conformance_scenario import name_of
 from cprm_gym.simulator.gamelog import Frame, GameLogReader
 from cprm_gym.simulator.player_types import TypeColumn
+from cprm_gym.simulator.replay import ANGLE_UNIT, load_frame
 from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, LEFT, PLAYERS, RIGHT, Count, PlayerBit, PlayMode
+from cprm_gym.simulator.state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
 
 Array = npt.NDArray[Any]
 INSIDE, SAME_MODE = 0.999, 0.995
@@ -36,11 +38,7 @@ TRIES = 48
 """States around the logged one that are tried before an object counts as different."""
 CLEARED = 10.0
 """Radius (m) of the circle to which the referee clears players, rounded up."""
-_POS, _VEL, _ANGLE = 0.5e-4, 0.5e-4, 0.5e-3
-_COUNTS = (
-    Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,
-    Count.ARM, Count.ATTENTION, Count.CHANGE_FOCUS,
-)
+_POS, _VEL, _ANGLE = 0.5e-4, 0.5e-4, ANGLE_UNIT
 _COLLIDE = int(PlayerBit.BALL_TO_PLAYER | PlayerBit.BALL_COLLIDE | PlayerBit.PLAYER_COLLIDE)
 _FOULS = {PlayMode.foul_charge_l: LEFT, PlayMode.foul_charge_r: RIGHT}
 Clock = tuple[int, int]
@@ -63,7 +61,9 @@ def command_log_of(game_log: Path) -> Path:
     raise LogError(f"{game_log}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
 
 
-def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None) -> Result:
+def replay_match(
+    path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None, cycles: int | None = None
+) -> Result:
     """Replay a match.
 
     Parameters
@@ -72,6 +72,8 @@ def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[st
         The game log, text version 5 or 6 or JSON.
     command_log : path, optional
         The command log; the one beside the game log if not given.
+    cycles : int, optional
+        Only so many of its first cycles; all if not given.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[st
         raise LogError(f"{path}: version {reader.version} of a game log does not keep what a replay needs; 5, 6 and JSON do")
     commands = CommandLogReader(command_log if command_log is not None else command_log_of(path))
     result = Result(str(path), "match")
-    MatchReplay(reader, commands, result).run()
+    MatchReplay(reader, commands, result).run(cycles)
     return result
 
 
@@ -105,13 +107,14 @@ class MatchReplay:
         )
         self.names = self.simulator.team_names = (first.left.name, first.right.name)
         self.parameters = self.simulator.parameters
-        self.noisy = bool(self.parameters.ball_rand or self.parameters.player_rand or self.parameters.kick_rand)
+        kicks = any(kind.kick_rand for kind in self.simulator.types)
+        self.noisy = bool(self.parameters.ball_rand or self.parameters.player_rand or kicks)
         self.packed = self.simulator.packed
         self.calm = calm(self.packed)
         self.free = self.calm.copy()
         self.free["rules"] = 0
         self.cycles = _Cycles(commands)
-        self.objects = self.inside = self.modes = self.same_modes = self.skipped = 0
+        self.objects = self.inside = self.modes = self.same_modes = self.skipped = self.retried = 0
         self.rng = np.random.default_rng(6)
 
     @property
@@ -121,11 +124,11 @@ class MatchReplay:
 
     # --- the match
 
-    def run(self) -> None:
-        """Every pair of consecutive frames."""
+    def run(self, cycles: int | None = None) -> None:
+        """Every pair of consecutive frames, up to `cycles` of them."""
         self._begin(self.first)
         before, clock = self.first, (self.first.time, 0)
-        for frame in self.frames:
+        for frame in itertools.islice(self.frames, cycles):
             follows = frame.time == before.time + 1 or (frame.time == before.time and frame.stoppage == before.stoppage + 1)
             lines = self.cycles.at(clock) if follows else None
             if lines is None:
@@ -145,7 +148,10 @@ class MatchReplay:
             self.simulator.change_mode(frame.mode)
             self.simulator.advance()
         load_frame(world, frame)
-        world["time"], world["mode"] = frame.time, frame.mode
+        # who lies after a tackle is taken to have tackled in the cycle before
+        lies = (frame.players["state"] & int(PlayerBit.TACKLE | PlayerBit.TACKLE_FAULT)) != 0
+        world["tackle_cycles"] = np.where(lies, max(self.parameters.tackle_cycles - 1, 0), 0)
+        world["busy"] = lies
 
     def _cycle(self, before: Frame, frame: Frame, lines: list[LogLine]) -> None:
         """One cycle: run it from the logged state, compare, load the logged outcome."""
@@ -155,6 +161,7 @@ class MatchReplay:
         bad = self._differences(frame, before, self._run(frame, lines, self.calm), 1.0)
         after = snapshot_copy(self.simulator)
         wrong_mode = world["mode"] != frame.mode
+        self.retried += bool(bad or wrong_mode)
         for _ in range(TRIES if bad or wrong_mode else 0):
             put_back(self.simulator, start)
             blur(world, before, self.rng)
@@ -304,6 +311,10 @@ class MatchReplay:
             Check("cycles with the logged play mode", modes, SAME_MODE, f"{self.modes - self.same_modes} of {self.modes} differ")
         )
         self.result.notes.append(
+            f"{self.retried} cycles differed at first and were tried from other states that round to the logged one"
+            + (", with noise drawn" if self.noisy else "")
+        )
+        self.result.notes.append(
             f"{self.skipped} cycles not compared: the first of each half, whose state before is not logged, and any without commands"
         )
 
@@ -330,33 +341,6 @@ def _parsed(text: str) -> Parsed:
 def _goalie(frame: Frame, rows: slice) -> int:
     goalies = frame.players["unum"][rows][(frame.players["state"][rows] & int(PlayerBit.GOALIE)) != 0]
     return int(goalies[0]) if len(goalies) else 0
-
-
-def load_frame(world: Any, frame: Frame) -> None:
-    """Put what a game log shows into `world`, a record of `WORLD`; what it does not show stays as it is."""
-    rows = frame.players
-    world["time"], world["stoppage"] = frame.time, frame.stoppage
-    world["mode"] = MODES[frame.mode.name]
-    world["score"] = frame.left.score, frame.right.score
-    world["pos"][BALL], world["vel"][BALL], world["acc"] = frame.ball[:2], frame.ball[2:], 0.0
-    state = rows["state"]
-    world["enabled"] = (state & int(PlayerBit.STAND)) != 0
-    world["goalie"] = (state & int(PlayerBit.GOALIE)) != 0
-    world["type"] = np.maximum(rows["type"], 0)
-    world["pos"][1:], world["vel"][1:] = rows["pos"], rows["vel"]
-    for name in ("body", "neck"):
-        close = np.abs((np.degrees(world[name]) - rows[name] + 180.0) % 360.0 - 180.0) <= _ANGLE * 1.001
-        angle = np.where(close, world[name], np.radians(rows[name]))   # what the simulator has is more precise
-        world[name] = world[f"{name}_staged"] = angle
-    for name in ("stamina", "effort", "recovery", "capacity"):
-        known = ~np.isnan(rows[name])
-        world[name][known] = rows[name][known]
-    told = rows["counts"]
-    for column, count in enumerate(_COUNTS):
-        known = told[:, column] >= 0
-        world["counts"][known, count] = told[known, column]
-    cards = np.where(state & int(PlayerBit.RED_CARD), 2, np.where(state & int(PlayerBit.YELLOW_CARD), 1, 0))
-    world["card_count"] = cards
 
 
 def blur(world: Any, frame: Frame, rng: np.random.Generator) -> None:
@@ -434,19 +418,20 @@ def around(
     free_speed = np.hypot(*(vel - kept[:, None] * bounds.move).T)
     reach = np.where(told, 1.2, 0.0)
     free_inside = (free_place <= bounds.radius + pos_slack + reach) & (free_speed <= np.abs(kept) * bounds.radius + vel_slack)
-    # a ball that is held goes where its catcher goes and turns
+    # what was put somewhere (by the referee, by its goalie, by a goal post) is judged by where the simulator put it: a ball that is
+    # held goes where its catcher goes and turns; who is cleared from the ball goes to the edge of a circle round it, and the nearer
+    # he stood, the more his direction is noise
     carried, catcher = bounds.radius[BALL], int(world["ball_catcher"])
     if catcher:
         arm = packed["types"][world["type"][catcher - 1], TypeColumn.PLAYER_SIZE] + packed["ball_size"]
         carried += bounds.radius[catcher] + arm * np.radians(bounds.turn[catcher - 1])
-    # who is cleared from the ball goes to the edge of a circle round it: the nearer he stood, the more his direction is noise
     target = bounds.start + bounds.move
-    relocated = np.hypot(*(world["pos"] - target).T) > 1e-6
+    put = np.hypot(*(world["pos"] - target).T) > (share - 1.0) * bounds.radius + 1e-6
     near = np.maximum(np.hypot(*(target - world["pos"][BALL]).T), 0.05)
-    stretch = np.where(relocated, np.maximum(3.0, CLEARED / near), 1.0)
+    stretch = np.maximum(3.0, CLEARED / near)
     stretch[BALL] = 3.0
-    own_limit = stretch * (share * (bounds.radius + np.where(relocated | (np.arange(23) == BALL), carried, 0.0)) + pos_slack)
-    own_inside = (place <= own_limit) & (speed <= share * bounds.radius * bounds.decay + vel_slack)
+    own_limit = stretch * (share * (bounds.radius + carried) + pos_slack)
+    own_inside = put & (place <= own_limit) & (speed <= share * bounds.radius * bounds.decay + vel_slack)
     inside = free_inside | own_inside
     return (
         np.where(inside, 0.0, np.minimum(free_place, place)), np.where(inside, 0.0, np.minimum(free_speed, speed)),
