@@ -15,20 +15,25 @@ import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..errors import UnknownName, did_you_mean, unknown_name
+from ..simulator.landmarks import LANDMARKS
 from ..simulator.senses import BodyColumn, new_body, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
 from .players.macros import Macros
+from .players.memory import Memories
 from .players.scripted import POLICIES, ScriptedPlayers
 from .spaces import (
     BALL_FEATURES,
+    INCLUDES,
     MACRO,
     MAX_AGE,
+    MEMORY_FEATURES,
     NO_COMMAND,
     PLAYER_FEATURES,
     ActionView,
     BodyFeature,
+    SelfFeature,
     action_view,
     observation_space,
 )
@@ -121,6 +126,8 @@ class SoccerCore:
         Action view: ``hybrid``, ``discrete``, ``box`` or ``macro``.
     others : str or (str, str), optional
         Policy of the players not controlled, or one for each side; the task's own if not given.
+    include : sequence of str
+        Further parts of the observation: ``memory``, ``landmarks`` (`observation_space`).
     seed : int
         Seed of all worlds; world k depends on (seed, first_world + k) alone.
     first_world : int
@@ -132,6 +139,8 @@ class SoccerCore:
     ----------
     agents : tuple of str
         Controlled agents, A of them.
+    sides : (A,) float array
+        +1 for agents of the left team, -1 for the right one.
     memory : (W, 8) int array
         Counters that a task keeps between cycles; zero at the start of an episode.
     previous_ball : (W, 2) float array
@@ -148,12 +157,17 @@ class SoccerCore:
         controlled: str | Sequence[str] | None = None,
         view: str = "hybrid",
         others: str | Sequence[str] | None = None,
+        include: Sequence[str] = (),
         seed: int = 0,
         first_world: int = 0,
         threads: int = 1,
     ) -> None:
         self.task = task
         self.worlds = worlds
+        self.include = tuple(include)
+        for part in self.include:
+            if part not in INCLUDES:
+                raise unknown_name("part of an observation", part, INCLUDES)
         self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
         self.players = np.array([player_number(a) for a in self.agents])
         self.sim = Simulator(
@@ -175,6 +189,7 @@ class SoccerCore:
         self.memory = np.zeros((worlds, 8), np.int64)
         self.previous_ball = np.zeros((worlds, 2))
         self._score = np.zeros((worlds, 2), np.int64)
+        self.sides = np.where(self.players <= 11, 1.0, -1.0)
         self._gained = np.zeros((worlds, 2), np.int64)
         agents = len(self.agents)
         shape = (worlds, agents)
@@ -185,11 +200,21 @@ class SoccerCore:
             "level": np.zeros((*shape, PLAYERS + 1), np.float32),
             "age": np.full((*shape, PLAYERS + 1), MAX_AGE, np.float32),
         }
+        self._memories: Memories | None = None
+        if "memory" in self.include:
+            active = np.isin(np.arange(1, PLAYERS + 1), self.players)
+            self._memories = self.macros.memories if self.macros else Memories(self.sim, active)
+            self.observation["self"] = np.zeros((*shape, len(SelfFeature)), np.float32)
+            self.observation["memory"] = np.zeros((*shape, PLAYERS + 1, MEMORY_FEATURES), np.float32)
+            self.observation["memory_age"] = np.zeros((*shape, PLAYERS + 1), np.float32)
+        if "landmarks" in self.include:
+            self.observation["landmarks"] = np.zeros((*shape, LANDMARKS, BALL_FEATURES), np.float32)
+            self.observation["landmark_level"] = np.zeros((*shape, LANDMARKS), np.float32)
         if task.task_features:
             self.observation["task"] = np.zeros((*shape, len(task.task_features)), np.float32)
         self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
-        self._agent_commands = self._commands[:, self.players - 1].copy()
+        self._rows = self.players - 1
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""
@@ -212,7 +237,7 @@ class SoccerCore:
 
     def observation_space(self) -> gym_spaces.Dict:
         """Space of one agent's observation."""
-        return observation_space(self.task.task_features)
+        return observation_space(self.task.task_features, self.include)
 
     # ------------------------------------------------------------------ the cycle
 
@@ -242,11 +267,13 @@ class SoccerCore:
             self.memory[chosen] = 0
             self._score[chosen] = self.sim.world["score"][chosen]
             self.observation["age"][chosen] = MAX_AGE
-            self._commands[chosen] = NO_COMMAND
+            self._commands[chosen] = NO_COMMAND[0]
             if self.scripted is not None:
                 self.scripted.reset(chosen)
             if self.macros is not None:
                 self.macros.reset(chosen)
+            elif self._memories is not None:
+                self._memories.forget(chosen)
         return self.observe(fresh_start=chosen)
 
     def step(self, action: Any) -> Step:
@@ -265,8 +292,7 @@ class SoccerCore:
         if self.macros is not None:
             self.macros.act(action, self._commands)
         else:
-            self.view.commands(action, self._agent_commands)
-            self._commands[:, self.players - 1] = self._agent_commands
+            self.view.commands(action, self._commands, self._rows)
         if self.scripted is not None:
             self.scripted.act(self._see, self._body, self._commands)
         self.previous_ball[...] = self.sim.world["pos"][:, 0]
@@ -299,6 +325,14 @@ class SoccerCore:
         )  # fmt: skip
         if self.macros is not None:
             self.macros.observe(see, body, self._commands, fresh_start)
+        elif self._memories is not None:
+            self._memories.update(see, body, self._commands, fresh_start)
+        if self._memories is not None:
+            kernels.pack_memory(self._memories.records, self.players, o["self"], o["memory"], o["memory_age"])
+        if "landmarks" in o:
+            marks = self.sim.landmarks()
+            o["landmarks"][...] = marks.landmarks[:, self._rows]
+            o["landmark_level"][...] = marks.level[:, self._rows]
         if "task" in o:
             self.task.features(self, o["task"])
         return o
@@ -341,7 +375,9 @@ class SoccerCore:
 
     def kickable(self, player: int) -> np.ndarray:
         """(W,) bool: the ball is within the player's reach (SIMULATOR.md 3.6)."""
-        return self.sim.kickable(player)
+        out: np.ndarray = np.empty(self.worlds, np.bool_)
+        kernels.kickable(self.sim.world, self.sim.packed, player, out)
+        return out
 
     def goals_scored(self) -> np.ndarray:
         """(W, 2) goals of left and right in the cycle just played."""

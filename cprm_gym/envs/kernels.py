@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..compilation import kernel_group
-from ..simulator.state import Count
+from ..simulator.player_types import T_KICKABLE_MARGIN, T_PLAYER_SIZE
+from ..simulator.state import CommandKind, Count
 
 kernel = kernel_group(Path(__file__))
 PLAYERS = 22
+DASH_KIND, KICK_KIND = int(CommandKind.DASH), int(CommandKind.KICK)
 KICK, DASH, TURN = int(Count.KICK), int(Count.DASH), int(Count.TURN)
 
 
@@ -57,6 +59,27 @@ def pack(
 
 
 @kernel
+def pack_memory(memory, agents, out_self, out_memory, out_age):
+    """The agents' memories as observations: themselves, and ball, own team, opponents as last seen.
+
+    memory : (W, 22) MEMORY; out_self : (W, A, 8); out_memory : (W, A, 23, 4); out_age : (W, A, 23)
+    """
+    for n in range(memory.shape[0]):
+        for k in range(agents.shape[0]):
+            m = memory[n, agents[k] - 1]
+            o = out_self[n, k]
+            o[0], o[1], o[2], o[3], o[4], o[5] = m.x, m.y, m.vx, m.vy, m.body, m.face
+            o[6], o[7] = m.located, m.free
+            out_age[n, k, 0] = m.ball_age
+            b = out_memory[n, k, 0]
+            b[0], b[1], b[2], b[3] = m.ball_x, m.ball_y, m.ball_vx, m.ball_vy
+            for j in range(PLAYERS):
+                out_age[n, k, j + 1] = m.age[j]
+                out_memory[n, k, j + 1, 0] = m.px[j]
+                out_memory[n, k, j + 1, 1] = m.py[j]
+
+
+@kernel
 def note(level, older, max_age, j, out_level, out_age):
     """Level and age of entry `j`."""
     out_level[j] = level
@@ -86,3 +109,102 @@ def pack_body(w, i, columns, body, seen_now, out):
     out[f + 9] = w.counts[i, KICK]
     out[f + 10] = w.counts[i, TURN]
     out[f + 11] = min(2, w.card_count[i])
+
+
+@kernel
+def write_hybrid(kind, params, neck, view, scales, neck_scale, nothing, rows, out):
+    """Commands of hybrid actions; (-1, -1), or the part (0 kind, 1 params, 2 neck, 3 view) and flat index of the first bad entry.
+
+    kind, view : (W, A); params : (W, A, 4); neck : (W, A, 1); scales : (kinds, 4); nothing : (1,) COMMAND; out : (W, 22) COMMAND
+    """
+    agents = kind.shape[1]
+    for n in range(kind.shape[0]):
+        for k in range(agents):
+            flat = n * agents + k
+            if not 0 <= kind[n, k] < scales.shape[0]:
+                return 0, flat
+            for i in range(4):
+                if not abs(params[n, k, i]) <= 1.0:
+                    return 1, 4 * flat + i
+            if not abs(neck[n, k, 0]) <= 1.0:
+                return 2, flat
+            if not 0 <= view[n, k] <= 3:
+                return 3, flat
+            j = rows[k]
+            out[n, j] = nothing[0]
+            c = out[n, j]
+            c.kind = kind[n, k]
+            c.a = params[n, k, 0] * scales[kind[n, k], 0]
+            c.b = params[n, k, 1] * scales[kind[n, k], 1]
+            c.c = params[n, k, 2] * scales[kind[n, k], 2]
+            c.d = params[n, k, 3] * scales[kind[n, k], 3]
+            if neck[n, k, 0] != 0.0:
+                c.turn_neck = neck[n, k, 0] * neck_scale
+            c.view_width = view[n, k]
+    return -1, -1
+
+
+@kernel
+def fill(c, kind, power, direction, neck):
+    """One command from a kind, a power and one direction that every kind uses in its own way."""
+    c.kind = kind
+    if kind == DASH_KIND or kind == KICK_KIND:
+        c.a = power
+        c.b = direction if kind == KICK_KIND else 0.0
+    else:
+        c.a = direction
+        c.b = 0.0
+    if neck != 0.0:
+        c.turn_neck = neck
+
+
+@kernel
+def write_discrete(index, kinds, powers, directions, necks, nothing, rows, out):
+    """Commands of discrete actions (W, A, 4); -1, or the flat index of the first entry that chooses nothing."""
+    agents = index.shape[1]
+    for n in range(index.shape[0]):
+        for k in range(agents):
+            i = index[n, k]
+            flat = 4 * (n * agents + k)
+            if not 0 <= i[0] < kinds.shape[0]:
+                return flat
+            if not 0 <= i[1] < powers.shape[0]:
+                return flat + 1
+            if not 0 <= i[2] < directions.shape[0]:
+                return flat + 2
+            if not 0 <= i[3] < necks.shape[0]:
+                return flat + 3
+            out[n, rows[k]] = nothing[0]
+            fill(out[n, rows[k]], kinds[i[0]], powers[i[1]], directions[i[2]], necks[i[3]])
+    return -1
+
+
+@kernel
+def write_box(values, kinds, nothing, rows, out):
+    """Commands of box actions (W, A, kinds + 3); -1, or the flat index of the first entry outside -1 to 1."""
+    agents, size, count = values.shape[1], values.shape[2], kinds.shape[0]
+    for n in range(values.shape[0]):
+        for k in range(agents):
+            best = 0
+            for i in range(size):
+                if not abs(values[n, k, i]) <= 1.0:
+                    return (n * agents + k) * size + i
+                if i < count and values[n, k, i] > values[n, k, best]:
+                    best = i
+            out[n, rows[k]] = nothing[0]
+            power, direction, neck = 50.0 * (values[n, k, count] + 1.0), 180.0 * values[n, k, count + 1], 90.0 * values[n, k, count + 2]
+            fill(out[n, rows[k]], kinds[best], power, direction, neck)
+    return -1
+
+
+@kernel
+def kickable(worlds, packed, player, out):
+    """Whether the player (object number) can kick the ball (SIMULATOR.md 3.6), for every world."""
+    p = packed[0]
+    i = player - 1
+    for n in range(worlds.shape[0]):
+        w = worlds[n]
+        kind = w.type[i]
+        reach = p.types[kind, T_PLAYER_SIZE] + p.ball_size + p.types[kind, T_KICKABLE_MARGIN]
+        dx, dy = w.pos[player, 0] - w.pos[0, 0], w.pos[player, 1] - w.pos[0, 1]
+        out[n] = w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach

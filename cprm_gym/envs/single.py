@@ -33,6 +33,8 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         Put the true positions into ``info["truth"]``.
     others : str or (str, str), optional
         Scripted policy of the other players, or one for each side; the task's own if not given.
+    include : sequence of str
+        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``.
     **options
         Passed on to the task.
 
@@ -53,6 +55,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         max_episode_steps: int | None = None,
         debug_info: bool = False,
         others: str | Sequence[str] | None = None,
+        include: Sequence[str] = (),
         **options: Any,
     ) -> None:
         if max_episode_steps is not None:
@@ -61,7 +64,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
         self.agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others)
+        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others, include=include)
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
         self.render_mode = render_mode

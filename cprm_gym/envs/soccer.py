@@ -43,6 +43,8 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         Put the true positions into ``info["truth"]``.
     others : str or (str, str), optional
         Scripted policy of the players not controlled, or one for each side; the task's own if not given.
+    include : sequence of str
+        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``.
     **options
         Passed on to the task.
 
@@ -65,6 +67,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         render_mode: str | None = None,
         debug_info: bool = False,
         others: str | Sequence[str] | None = None,
+        include: Sequence[str] = (),
         **options: Any,
     ) -> None:
         if max_cycles is not None:
@@ -73,7 +76,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
         self.task = make_task(task, **options) if isinstance(task, str) else task
         self.max_cycles = self.task.max_cycles
-        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others)
+        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others, include=include)
         self.possible_agents = list(self.core.agents)
         self.agents: list[str] = []
         self.observation_spaces = {a: self.core.observation_space() for a in self.possible_agents}
@@ -137,12 +140,13 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         # wrappers and tests may shorten an episode by setting max_cycles
         truncated = truncated or (not terminated and int(self.core.cycle[0]) >= self.max_cycles)
         agents = self.agents
-        rewards = {a: float(step.reward[0, i]) for i, a in enumerate(agents)}
+        rewards = dict(zip(agents, step.reward[0].tolist()))
         terminations = dict.fromkeys(agents, terminated)
         truncations = dict.fromkeys(agents, truncated)
         infos = self._infos(int(step.status[0]), bool(step.success[0]))
+        terms = [(name, values[0].tolist()) for name, values in step.terms.items()]
         for i, a in enumerate(agents):
-            infos[a]["reward_terms"] = {name: float(values[0, i]) for name, values in step.terms.items()}
+            infos[a]["reward_terms"] = {name: values[i] for name, values in terms}
         if terminated or truncated:
             self.agents = []
         if self.render_mode == "human":
@@ -150,24 +154,26 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         return self._observations(), rewards, terminations, truncations, infos
 
     def _batch(self, actions: dict[str, Any]) -> Any:
+        """The agents' actions as arrays with the axes (1 world, agents, ...)."""
         chosen = [actions[a] for a in self.possible_agents]
         if isinstance(chosen[0], dict):
             keys = chosen[0].keys()
             for agent, action in zip(self.possible_agents, chosen):
                 if not isinstance(action, dict) or action.keys() != keys:
                     raise UnknownName(f"action of {agent}: expected a dict with the keys {', '.join(keys)}, got {action!r:.80}")
-            return {k: _stack([c[k] for c in chosen]) for k in keys}
-        return _stack(chosen)
+            return {k: _together([c[k] for c in chosen]) for k in keys}
+        return _together(chosen)
 
     def _observations(self) -> dict[str, dict[str, np.ndarray]]:
-        copies = {name: values[0].copy() for name, values in self.core.observation.items()}
-        return {a: {name: values[i] for name, values in copies.items()} for i, a in enumerate(self.possible_agents)}
+        names = tuple(self.core.observation)
+        rows = zip(*(values[0].copy() for values in self.core.observation.values()))
+        return {a: dict(zip(names, row)) for a, row in zip(self.possible_agents, rows)}
 
     def _infos(self, status: int, success: bool) -> dict[str, dict[str, Any]]:
         infos: dict[str, dict[str, Any]] = {}
-        mask = self.core.action_mask
+        mask, word = self.core.action_mask, self.task.statuses[status]
         for i, a in enumerate(self.possible_agents):
-            infos[a] = {"status": self.task.statuses[status], "is_success": success, "schema": SCHEMA_VERSION}
+            infos[a] = {"status": word, "is_success": success, "schema": SCHEMA_VERSION}
             if mask is not None:
                 infos[a]["action_mask"] = mask[0, i].astype(np.int8)
             if self.debug_info:
@@ -219,10 +225,10 @@ def _copy_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
     return copy.deepcopy(space)
 
 
-def _stack(values: list[Any]) -> Any:
-    """The agents' values as one array with the axes (1 world, agents, ...)."""
+def _together(values: list[Any]) -> Any:
+    """The agents' values as one array with the axes (1 world, agents, ...); what has no common shape is left for the view to refuse."""
     try:
-        return np.stack([np.asarray(v) for v in values])[None]
+        return np.array(values)[None]
     except (TypeError, ValueError):
         return values
 

@@ -18,6 +18,7 @@ from gymnasium import spaces
 
 from ..errors import CommandError, unknown_name
 from ..simulator.state import COMMAND, PLAYERS, CommandKind
+from . import kernels
 
 SCHEMA_VERSION = 1
 """Raised when the layout, a unit or the meaning of an observation changes."""
@@ -108,19 +109,54 @@ MAX_AGE = 10_000.0
 """Largest value of ``observation["age"]``; also "never seen"."""
 
 
-def observation_space(task_features: tuple[tuple[str, float, float], ...] = ()) -> spaces.Dict:
+class SelfFeature(IntEnum):
+    """Columns of ``observation["self"]`` (with ``include=("memory",)``): where the player believes himself to be.
+
+    The frame is that of his team: x towards the opponent's goal. Computed from his own percepts alone.
+    """
+
+    X = 0
+    """m"""
+    Y = 1
+    """m"""
+    VX = 2
+    """m / cycle"""
+    VY = 3
+    """m / cycle"""
+    BODY = 4
+    """radians"""
+    FACE = 5
+    """Body and neck, radians."""
+    LOCATED = 6
+    """1 if he has known his place since the episode began."""
+    FREE = 7
+    """1 if the body obeys (no tackle or foul lock)."""
+
+
+MEMORY_FEATURES = 4
+"""Columns of ``observation["memory"]``: x, y, and for the ball vx, vy."""
+INCLUDES = ("memory", "landmarks")
+"""Parts of an observation that are computed only when asked for."""
+
+
+def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), include: tuple[str, ...] = ()) -> spaces.Dict:
     """Space of one agent's observation.
 
     Parameters
     ----------
     task_features : tuple of (name, low, high)
         What the task adds under the key ``task``; the key is absent when there is nothing.
+    include : tuple of str
+        Further parts, of `INCLUDES`.
 
     Returns
     -------
     gymnasium.spaces.Dict
         ``body`` (24,), ``ball`` (4,), ``players`` (22, 7), ``level`` (23,): 0 unseen, 1 felt nearby or anonymous, 2 ball seen without
         velocity / player's team known, 3 all known (entry 0 the ball); ``age`` (23,): cycles since the entry was last seen; ``task``.
+        With ``memory``: ``self`` (8,) of `SelfFeature`, ``memory`` (23, 4): x, y of ball, own team and opponents as last seen, carried on
+        (and vx, vy of the ball), ``memory_age`` (23,), all in the own team's frame. With ``landmarks``: ``landmarks`` (55, 4) as ``ball``,
+        ``landmark_level`` (55,).
     """
     parts: dict[str, spaces.Space[Any]] = {
         "body": spaces.Box(_BODY_LOW, _BODY_HIGH, dtype=np.float32),
@@ -129,6 +165,14 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = ()) 
         "level": spaces.Box(0.0, 3.0, (PLAYERS + 1,), np.float32),
         "age": spaces.Box(0.0, MAX_AGE, (PLAYERS + 1,), np.float32),
     }
+    if "memory" in include:
+        parts["self"] = spaces.Box(-200.0, 200.0, (len(SelfFeature),), np.float32)
+        parts["memory"] = spaces.Box(-500.0, 500.0, (PLAYERS + 1, MEMORY_FEATURES), np.float32)
+        parts["memory_age"] = spaces.Box(0.0, 1000.0, (PLAYERS + 1,), np.float32)
+    if "landmarks" in include:
+        low, high = np.tile(_OBJECT_LOW[:BALL_FEATURES], (55, 1)), np.tile(_OBJECT_HIGH[:BALL_FEATURES], (55, 1))
+        parts["landmarks"] = spaces.Box(low, high, dtype=np.float32)
+        parts["landmark_level"] = spaces.Box(0.0, 3.0, (55,), np.float32)
     if task_features:
         low = np.array([f[1] for f in task_features], np.float32)
         high = np.array([f[2] for f in task_features], np.float32)
@@ -206,84 +250,92 @@ class ActionView:
     name: str
     space: spaces.Space[Any]
 
-    def commands(self, action: Any, out: np.ndarray) -> None:
+    def commands(self, action: Any, out: np.ndarray, rows: np.ndarray | None = None) -> None:
         """Write the commands of a batch of actions.
 
         Parameters
         ----------
         action : dict of array or array
-            Actions with any leading shape ``S`` (``(worlds, agents)``, say).
-        out : (S,) array of `COMMAND`
-            Overwritten.
+            Actions with the leading shape (worlds, agents).
+        out : (worlds, players) array of `COMMAND`
+            The rows of the agents are overwritten.
+        rows : (agents,) int array, optional
+            Row of each agent; all rows if not given.
 
         Raises
         ------
         CommandError
             When the action has the wrong type or shape, or holds NaN or infinity; the message names the entry.
         """
+        if rows is None:
+            rows = np.arange(out.shape[1])
+        shape = (len(out), len(rows))
         if self.name == "hybrid":
-            _hybrid_commands(action, out)
+            _hybrid_commands(action, out, rows, shape)
         elif self.name == "discrete":
-            _discrete_commands(action, out)
+            index = _array("discrete", action, (*shape, 4), whole=True)
+            bad = kernels.write_discrete(index, _KIND_TABLE, _POWER_TABLE, _DIRECTION_TABLE, _NECK_TABLE, NO_COMMAND, rows, out)
+            if bad >= 0:
+                name, most = _DISCRETE_PARTS[bad % 4]
+                _refuse(f"discrete {name}", index, bad, 0, most)
         else:
-            _box_commands(action, out)
+            values = _array("box", action, (*shape, len(BOX_KINDS) + 3))
+            bad = kernels.write_box(values, _BOX_TABLE, NO_COMMAND, rows, out)
+            if bad >= 0:
+                _refuse("box", values, bad, -1, 1)
 
 
-def _checked(name: str, value: Any, shape: tuple[int, ...], dtype: Any, low: float, high: float) -> np.ndarray:
-    """`value` as an array of exactly `shape` with finite entries in [low, high], or an error that names `name`."""
+def _array(name: str, value: Any, shape: tuple[int, ...], whole: bool = False) -> np.ndarray:
+    """`value` as an array of exactly `shape` (int64 or float64), or an error that names `name`."""
     try:
-        array = np.asarray(value, dtype=dtype if dtype is not np.int64 else None)
-    except (TypeError, ValueError):
+        array = np.asarray(value)
+        if whole and array.dtype.kind not in "iu":
+            if array.dtype.kind != "f" or not (array == np.rint(array)).all():
+                raise CommandError(f"action {name!r}: expected whole numbers, got {array.dtype} {value!r:.60}")
+            array = array.astype(np.int64)
+        array = np.ascontiguousarray(array, np.int64 if whole else np.float64)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, CommandError):
+            raise
         raise CommandError(f"action {name!r}: expected numbers of shape {shape}, got {type(value).__name__} {value!r:.60}") from None
     if array.shape != shape:
         raise CommandError(f"action {name!r}: expected shape {shape}, got {array.shape}")
-    if dtype is np.int64 and array.dtype.kind not in "iu":
-        whole = array.dtype.kind == "f" and bool(np.all(np.isfinite(array)) and np.all(array == np.rint(array)))
-        if not whole:
-            raise CommandError(f"action {name!r}: expected whole numbers from {low:g} to {high:g}, got {array.dtype} {value!r:.60}")
-        array = array.astype(np.int64)
-    bad = ~np.isfinite(array) if array.dtype.kind == "f" else np.zeros(shape, bool)
-    if bad.any():
-        at = tuple(int(i[0]) for i in np.nonzero(bad)) if array.ndim else ()
-        raise CommandError(f"action {name!r}: entry {at} is {array[at]}; allowed are finite numbers from {low:g} to {high:g}")
-    outside = (array < low) | (array > high)
-    if outside.any():
-        at = tuple(int(i[0]) for i in np.nonzero(outside)) if array.ndim else ()
-        raise CommandError(f"action {name!r}: entry {at} is {array[at]}; allowed is {low:g} to {high:g}")
     return array
 
 
-def _clear(out: np.ndarray) -> None:
-    out[...] = NO_COMMAND
+def _refuse(name: str, array: np.ndarray, flat: int, low: float, high: float) -> None:
+    """Raise the error for the entry of `array` with the flat index `flat`."""
+    at = tuple(int(i) for i in np.unravel_index(flat, array.shape))
+    finite = "finite numbers from " if array.dtype.kind == "f" and not np.isfinite(array[at]) else ""
+    verb = "are" if finite else "is"
+    raise CommandError(f"action {name!r}: entry {at} is {array[at]}; allowed {verb} {finite}{low:g} to {high:g}")
 
 
-NO_COMMAND = np.zeros((), COMMAND)
-"""A command that does nothing."""
-for _field in ("turn_neck", "focus", "point"):
+NO_COMMAND = np.zeros(1, COMMAND)
+"""(1,) A command that does nothing."""
+for _field in ("a", "b", "c", "d", "turn_neck", "focus", "point"):
     NO_COMMAND[_field] = np.nan
 
+_HYBRID_KEYS = ("type", "params", "turn_neck", "view")
 
-def _hybrid_commands(action: Any, out: np.ndarray) -> None:
+
+def _hybrid_commands(action: Any, out: np.ndarray, rows: np.ndarray, shape: tuple[int, int]) -> None:
     if not isinstance(action, Mapping):
-        raise CommandError(f"hybrid action: expected a dict with the keys type, params, turn_neck, view; got {type(action).__name__}")
-    known = ("type", "params", "turn_neck", "view")
+        raise CommandError(f"hybrid action: expected a dict with the keys {', '.join(_HYBRID_KEYS)}; got {type(action).__name__}")
     for key in action:
-        if key not in known:
-            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join(known)}")
+        if key not in _HYBRID_KEYS:
+            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join(_HYBRID_KEYS)}")
     for key in ("type", "params"):
         if key not in action:
             raise CommandError(f"hybrid action: key {key!r} is missing; needed are type and params")
-    shape = out.shape
-    kind = _checked("type", action["type"], shape, np.int64, 0, len(CommandKind) - 1)
-    params = _checked("params", action["params"], (*shape, 4), np.float64, -1.0, 1.0) * PARAMETER_SCALES[kind]
-    _clear(out)
-    out["kind"] = kind
-    out["a"], out["b"], out["c"], out["d"] = params[..., 0], params[..., 1], params[..., 2], params[..., 3]
-    if "turn_neck" in action:
-        neck = NECK_SCALE * _checked("turn_neck", action["turn_neck"], (*shape, 1), np.float64, -1.0, 1.0)[..., 0]
-        out["turn_neck"] = np.where(neck == 0.0, np.nan, neck)
-    if "view" in action:
-        out["view_width"] = _checked("view", action["view"], shape, np.int64, 0, 3)
+    kind = _array("type", action["type"], shape, whole=True)
+    params = _array("params", action["params"], (*shape, 4))
+    neck = _array("turn_neck", action["turn_neck"], (*shape, 1)) if "turn_neck" in action else np.zeros((*shape, 1))
+    view = _array("view", action["view"], shape, whole=True) if "view" in action else np.zeros(shape, np.int64)
+    part, bad = kernels.write_hybrid(kind, params, neck, view, PARAMETER_SCALES, NECK_SCALE, NO_COMMAND, rows, out)
+    if part >= 0:
+        array, low, high = ((kind, 0, len(CommandKind) - 1), (params, -1, 1), (neck, -1, 1), (view, 0, 3))[part]
+        _refuse(_HYBRID_KEYS[part], array, bad, low, high)
 
 
 DISCRETE_KINDS = (CommandKind.NONE, CommandKind.DASH, CommandKind.TURN, CommandKind.KICK, CommandKind.TACKLE, CommandKind.CATCH)
@@ -297,24 +349,14 @@ def discrete_space() -> spaces.MultiDiscrete:
     return spaces.MultiDiscrete([len(DISCRETE_KINDS), len(DISCRETE_POWERS), len(DISCRETE_DIRECTIONS), len(DISCRETE_NECKS)])
 
 
-def _fill(out: np.ndarray, kind: np.ndarray, power: np.ndarray, direction: np.ndarray, neck: np.ndarray) -> None:
-    """Commands from a kind, a power and one direction that every kind uses in its own way."""
-    _clear(out)
-    out["kind"] = kind
-    powered = (kind == CommandKind.DASH) | (kind == CommandKind.KICK)
-    out["a"] = np.where(powered, power, direction)
-    out["b"] = np.where(kind == CommandKind.KICK, direction, 0.0)
-    out["turn_neck"] = np.where(neck == 0.0, np.nan, neck)
-
-
-def _discrete_commands(action: Any, out: np.ndarray) -> None:
-    array = _checked("discrete", action, (*out.shape, 4), np.int64, 0, len(DISCRETE_DIRECTIONS) - 1)
-    choices = (DISCRETE_KINDS, DISCRETE_POWERS, DISCRETE_DIRECTIONS, DISCRETE_NECKS)
-    columns = []
-    for i, (name, values) in enumerate(zip(("command", "power", "direction", "neck"), choices)):
-        index = _checked(f"discrete {name}", array[..., i], out.shape, np.int64, 0, len(values) - 1)
-        columns.append(np.asarray(values, dtype=np.float64)[index])
-    _fill(out, columns[0].astype(np.int64), columns[1], columns[2], columns[3])
+_KIND_TABLE = np.array([int(k) for k in DISCRETE_KINDS])
+_POWER_TABLE, _DIRECTION_TABLE, _NECK_TABLE = np.array(DISCRETE_POWERS), np.array(DISCRETE_DIRECTIONS), np.array(DISCRETE_NECKS)
+_DISCRETE_PARTS = tuple(
+    (name, len(values) - 1)
+    for name, values in (
+        ("command", _KIND_TABLE), ("power", _POWER_TABLE), ("direction", _DIRECTION_TABLE), ("neck", _NECK_TABLE),
+    )
+)
 
 
 BOX_KINDS = (CommandKind.DASH, CommandKind.TURN, CommandKind.KICK)
@@ -329,12 +371,7 @@ def box_space() -> spaces.Box:
     return spaces.Box(-1.0, 1.0, (len(BOX_KINDS) + 3,), np.float32)
 
 
-def _box_commands(action: Any, out: np.ndarray) -> None:
-    n = len(BOX_KINDS)
-    array = _checked("box", action, (*out.shape, n + 3), np.float64, -1.0, 1.0)
-    kind = np.asarray(BOX_KINDS, dtype=np.int64)[np.argmax(array[..., :n], axis=-1)]
-    _fill(out, kind, 50.0 * (array[..., n] + 1.0), 180.0 * array[..., n + 1], 90.0 * array[..., n + 2])
-
+_BOX_TABLE = np.array([int(k) for k in BOX_KINDS])
 
 _VIEWS = {"hybrid": hybrid_space, "discrete": discrete_space, "box": box_space}
 MACRO = "macro"

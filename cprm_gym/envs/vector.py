@@ -24,7 +24,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
     ----------
     num_envs : int
         Worlds.
-    task, agent, action_mode, others, **options
+    task, agent, action_mode, others, include, **options
         As for `SoccerEnv`.
     autoreset_mode : AutoresetMode or str
         ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
@@ -51,6 +51,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         others: str | Sequence[str] | None = None,
+        include: Sequence[str] = (),
         **options: Any,
     ) -> None:
         if num_envs < 1:
@@ -65,7 +66,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
             ) from None
         self.task = make_task(task, **options) if isinstance(task, str) else task
         agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, threads=threads)
+        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, include=include, threads=threads)
         self.num_envs = num_envs
         self.metadata = {"render_modes": [], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode

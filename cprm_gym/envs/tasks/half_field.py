@@ -111,8 +111,7 @@ class HalfField(Task):
         ball = w["pos"][:, 0]
         out = (ball[:, 0] < -1.0) | (ball[:, 0] > 52.5 + 0.085) | (np.abs(ball[:, 1]) > 34.085)
         status = np.select([goal, captured, out], [GOAL, CAPTURED, OUT_OF_BOUNDS], 0)
-        side = np.where(core.players <= 11, 1.0, -1.0)
-        reward = goal[:, None] * side[None, :]
+        reward = goal[:, None] * core.sides
         return Outcome(reward, status > 0, goal, status, {"goal": reward})
 
 

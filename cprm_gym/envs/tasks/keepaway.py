@@ -101,8 +101,7 @@ class Keepaway(Task):
         lost = core.memory[:, _TAKEN] >= self.takes
         out = (np.abs(core.sim.world["pos"][:, 0]) >= self.size / 2).any(axis=1)
         status = np.select([lost, out], [1, 2], 0)
-        side = np.where(core.players <= 11, 1.0, -1.0)
-        reward = np.ones(core.worlds)[:, None] * side[None, :]
+        reward = np.ones(core.worlds)[:, None] * core.sides
         return Outcome(reward, status > 0, np.zeros(core.worlds, bool), status, {"cycles": reward})
 
 

@@ -77,8 +77,7 @@ class Soccer(Task):
         """Goals since the cycle before, from each agent's side."""
         w = core.sim.world
         gained = core.goals_scored()
-        sides = np.where(core.players <= 11, 1.0, -1.0)
-        reward = (gained[:, 0] - gained[:, 1])[:, None] * sides[None, :]
+        reward = (gained[:, 0] - gained[:, 1])[:, None] * core.sides
         over = w["mode"] == 2
         won = over & (w["score"][:, 0] > w["score"][:, 1])
         return Outcome(reward, over, won, over.astype(np.int64), {"goal": reward})
