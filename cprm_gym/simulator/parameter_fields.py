@@ -184,7 +184,7 @@ def value_of(field: dataclasses.Field[Any], word: str, kind: str) -> Any:
         raise ParameterError(f"{kind} {field.name!r}: takes {allowed(field)}, got the text {word!r}") from None
 
 
-def word_of(field: dataclasses.Field[Any], value: Any) -> str:
+def word_of(field: dataclasses.Field[Any], value: Any, digits: int) -> str:
     """The server's text for `value`: ``%g`` reals, ``0``/``1`` switches, quoted strings (PROTOCOL.md 5.1)."""
     match field.metadata["kind"]:
         case "flag":
@@ -194,7 +194,7 @@ def word_of(field: dataclasses.Field[Any], value: Any) -> str:
         case "integer":
             return str(value)
         case _:
-            return f"{value:g}"
+            return f"{value:.{digits}g}"
 
 
 class ParameterSet:
@@ -253,10 +253,10 @@ class ParameterSet:
         kind: str = cls._kind  # type: ignore[attr-defined]
         return {name: value_of(cls._field_named(name), word, kind) for name, word in items}
 
-    def _message(self, head: str, version: int | None, alphabetical: bool) -> str:
+    def _message(self, head: str, version: int | None, alphabetical: bool, digits: int = 6) -> str:
         """``(head (name value)...)`` with the parameters that a client of protocol `version` is told (None: all)."""
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
         if alphabetical:
             fields = tuple(sorted(fields, key=lambda f: f.name))
         told = (f for f in fields if version is None or 0 < f.metadata["since"] <= version)
-        return f"({head}" + "".join(f"({f.name} {word_of(f, getattr(self, f.name))})" for f in told) + ")"
+        return f"({head}" + "".join(f"({f.name} {word_of(f, getattr(self, f.name), digits)})" for f in told) + ")"

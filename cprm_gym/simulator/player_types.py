@@ -133,9 +133,19 @@ class PlayerType(ParameterSet):
             raise ParameterError(f"a player_type message starts with (id N), got {message[:60]!r}")
         return int(items[0][1]), cls(**cls._values(iter(items[1:])))
 
-    def to_text(self, id: int, version: int | None = None) -> str:
-        """The server's message for type number `id`, fields in the server's order; `version` as in `ServerParameters.to_text`."""
-        return self._message(f"player_type (id {id})", version, alphabetical=False)
+    def to_text(self, id: int, version: int | None = None, digits: int = 6) -> str:
+        """The server's message for type number `id`, fields in the server's order.
+
+        Parameters
+        ----------
+        id : int
+            Number of the type.
+        version : int, optional
+            As in `ServerParameters.to_text`.
+        digits : int
+            Significant digits; 6 as the server's, 17 for exact recordings.
+        """
+        return self._message(f"player_type (id {id})", version, alphabetical=False, digits=digits)
 
     def row(self, parameters: ServerParameters) -> list[float]:
         """The type as a row of the packed parameters, columns `TypeColumn`."""

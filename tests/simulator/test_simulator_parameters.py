@@ -182,3 +182,17 @@ def test_the_servers_coach_mode_has_no_referee():
 def test_packing_refuses_a_number_of_types_it_has_no_room_for(number):
     with pytest.raises(ParameterError, match=f"1 to 18 player types, got {number}"):
         pack(ServerParameters(), PlayerParameters(), [PlayerType()] * number)
+
+
+@pytest.mark.parametrize("log", ["v4.rcg", "v5.rcg", "v6.rcg"])
+def test_the_parameters_in_a_real_log_are_read_and_written_byte_for_byte(log):
+    lines = (ROOT / "tests" / "conformance" / "data" / "formats" / log).read_text("latin-1").splitlines()
+    server, player = (next(line for line in lines if line.startswith(f"({head}_param ")) for head in ("server", "player"))
+    types = [line for line in lines if line.startswith("(player_type ")]
+    assert ServerParameters.from_text(server).to_text() == server
+    assert PlayerParameters.from_text(player).to_text() == player
+    assert len(types) == 18
+    for number, line in enumerate(types):
+        id, kind = PlayerType.from_text(line)
+        assert id == number
+        assert kind.to_text(id, digits=17) == line   # this server was patched to print its types exactly
