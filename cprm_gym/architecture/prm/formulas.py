@@ -1,4 +1,8 @@
-"""Expressions of the one small language, evaluated over whole arrays when a model is built."""
+"""Expressions of the one small language, evaluated over whole arrays when a model is built.
+
+The meaning is that of `expressions`: an operation without a finite result makes the whole undefined, unless ``and``, ``or`` or
+``a if c else b`` passes over it.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +22,23 @@ def _norm_deg(a: np.ndarray) -> np.ndarray:
     return a - 360.0 * np.ceil((a - 180.0) / 360.0)
 
 
+def _compare(how: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """A comparison that is undefined where one of its sides is."""
+    return lambda x, y: np.where(np.isnan(x) | np.isnan(y), np.nan, how(x, y))
+
+
+def _truth(x: np.ndarray) -> np.ndarray:
+    return np.where(np.isnan(x), np.nan, np.not_equal(x, 0.0))
+
+
 _OPERATIONS: Mapping[str, Callable[..., np.ndarray]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "%": np.mod, "**": np.power, "neg": np.negative,
-    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
-    "and": np.logical_and, "or": np.logical_or, "not": np.logical_not, "if": np.where,
+    "<": _compare(np.less), "<=": _compare(np.less_equal), ">": _compare(np.greater), ">=": _compare(np.greater_equal),
+    "==": _compare(np.equal), "!=": _compare(np.not_equal),
+    "and": lambda x, y: np.where(x == 0.0, 0.0, np.where(np.isnan(x), np.nan, _truth(y))),
+    "or": lambda x, y: np.where(np.isnan(x), np.nan, np.where(x != 0.0, 1.0, _truth(y))),
+    "not": lambda x: np.where(np.isnan(x), np.nan, np.equal(x, 0.0)),
+    "if": lambda c, x, y: np.where(np.isnan(c), np.nan, np.where(c != 0.0, x, y)),
     "abs": np.abs, "sign": np.sign, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "floor": np.floor, "ceil": np.ceil,
     "round": np.rint, "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
     "atan2": np.arctan2, "hypot": np.hypot, "degrees": np.degrees, "radians": np.radians, "norm_angle": _norm_angle,
@@ -85,11 +102,13 @@ class Formula:
 
 
 def _evaluate(node: Node, values: Mapping[str, np.ndarray]) -> np.ndarray | float:
+    """Values of a tree, NaN where an operation has no finite result and nothing has passed over it."""
     if node.op == "number":
         return node.value
     if node.op == "name":
         return values[node.name]
-    return np.asarray(_OPERATIONS[node.op](*(_evaluate(a, values) for a in node.args)))
+    out = np.asarray(_OPERATIONS[node.op](*(_evaluate(a, values) for a in node.args)), dtype=float)
+    return np.where(np.isfinite(out), out, np.nan)
 
 
 def _degree(node: Node, name: str) -> int:
