@@ -184,7 +184,7 @@ def value_of(field: dataclasses.Field[Any], word: str, kind: str) -> Any:
         raise ParameterError(f"{kind} {field.name!r}: takes {allowed(field)}, got the text {word!r}") from None
 
 
-def word_of(field: dataclasses.Field[Any], value: Any, digits: int) -> str:
+def word_of(field: dataclasses.Field[Any], value: Any, digits: int = 6) -> str:
     """The server's text for `value`: ``%g`` reals, ``0``/``1`` switches, quoted strings (PROTOCOL.md 5.1)."""
     match field.metadata["kind"]:
         case "flag":
