@@ -180,10 +180,7 @@ def analyze_structure(
     space = explore(system, budget, progress)
     most, total = space.most_tokens()
     complete = space.complete
-    graph = parts = None
-    if complete and 8 * space.n_edges + 30 * space.n_states <= graph_memory:
-        graph = space.graph()
-        parts = components(graph, len(system.transitions))
+    graph, parts = _graph(space, graph_memory)
     stopped = "" if complete else f"the exploration stopped: {space.reason}"
     dead = tuple(system.transitions[t] for t in np.flatnonzero(space.fired < 0))
     bounded = _bounded(space, stopped)
@@ -222,8 +219,19 @@ def analyze_structure(
     )
 
 
+def _graph(space: StateSpace, memory: int) -> tuple[Graph, Components] | tuple[None, None]:
+    """The graph of a complete state space and its components; None where memory or the user's patience does not allow it."""
+    if not space.complete or 8 * space.n_edges + 30 * space.n_states > memory:
+        return None, None
+    try:
+        graph = space.graph()
+        return graph, components(graph, len(space.system.transitions))
+    except (MemoryError, KeyboardInterrupt):
+        return None, None
+
+
 def _unknown(stopped: str) -> Verdict:
-    return Verdict(None, stopped or "the graph of the state space is too large for the memory granted")
+    return Verdict(None, stopped or "the graph of the state space is too large for the memory granted, or was interrupted")
 
 
 def _bounded(space: StateSpace, stopped: str) -> Verdict:
@@ -337,8 +345,7 @@ def _soundness_of(
     if not np.array_equal(start, system.marking):
         system = replace(system, marking=start)
         space = explore(system, budget)
-        graph = space.graph() if space.complete else None
-        parts = components(graph, len(system.transitions)) if graph is not None else None
+        graph, parts = _graph(space, (budget or Budget()).memory)
     return soundness(space, graph, parts, source, sink)
 
 
