@@ -43,18 +43,26 @@ class AnytimeEngine:
     most : int
         No more particles than this, however much time is left.
     seed : int, SeedSequence or Generator
+    threads : int
+        As for `ExactEngine`.
     """
 
     name = "anytime"
 
     def __init__(
-        self, budget_ms: float = 20.0, memory_limit: float = 2.0**26, block: int = 500, most: int = 20_000, seed: Any = None
+        self,
+        budget_ms: float = 20.0,
+        memory_limit: float = 2.0**26,
+        block: int = 500,
+        most: int = 20_000,
+        seed: Any = None,
+        threads: int = 1,
     ) -> None:
         if budget_ms <= 0:
             raise ParameterError(f"`budget_ms` is positive, got {budget_ms!r}")
         self.budget_ms, self.block, self.most = budget_ms, block, most
         self.rate = 1e6
-        self.factored = ProjectionEngine(memory_limit=memory_limit)
+        self.factored = ProjectionEngine(memory_limit=memory_limit, threads=threads)
         self.sampled = ParticleEngine(block, seed)
         self.sampled.store = self.factored.store
         self._sampled_since: SliceInfo | None = None

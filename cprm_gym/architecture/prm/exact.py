@@ -13,6 +13,7 @@ Murphy, Dynamic Bayesian Networks, 2002, section 3; dissertation sections 2.3.3 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -37,7 +38,7 @@ from cprm_gym.architecture.prm.transitions import (
     TableStore,
     Transition,
 )
-from cprm_gym.errors import CostError, ModelError, did_you_mean
+from cprm_gym.errors import CostError, ModelError, ParameterError, did_you_mean
 
 
 class Belief(NamedTuple):
@@ -148,9 +149,7 @@ class Outcome:
         """P(reading | its parents, what was observed of it), for a variable that is not in the belief."""
         info, row = self.info, self.info.row[name]
         cpd = info.slice.by_child[name]
-        scope = tuple((p, ATEMPORAL if p in info.row and info.fixed[info.row[p]] else PRESENT) for p, _ in cpd.parents) + (
-            (name, PRESENT),
-        )
+        scope = tuple((p, ATEMPORAL if p in info.row and info.fixed[info.row[p]] else PRESENT) for p, _ in cpd.parents) + ((name, PRESENT),)
         table = np.broadcast_to(cpd.table, (self.width, *cpd.table.shape)).copy()
         values = self.readings.hard[row]
         seen = np.flatnonzero(values >= 0)
@@ -215,11 +214,17 @@ class ExactEngine:
     ----------
     memory_limit : float
         Bytes that one component may take; a larger one is refused before it is run.
+    threads : int
+        How many threads share the agents of a batch. Results do not depend on it.
     """
 
     name = "exact"
 
-    def __init__(self, memory_limit: float = 2.0**31) -> None:
+    def __init__(self, memory_limit: float = 2.0**31, threads: int = 1) -> None:
+        if threads < 1:
+            raise ParameterError(f"`threads` is at least 1, got {threads!r}")
+        self.threads = threads
+        self.pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self.store = TableStore()
         self.compiler = Compiler(self.store)
         self.memory_limit = memory_limit
@@ -298,7 +303,7 @@ class ExactEngine:
         for group in transition.groups:
             incoming = transition.assemble(group, belief.messages, width)
             message, found, totals, _ = group.plan.run(
-                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment
+                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment, self.pool, self.threads
             )
             messages.append(message)
             marginals.append(found)

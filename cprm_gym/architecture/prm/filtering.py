@@ -17,6 +17,7 @@ Dissertation sections 2.3.3 and 2.3.4; Murphy, Dynamic Bayesian Networks, 2002.
 
 from __future__ import annotations
 
+import inspect
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -25,11 +26,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from cprm_gym.architecture.prm import smoothing
+from cprm_gym.architecture.prm.anytime import AnytimeEngine
 from cprm_gym.architecture.prm.conflicts import explain, soften
 from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
 from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, Outcome
 from cprm_gym.architecture.prm.grounding import Grounding, Situation
 from cprm_gym.architecture.prm.merging import replace_agents
+from cprm_gym.architecture.prm.particles import ParticleEngine
 from cprm_gym.architecture.prm.projection import ProjectionEngine, given_clusters, project
 from cprm_gym.architecture.prm.results import Past, Result, Snapshot
 from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
@@ -72,7 +75,8 @@ class Filter:
         Atemporal variables, drawn in the slice that defines them and never again. Only needed where neither the grounding nor
         the first two slices tell.
     **options
-        Further options of the engine.
+        Further options of the engine: `threads` of an exact or projecting one, `max_flops` and `clusters` of a projecting one,
+        `particles` of a particle filter, `budget_ms` of an anytime engine; see there.
     """
 
     def __init__(
@@ -603,26 +607,26 @@ class Filter:
 
 
 def make_engine(engine: Any, seed: Any, memory_limit: float, options: dict[str, Any]) -> Any:
-    """An engine from its name."""
+    """An engine from its name.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or an option that the engine does not have.
+    """
     if not isinstance(engine, str):
         return engine
-    if engine == "exact":
-        _no_options(engine, options)
-        return ExactEngine(memory_limit)
-    if engine == "projection":
-        return ProjectionEngine(memory_limit=memory_limit, **options)
-    if engine == "particles":
-        from cprm_gym.architecture.prm.particles import ParticleEngine
-
-        return ParticleEngine(seed=seed, **options)
-    if engine == "anytime":
-        from cprm_gym.architecture.prm.anytime import AnytimeEngine
-
-        return AnytimeEngine(seed=seed, memory_limit=memory_limit, **options)
-    names = ("exact", "projection", "particles", "anytime")
-    raise ParameterError(f"unknown engine {engine!r}.{did_you_mean(engine, names)} Known: {', '.join(names)}")
-
-
-def _no_options(engine: str, options: Iterable[str]) -> None:
-    if options:
-        raise ParameterError(f"engine {engine!r} takes no options, got {', '.join(sorted(options))}")
+    kinds: dict[str, Any] = {
+        "exact": ExactEngine,
+        "projection": ProjectionEngine,
+        "particles": ParticleEngine,
+        "anytime": AnytimeEngine,
+    }
+    if engine not in kinds:
+        raise ParameterError(f"unknown engine {engine!r}.{did_you_mean(engine, kinds)} Known: {', '.join(kinds)}")
+    known = inspect.signature(kinds[engine]).parameters
+    for name in options:
+        if name not in known:
+            raise ParameterError(f"engine {engine!r} has no option {name!r}.{did_you_mean(name, known)} Known: {', '.join(known)}")
+    given = {"seed": seed, "memory_limit": memory_limit}
+    return kinds[engine](**{k: v for k, v in given.items() if k in known}, **options)

@@ -206,8 +206,10 @@ def run_plan(
     sums,
     entropies,
     increment,
+    first,
+    last,
 ):
-    """Run a plan for every row.
+    """Run a plan for every object and the agents from `first` to before `last`.
 
     Parameters
     ----------
@@ -243,19 +245,23 @@ def run_plan(
     entropies : (B * W, E) float
     increment : (W,) float
         The logarithm of every normalising constant of an agent is added to it.
+    first, last : int
+        Agents. Threads may share all arrays but the scratch and the heap.
     """
     width = evidence.shape[1]
-    for row in range(new_message.shape[0]):
-        w = row % width
+    for k in range(columns.shape[0] * (last - first)):
+        b = k // (last - first)
+        w = first + k % (last - first)
+        row = b * width + w
         for i in range(message.shape[1]):
             heap[message_at + i] = message[row, i]
-        read_row(heap, values, columns[row // width], evidence, previous, soft, soft_at[row // width], w)
-        for k in range(entropies.shape[1]):
-            entropies[row, k] = 0.0
+        read_row(heap, values, columns[b], evidence, previous, soft, soft_at[b], w)
+        for e in range(entropies.shape[1]):
+            entropies[row, e] = 0.0
         for o in range(ops.shape[0]):
             operate(ops[o], loops, shifts, counter, heap, values, sums[row], entropies[row])
-        for k in range(sums.shape[1]):
-            increment[w] += np.log(sums[row, k])
+        for r in range(sums.shape[1]):
+            increment[w] += np.log(sums[row, r])
         for p in range(outputs.shape[0]):
             at, size, column = outputs[p, 1], outputs[p, 2], outputs[p, 3]
             if outputs[p, 0] == 0:

@@ -19,7 +19,9 @@ Boyen and Koller 1998 (projection); dissertation section 2.3.3.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from math import prod
 from typing import Any
@@ -39,6 +41,8 @@ from cprm_gym.architecture.prm.operations import (
 )
 
 MAX_LOOPS = 64
+WORTH_A_THREAD = 2e5
+"""Operations from which on it pays to hand them to another thread."""
 
 
 @dataclass
@@ -61,18 +65,15 @@ class Plan:
     sums: int
     projects: bool
     cost: Cost
-    _heap: np.ndarray | None = field(default=None, repr=False)
+    _scratch: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list, repr=False)
 
-    def __post_init__(self) -> None:
-        self._counter = np.zeros(MAX_LOOPS, np.int64)
-        self._values = np.zeros(max(self.spec.values, 1), np.int64)
-
-    def heap(self) -> np.ndarray:
-        """Room for one row, the constants in place."""
-        if self._heap is None:
-            self._heap = np.zeros(self.heap_size)
-            self._heap[: len(self.constants)] = self.constants
-        return self._heap
+    def scratch(self, thread: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What one thread needs for itself: counters, a heap with the constants in place, room for observed values."""
+        while len(self._scratch) <= thread:
+            heap = np.zeros(self.heap_size)
+            heap[: len(self.constants)] = self.constants
+            self._scratch.append((np.zeros(MAX_LOOPS, np.int64), heap, np.zeros(max(self.spec.values, 1), np.int64)))
+        return self._scratch[thread]
 
     def run(
         self,
@@ -83,8 +84,12 @@ class Plan:
         soft: np.ndarray,
         soft_at: np.ndarray,
         increment: np.ndarray | None = None,
+        pool: ThreadPoolExecutor | None = None,
+        threads: int = 1,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Run for all rows; see `kernels.run_plan` for the arguments. to `increment`, (W,), is added in place.
+        """Run for all rows; see `kernels.run_plan` for the arguments. To `increment`, (W,), is added in place.
+
+        With a `pool` the agents are divided among its `threads` where there is enough to do.
 
         Returns
         -------
@@ -99,28 +104,48 @@ class Plan:
         marginals = np.empty((rows, self.marginal_size))
         sums = np.empty((rows, self.sums))
         losses = np.empty((rows, int(self.projects)))
-        kernels.run_plan(
-            self.ops,
-            self.loops,
-            self.shifts,
-            self._counter,
-            self.heap(),
-            self._values,
-            self.message_at,
-            message,
-            columns,
-            evidence,
-            previous,
-            soft,
-            soft_at,
-            self.outputs,
-            new_message,
-            marginals,
-            sums,
-            losses,
-            np.zeros(evidence.shape[1]) if increment is None else increment,
-        )
+        total = np.zeros(evidence.shape[1]) if increment is None else increment
+        wait = []
+        for thread, (first, last) in enumerate(shares(evidence.shape[1], threads, self.cost.flops * len(columns))):
+            arguments: tuple[Any, ...] = (
+                self.ops,
+                self.loops,
+                self.shifts,
+                *self.scratch(thread),
+                self.message_at,
+                message,
+                columns,
+                evidence,
+                previous,
+                soft,
+                soft_at,
+                self.outputs,
+                new_message,
+                marginals,
+                sums,
+                losses,
+                total,
+                first,
+                last,
+            )
+            if pool is None or last - first == evidence.shape[1]:
+                kernels.run_plan(*arguments)
+            else:
+                wait.append(pool.submit(kernels.run_plan, *arguments))
+        for part in wait:
+            part.result()
         return new_message, marginals, sums, losses
+
+
+def shares(width: int, threads: int, flops: float) -> list[tuple[int, int]]:
+    """Agents for each thread: (first, last) pairs; one share if there is less to do than a thread is worth.
+
+    flops : float
+        Operations for one agent.
+    """
+    threads = int(min(threads, width, max(1.0, width * flops / WORTH_A_THREAD)))
+    edges = [round(k * width / threads) for k in range(threads + 1)]
+    return list(itertools.pairwise(edges))
 
 
 @dataclass

@@ -62,6 +62,8 @@ class ProjectionEngine(ExactEngine):
         Operations that the step of one component may take for one agent; about 1e6 in a millisecond.
     memory_limit : float
         Bytes that one component may take.
+    threads : int
+        As for `ExactEngine`.
     least : float
         Clusters that share less information than this, in nats, are not joined.
     """
@@ -73,9 +75,10 @@ class ProjectionEngine(ExactEngine):
         clusters: str | Sequence[Sequence[str]] = "auto",
         max_flops: float = 4e6,
         memory_limit: float = 2.0**31,
+        threads: int = 1,
         least: float = 1e-6,
     ) -> None:
-        super().__init__(memory_limit)
+        super().__init__(memory_limit, threads)
         if isinstance(clusters, str) and clusters != "auto":
             raise ParameterError(f"`clusters` is 'auto' or a sequence of tuples of variable names, got {clusters!r}")
         if max_flops <= 0:

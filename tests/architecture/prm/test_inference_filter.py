@@ -282,7 +282,9 @@ def test_an_unknown_name_in_a_question_is_answered_with_the_nearest():
         result.joint("rain", "rain")
 
 
-@pytest.mark.parametrize("wrong", [{"batch": 0}, {"on_impossible": "ignore"}, {"eps": 0.0}, {"engine": "exakt"}, {"particles": 5}])
+@pytest.mark.parametrize(
+    "wrong", [{"batch": 0}, {"on_impossible": "ignore"}, {"eps": 0.0}, {"engine": "exakt"}, {"particles": 5}, {"threads": 0}]
+)
 def test_wrong_settings_are_refused(wrong):
     with pytest.raises(ParameterError):
         umbrella(**wrong)
@@ -676,3 +678,15 @@ def test_an_atemporal_variable_that_is_first_used_late_can_be_named():
         unnamed.step({"coin": 0}, active=slice_)
     with pytest.raises(ModelError, match="bias"):
         unnamed.step({"coin": 0}, active=biased)
+
+
+def test_threads_share_the_agents_and_change_nothing():
+    scene = Scene(8, opponents=1)
+    rng = np.random.default_rng(0)
+    one, three = Filter(scene, batch=7), Filter(scene, batch=7, threads=3)
+    for active in (Active(), Active(("o1",)), Active(("o1",), "o1"), Active(("o1",), "o1")):
+        readings = scene.readings(rng, 7)
+        mine, theirs = one.step(readings, active=active), three.step(readings, active=active)
+        np.testing.assert_array_equal(mine.log_likelihood, theirs.log_likelihood)
+        for name in scene.hidden(active):
+            np.testing.assert_array_equal(mine[name], theirs[name])
