@@ -17,8 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "architecture" / "p
 
 from ball_world import scene, soccer
 
-from cprm_gym.architecture.prm import integration
-from cprm_gym.architecture.prm.checking import build_table
+from cprm_gym.architecture.prm import checking, integration
 from cprm_gym.architecture.prm.domains import Bins
 from cprm_gym.architecture.prm.io import from_json, to_json
 from cprm_gym.architecture.prm.learning import Episode, Observed, em
@@ -28,7 +27,7 @@ from cprm_gym.architecture.prm.world import World
 
 def clear() -> None:
     """Forget every table that was made."""
-    build_table.cache_clear()
+    checking._remembered.cache_clear()
     integration._integrated.cache_clear()
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cprm_gym.architecture.prm.aggregates import Aggregate
-from cprm_gym.architecture.prm.cpds import CPD, Uniform
+from cprm_gym.architecture.prm.cpds import CPD, Dense, Uniform
 from cprm_gym.architecture.prm.domains import Domain
 from cprm_gym.architecture.prm.slices import check_rows, topological_order
 from cprm_gym.errors import ModelError, did_you_mean
@@ -115,13 +115,19 @@ class RelationInfo:
     changes: dict[str, Rules]
 
 
-@lru_cache(maxsize=512)
 def build_table(cpd: CPD, child: Domain, parents: tuple[tuple[str, Domain], ...], where: str) -> np.ndarray:
-    """The checked, read-only table of a CPD; equal arguments give the same array."""
+    """The checked, read-only table of a CPD; those that take work to make are remembered."""
+    return _build(cpd, child, parents, where) if isinstance(cpd, Dense) else _remembered(cpd, child, parents, where)
+
+
+def _build(cpd: CPD, child: Domain, parents: tuple[tuple[str, Domain], ...], where: str) -> np.ndarray:
     table = np.ascontiguousarray(cpd.table(child, parents, where))
     check_rows(table, where)
     table.flags.writeable = False
     return table
+
+
+_remembered = lru_cache(maxsize=512)(_build)
 
 
 class Checked:
@@ -332,6 +338,8 @@ class Checked:
         for change in relation.changes:
             here = f"{where}, {change.target!r}"
             target = self._target(change.target, here, heads)
+            if relation.conflict == "noisy-or" and len(target.domain) != 2:
+                raise ModelError(f"{here}: conflict 'noisy-or' needs a target of two states, it has {target.domain.states}")
             parents = change.parents
             if isinstance(change, Add):
                 role = change.target.partition(".")[0]

@@ -12,7 +12,7 @@ import numpy as np
 from cprm_gym.architecture.prm.aggregates import chain
 from cprm_gym.architecture.prm.checking import ClassInfo, RelationInfo, Rule, Rules, Slot
 from cprm_gym.architecture.prm.cpds import MAX_CELLS
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Domain
+from cprm_gym.architecture.prm.domains import Bins, Domain
 from cprm_gym.architecture.prm.schema import parse_tuple
 from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
 from cprm_gym.errors import ModelError
@@ -195,8 +195,6 @@ class SliceBuilder:
         if mode == "mean":
             return _bound(union, np.mean(tables, axis=0), key)
         if mode == "noisy-or":
-            if len(domain) != len(BOOL):
-                raise ModelError(f"{self.where}: noisy-or of {full!r} needs two states, it has {domain.states}")
             none = np.prod([t[..., 0] for t in tables], axis=0)
             return _bound(union, np.stack([none, 1.0 - none], axis=-1), key)
         selector = self._selector(context, atoms)

@@ -181,6 +181,11 @@ def test_an_input_has_no_previous_value():
         Model("m", (c,))
 
 
+def test_noisy_or_of_more_than_two_states_is_refused_at_definition():
+    with pytest.raises(ModelError, match=r"relation 'r', 'b.zone': conflict 'noisy-or' needs a target of two states"):
+        Model("m", (BALL,), (Relation("r", {"b": "Ball"}, (Replace("b.zone"),), conflict="noisy-or"),))
+
+
 def test_add_puts_new_parents_after_the_old_ones():
     ball = PRMClass("Ball", (Attribute("x", BOOL), Attribute("y", BOOL, Table({"*": (0.9, 0.1)}), parents=("x",))))
     more = Relation("tracked", {"b": "Ball"}, (Add("b.y", ("prev.b.y",), Table({("yes", "*"): (0.1, 0.9), ("*", "*"): (0.9, 0.1)})),))

@@ -15,12 +15,14 @@ from cprm_gym.architecture.prm import (
     Attribute,
     Bins,
     Dense,
+    Exists,
     Filter,
     Input,
     Labels,
     Model,
     Noise,
     PRMClass,
+    Reference,
     Relation,
     Replace,
     Table,
@@ -187,6 +189,27 @@ def test_an_object_that_returns_is_a_new_one():
     back = tracker.step({}, ["attended(o1)"])
     assert back.situation.entering == ("o1", "attended(o1)")
     assert np.allclose(back["o1.dist"][0], 1 / 6)
+
+
+def test_an_aggregate_over_the_previous_slice_is_tracked_exactly():
+    """Alarm spreads: each one is afraid when somebody was, a step before; newcomers did not exist then."""
+    spread = Table({"yes": (0.3, 0.7), "no": (0.9, 0.1)})
+    fish = PRMClass("Fish", references=(Reference("others", "Fish", many=True),), attributes=(
+        Attribute("afraid", BOOL, spread, parents=(Exists("prev.others.afraid"),), initial=(0.8, 0.2)),
+        Attribute("flees", BOOL, Table({"yes": (0.1, 0.9), "no": (0.95, 0.05)}), parents=("afraid",))))  # fmt: skip
+    world = World(Model("shoal", (fish,)), {"a": "Fish", "b": "Fish", "c": "Fish"})
+    script = [
+        ({"a.flees": 1}, (), ("a", "b")),
+        ({"b.flees": 0}, (), ("a", "b", "c")),
+        ({"c.flees": 1}, (), ("a", "b", "c")),
+        ({}, (), ("b", "c")),
+    ]
+    tracker = world.tracker()
+    for t, (given, relations, objects) in enumerate(script):
+        seen = tracker.step(given, relations, objects=objects)
+        net, evidence = unrolled(world, script[: t + 1])
+        for o in objects:
+            assert np.abs(seen[f"{o}.afraid"][0] - marginal(net, f"{o}.afraid#{t}", evidence)).max() < 1e-12
 
 
 def test_a_static_attribute_is_remembered_through_every_slice():
