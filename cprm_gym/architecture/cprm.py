@@ -12,18 +12,21 @@ transitions -> commands.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError, NetError, did_you_mean
+from ..errors import LogError, ModelError, NetError, did_you_mean
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
 from .petri.commands import Commands
 from .petri.execution import Executor
+from .petri.io import net_from_dict, net_to_dict
 from .petri.values import FrozenMap
+from .prm import io as model_io
 from .prm.filtering import Filter
 from .prm.formulas import Formula
 from .prm.grounding import Grounding
@@ -162,6 +165,55 @@ def _check_links(cprm: CPRM) -> None:
 def view_of(place: Belief) -> View:
     """The view of a belief place as the model knows it."""
     return View.parse(f"{place.view}({place.state})" if place.state else place.view)
+
+
+FORMAT, VERSION = "cprm_gym cprm", 1
+
+
+def cprm_to_json(cprm: CPRM) -> str:
+    """The CPRM as JSON text; what `cprm_from_json` reads back is equal to it."""
+    data = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": cprm.name,
+        "net": net_to_dict(cprm.net),
+        "model": None if cprm.model is None else json.loads(model_io.to_json(cprm.model)),
+        "objects": dict(cprm.objects),
+        "observations": [asdict(o) for o in cprm.observations],
+        "clusters": [asdict(c) for c in cprm.clusters],
+        "period": cprm.period,
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
+    """The CPRM that a JSON text holds, checked like any other; nothing in it is executed.
+
+    Raises
+    ------
+    LogError
+        When the text is not such a document; `where` names it in the message.
+    """
+    try:
+        data = json.loads(text)
+    except ValueError as error:
+        raise LogError(f"{where}: not JSON: {error}") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise LogError(f"{where}: not a document of the format {FORMAT!r}")
+    if data.get("version") != VERSION:
+        raise LogError(f"{where}: version {data.get('version')!r} is not known; known is {VERSION}")
+    try:
+        return CPRM(
+            name=data["name"],
+            net=net_from_dict(data["net"]),
+            model=None if data["model"] is None else model_io.from_json(json.dumps(data["model"]), f"{where}, model"),
+            objects=data["objects"],
+            observations=tuple(Observe(**o) for o in data["observations"]),
+            clusters=tuple(Cluster(c["relation"], tuple(c["places"])) for c in data["clusters"]),
+            period=data["period"],
+        )
+    except (KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"{where}: a part is missing or of the wrong kind: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -439,4 +491,4 @@ def _shown(value: Any, copy: int) -> float | None:
     return float(entry)
 
 
-__all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "view_of"]
+__all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "cprm_from_json", "cprm_to_json", "view_of"]

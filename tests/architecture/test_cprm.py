@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe
+from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from cprm_gym.architecture.prm.cpds import Prior, Table
 from cprm_gym.architecture.prm.schema import Attribute, Model, PRMClass, Relation, Replace, prev
-from cprm_gym.errors import ModelError, NetError
+from cprm_gym.errors import LogError, ModelError, NetError
 
 # the umbrella world (Russell and Norvig): rain is hidden, an umbrella is seen
 WEATHER = Model(
@@ -212,3 +212,24 @@ def test_a_missing_percept_is_named():
 def test_nothing_can_be_explained_before_the_first_cycle():
     with pytest.raises(NetError, match="no decision of agent 0"):
         Controller(COAT).explain()
+
+
+@pytest.mark.parametrize("cprm", [COAT, GUARD], ids=["coat", "guard"])
+def test_json_gives_an_equal_value_back(cprm):
+    again = cprm_from_json(cprm_to_json(cprm))
+    assert again == cprm
+    assert cprm_to_json(again) == cprm_to_json(cprm)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "file: not JSON"),
+        ("[]", "not a document of the format 'cprm_gym cprm'"),
+        ('{"format": "cprm_gym cprm", "version": 9}', "version 9 is not known; known is 1"),
+        ('{"format": "cprm_gym cprm", "version": 1, "name": "x"}', "a part is missing"),
+    ],
+)
+def test_other_texts_are_refused(text, message):
+    with pytest.raises(LogError, match=message):
+        cprm_from_json(text, "file")
