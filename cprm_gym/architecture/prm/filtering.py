@@ -490,6 +490,9 @@ class Filter:
                 names = [info.names[i] for i in np.flatnonzero(missing)]
                 raise EvidenceError(f"input {', '.join(map(repr, names))} must be observed for every agent in every slice")
             hard[missing] = np.maximum(hard[missing], 0)
+        for name in soft or ():
+            if name in info.slice.inputs:
+                raise EvidenceError(f"soft evidence for {name!r}: an input is observed, not inferred")
         return Readings(hard, read_soft(info.variables, soft, self.width) if soft else {})
 
     def _advance(self, info: SliceInfo, readings: Readings) -> tuple[Any, Any, SliceInfo]:

@@ -67,14 +67,13 @@ class Recent(OrderedDict[Key, Value], Generic[Key, Value]):
 
     def fetch(self, key: Key, make: Callable[[], Value]) -> Value:
         """The value of `key`, made if it is not there."""
-        try:
+        if key in self:
             self.move_to_end(key)
             return self[key]
-        except KeyError:
-            value = self[key] = make()
-            if len(self) > self.limit:
-                self.popitem(last=False)
-            return value
+        value = self[key] = make()
+        if len(self) > self.limit:
+            self.popitem(last=False)
+        return value
 
 
 def kind_of(variable: GroundVariable) -> Kind:
@@ -431,6 +430,8 @@ class _Assembler:
         if lag == PREVIOUS:
             if (parent, PRESENT) in self.old:
                 return parent, PAST
+            if (parent, ATEMPORAL) in self.old:
+                return self.shifted((parent, ATEMPORAL))
             if parent in self.layout.held:
                 return "value", "before", self.layout.held[parent]
             before = self.layout.info
@@ -466,7 +467,7 @@ class _Assembler:
             out.append(_Draft(scope, "table", number, tuple(axes), missing, cpd.child))
         for row in map(int, np.flatnonzero(self.status == WEIGHTED)):
             node = self.info.names[row], ATEMPORAL if self.info.fixed[row] else PRESENT
-            out.append(_Draft((node,), "soft", int(row), child=node[0]))
+            out.append(_Draft((node,), "soft", row, child=node[0]))
         return out
 
     def build(self) -> Transition:

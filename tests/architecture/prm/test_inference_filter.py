@@ -307,6 +307,8 @@ def test_an_input_must_be_observed():
     filter_ = Filter(Schedule(case, inputs=("pl", "tok")))
     with pytest.raises(EvidenceError, match="input 'tok'"):
         filter_.step({"pl": 1}, active="prior")
+    with pytest.raises(EvidenceError, match="soft evidence for 'pl'"):
+        filter_.step({"pl": 1, "tok": 0}, {"pl": [1.0, 2.0]}, active="prior")
 
 
 # ------------------------------------------------------------------------------------------------------ impossible evidence
