@@ -33,7 +33,8 @@ COAT_NET = PetriNet(
         Math("certainty", "abs(rain - 0.5)"),
     ),
     transitions=(
-        Transition("wear", ("ready",), ("done", "worn"), tests={"rain": 0.8}, inhibitors=("worn",), emits=Command("coat", on=1, sure="certainty")),
+        Transition("wear", ("ready",), ("done", "worn"), tests={"rain": 0.8}, inhibitors=("worn",),
+                   emits=Command("coat", on=1, sure="certainty")),
         Transition("take_off", ("ready", "worn"), ("done",), inhibitors={"rain": 0.4}, emits=Command("coat", on=0, sure="certainty")),
         Transition("leave_it", ("ready",), ("done",), priority=-1),
         Transition("next", ("done",), ("ready",), delay=1),
