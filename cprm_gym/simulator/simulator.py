@@ -104,13 +104,18 @@ class Simulator(Officials):
         _check_whole("worlds", worlds, 1, 2**31)
         _check_whole("threads", threads, 1, 1024)
         _check_whole("first_world", first_world, 0, 2**31)
-        self.parameters = parameters or ServerParameters()
-        self.player_parameters = player_parameters or PlayerParameters()
+        self.parameters = ServerParameters() if parameters is None else parameters
+        self.player_parameters = PlayerParameters() if player_parameters is None else player_parameters
+        _check_is("parameters", self.parameters, ServerParameters)
+        _check_is("player_parameters", self.player_parameters, PlayerParameters)
         drawn = self.player_parameters.random_seed
         self.types = tuple(
             player_types
             or generate_types(self.parameters, self.player_parameters, drawn if drawn >= 0 else _first_word(seed))
         )
+        for number, kind in enumerate(self.types):
+            _check_is(f"player_types[{number}]", kind, PlayerType)
+        _check_whole("rules", rules, Rules.NONE, Rules.ALL)
         self.rules = Rules(rules)
         self.team_names: tuple[str, str] = ("Left", "Right")
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
@@ -227,8 +232,8 @@ class Simulator(Officials):
 
     def _run(self, kernel: Any, *arguments: Any) -> None:
         """Call a kernel over ranges of worlds, one range per thread."""
-        if self._pool is None or self.worlds == 1:
-            kernel(self.world, self.packed, *arguments, 0, self.worlds)
+        if self._pool is None or len(self.world) == 1:
+            getattr(kernel, "entry", kernel)(self.world, self.packed, *arguments, 0, len(self.world))
             return
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
         tasks = [
@@ -290,10 +295,9 @@ class Simulator(Officials):
             When there is no such player.
         """
         _check_index("player", player, 1, PLAYERS)
-        types = self.packed[0]["types"][self.world["type"][:, player - 1]]
-        reach = types[:, TypeColumn.PLAYER_SIZE] + self.packed[0]["ball_size"] + types[:, TypeColumn.KICKABLE_MARGIN]
+        reach = self.packed[0]["types"][self.world["type"][:, player - 1], TypeColumn.KICKABLE_SQUARED]
         gap = self.world["pos"][:, player] - self.world["pos"][:, 0]
-        return np.asarray((self.world["enabled"][:, player - 1] > 0) & (gap[:, 0] ** 2 + gap[:, 1] ** 2 <= reach**2))
+        return np.asarray((self.world["enabled"][:, player - 1] > 0) & (gap[:, 0] ** 2 + gap[:, 1] ** 2 <= reach))
 
     def snapshot(self) -> npt.NDArray[Any]:
         """A copy of every world, for `restore`."""
@@ -376,8 +380,16 @@ def _check_index(name: str, value: Any, low: int, high: int) -> None:
         raise CommandError(f"`{name}` takes a number from {low} to {high}, got {value!r}")
 
 
+def _check_is(name: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise ParameterError(f"`{name}` takes a {kind.__name__}, got {_named(value)}")
+
+
 def _first_word(seed: Seed) -> int:
     """A seed of 31 bits for the player types."""
     if not isinstance(seed, np.random.SeedSequence):
-        seed = np.random.SeedSequence(seed)
+        try:
+            seed = np.random.SeedSequence(seed)
+        except (TypeError, ValueError):
+            raise ParameterError(f"`seed` takes whole numbers >= 0 or a SeedSequence, got {seed!r}") from None
     return int(seed.generate_state(1)[0]) & 0x7FFFFFFF

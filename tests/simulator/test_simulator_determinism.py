@@ -133,6 +133,9 @@ def test_reset_begins_anew_where_asked():
         ({"worlds": 0}, "`worlds`"), ({"worlds": 2.0}, "`worlds`"), ({"threads": 0}, "`threads`"), ({"left": 12}, "`left`"),
         ({"right": -1}, "`right`"), ({"goalies": (12, 1)}, "`goalies`"), ({"left": 3, "goalies": (4, 1)}, "`goalies`"),
         ({"seed": -1}, "`seed`"), ({"seed": [1, 2, 3]}, "`seed`"), ({"seed": "x"}, "`seed`"),
+        ({"player_parameters": None, "seed": "x"}, "`seed`"),
+        ({"rules": 4096}, "`rules`"), ({"rules": "all"}, "`rules`"), ({"parameters": {}}, "`parameters` takes a ServerParameters"),
+        ({"player_parameters": 3}, "`player_parameters`"), ({"player_types": [1]}, r"`player_types\[0\]` takes a PlayerType"),
     ],
 )
 def test_impossible_arguments_are_named(arguments, named):
@@ -144,6 +147,17 @@ def test_impossible_arguments_are_named(arguments, named):
 def test_worlds_that_do_not_exist_are_refused(worlds):
     with pytest.raises(ParameterError, match="`worlds` takes indices 0 to 2"):
         Simulator(3).reset(worlds=worlds)
+
+
+def test_the_length_of_an_episode_does_not_change_how_the_next_begins():
+    starts = []
+    for cycles in (3, 40):
+        simulator = played(Simulator(2, ServerParameters(wind_random=True), TYPES, seed=8), cycles)
+        simulator.reset()
+        starts.append((simulator.world["wind"].copy(), simulator.uniforms(None, 5), simulator.uniforms(None, 5)))
+    for one, other in zip(*starts):
+        assert (one == other).all()
+    assert not np.isin(starts[0][1], starts[0][2]).any()
 
 
 def test_a_step_allocates_nothing():

@@ -76,8 +76,11 @@ def mix(z):
 
 @kernel
 def bits(w, stream, a, b, draw):
-    """64 random bits of `stream` in this step of the world, for object `a`, purpose `b`, draw number `draw`."""
-    z = w.key[stream] + np.uint64(w.steps) * _STEP + np.uint64(w.draws) * _M1
+    """64 random bits of `stream` in this step of the world, for object `a`, purpose `b`, draw number `draw`.
+
+    The stream of resets counts calls (``w.draws``) instead of steps: how long an episode lasted does not change how the next begins.
+    """
+    z = w.key[stream] + np.uint64(w.draws if stream == RESETS else w.steps) * _STEP
     counter = np.uint64(a + 1) * _OBJECT + np.uint64(b) * _PURPOSE + np.uint64(draw) * _INDEX
     return mix(mix(z) ^ counter)
 
