@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from . import __version__
@@ -31,7 +32,7 @@ def said_plainly() -> Iterator[None]:
     try:
         yield
     except CprmError as error:
-        complaints.print(f"[red]error:[/red] {error}", highlight=False, markup=True, soft_wrap=True)
+        complaints.print(f"[red]error:[/red] {escape(str(error))}", highlight=False, soft_wrap=True)
         raise typer.Exit(2) from None
 
 
@@ -82,6 +83,8 @@ def benchmark(
         report = summarise(plan, results)
         written = report.write(folder)
     console.print(report.to_table())
+    for line in report.errors:
+        complaints.print(f"[red]error:[/red] {escape(line)}", highlight=False, soft_wrap=True)
     for path in written:
         console.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if not any(p.suffix == ".png" for p in written):
@@ -90,7 +93,7 @@ def benchmark(
         complaints.print(f"interrupted; go on with: cprm-gym benchmark --tasks {tasks} --controllers {controllers} "
                          f"--episodes {episodes} --seed {seed} --resume {folder}", highlight=False, soft_wrap=True)  # fmt: skip
         raise typer.Exit(130)
-    if any(row.error for row in report.rows):
+    if report.errors:
         raise typer.Exit(1)
 
 
@@ -141,9 +144,8 @@ def conformance(
     """Replay recordings of a real server and compare; exit status 1 when anything differs."""
     from .simulator.conformance import run as replay
 
-    with said_plainly():
-        with complaints.status(f"replaying {len(paths)} paths ..."):
-            report = replay(paths)
+    with said_plainly(), complaints.status(f"replaying {len(paths)} paths ..."):
+        report = replay(paths)
     typer.echo(report.to_json() if as_json else report.text())
     if not report.ok:
         raise typer.Exit(1)

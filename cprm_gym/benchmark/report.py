@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.table import Table
 
 from .runner import BlockResult, Plan
@@ -81,13 +82,30 @@ class Report:
 
     def to_table(self) -> Table:
         """The table for a terminal."""
-        table = Table(title=f"seed {self.plan.seed}")
-        for name, justify in (("task", "left"), ("controller", "left"), ("episodes", "right"), ("success (Wilson 95 %)", "right"),
-                              ("median cycles", "right"), ("world-cycles/s", "right"), ("us/decision", "right")):  # fmt: skip
-            table.add_column(name, justify=justify, overflow="fold")  # type: ignore[arg-type]
-        for cells in self._cells():
-            table.add_row(*cells)
+        table = Table(
+            box=box.SIMPLE_HEAD, padding=(0, 1), caption_justify="left",
+            caption="n episodes; success with its Wilson 95 % interval; median cycles to success; world-cycles simulated per second; "
+            "CPU time of the controller per decision",
+        )  # fmt: skip
+        for name in ("task", "controller"):
+            table.add_column(name, no_wrap=True)
+        for name in ("n", "success", "95 %", "cycles", "cycles/s", "us/act"):
+            table.add_column(name, justify="right", no_wrap=True)
+        for row, timing in zip(self.rows, self.timing):
+            count = str(row.episodes) if row.episodes == row.planned else f"{row.episodes}/{row.planned}"
+            if row.error is not None:
+                table.add_row(row.task, row.controller, count, "error", "", "", "", "")
+                continue
+            rate = "-" if row.success_rate is None else f"{100 * row.success_rate:.1f} %"
+            interval = f"{100 * row.wilson_low:.1f} - {100 * row.wilson_high:.1f}"
+            table.add_row(row.task, row.controller, count, rate, interval, _number(row.median_cycles_to_success, ".0f"),
+                          _number(timing.cycles_per_second, ",.0f"), _number(timing.controller_us_per_decision, ".1f"))  # fmt: skip
         return table
+
+    @property
+    def errors(self) -> list[str]:
+        """One line for each controller that raised."""
+        return [f"{row.controller} on {row.task}: {row.error}" for row in self.rows if row.error is not None]
 
     def _cells(self) -> list[list[str]]:
         cells = []
