@@ -11,7 +11,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from rich import box
 from rich.table import Table
 
 from .runner import BlockResult, Plan
@@ -83,7 +82,7 @@ class Report:
     def to_table(self) -> Table:
         """The table for a terminal."""
         table = Table(
-            box=box.SIMPLE_HEAD, padding=(0, 1), caption_justify="left",
+            box=None, padding=(0, 1), pad_edge=False, header_style="bold underline", caption_justify="left",
             caption="n episodes; success with its Wilson 95 % interval; median cycles to success; world-cycles simulated per second; "
             "CPU time of the controller per decision",
         )  # fmt: skip

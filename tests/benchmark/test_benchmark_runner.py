@@ -133,7 +133,7 @@ def test_a_controller_that_breaks_the_interface_is_told_how(monkeypatch, answer,
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"tasks": ("GoToBal",)}, UnknownName, r"unknown task 'GoToBal'. Did you mean 'GoToBall'\? Known: GoToBall, "),
+        ({"tasks": ("GoToBal",)}, UnknownName, r"unknown task 'GoToBal'. Did you mean 'GoToBall'\? Known: .*GoToBall, "),
         ({"controllers": ("cprm", "fms")}, UnknownName, r"unknown controller 'fms'. Did you mean 'fsm'\? Known: .*cprm, .*fsm"),
         ({"controllers": ()}, ParameterError, "controllers: none given"),
         ({"controllers": ("fsm", "fsm")}, ParameterError, "'fsm' is named twice"),
