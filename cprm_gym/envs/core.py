@@ -6,6 +6,7 @@ The Gymnasium, vector and PettingZoo faces only translate between it and their l
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -16,15 +17,19 @@ from gymnasium import spaces as gym_spaces
 
 from ..errors import UnknownName, did_you_mean, unknown_name
 from ..simulator.landmarks import LANDMARKS
-from ..simulator.senses import BodyColumn, new_body, new_see
+from ..simulator.senses import BodyColumn, new_body, new_hear, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
 from .players.macros import Macros
 from .players.memory import Memories
 from .players.scripted import POLICIES, ScriptedPlayers
+from .presets import VECTORS, Preset, check_preset, see_everything
+from .rewards import Reward, RewardOption
 from .spaces import (
     BALL_FEATURES,
+    HEAR_FEATURES,
+    HEARD,
     INCLUDES,
     MACRO,
     MAX_AGE,
@@ -121,13 +126,21 @@ class SoccerCore:
     worlds : int
         How many worlds, W.
     controlled : str or sequence of str, optional
-        Who acts; the task's default if not given. The others are scripted.
+        Who acts; the task's default if not given. The others are scripted. An empty sequence: everybody is scripted, `step(None)`.
     view : str
         Action view: ``hybrid``, ``discrete``, ``box`` or ``macro``.
     others : str or (str, str), optional
         Policy of the players not controlled, or one for each side; the task's own if not given.
     include : sequence of str
-        Further parts of the observation: ``memory``, ``landmarks`` (`observation_space`).
+        Further parts of the observation: ``memory``, ``landmarks``, ``hear`` (`observation_space`).
+    observation : str
+        Preset of what the agents get (`cprm_gym.envs.presets.PRESETS`).
+    flatten : bool
+        Give each agent one vector instead of a dict.
+    reward : RewardOption
+        Instead of, or added to, the task's own (`cprm_gym.envs.rewards`).
+    reward_gamma : float
+        Discount of the shaping terms.
     seed : int
         Seed of all worlds; world k depends on (seed, first_world + k) alone.
     first_world : int
@@ -147,6 +160,8 @@ class SoccerCore:
         Where the ball was before the cycle just played.
     observation : dict of str to array
         Current observations, each (W, A, ...), float32; overwritten by `reset` and `step`.
+    output : dict of str to array, or array
+        What the preset makes of them; (W, A, ...) too.
     """
 
     def __init__(
@@ -158,6 +173,10 @@ class SoccerCore:
         view: str = "hybrid",
         others: str | Sequence[str] | None = None,
         include: Sequence[str] = (),
+        observation: str = "raw",
+        flatten: bool = False,
+        reward: RewardOption = None,
+        reward_gamma: float = 0.99,
         seed: int = 0,
         first_world: int = 0,
         threads: int = 1,
@@ -165,11 +184,13 @@ class SoccerCore:
         self.task = task
         self.worlds = worlds
         self.include = tuple(include)
+        if check_preset(observation) == "memory" and "memory" not in self.include:
+            self.include = ("memory", *self.include)
         for part in self.include:
             if part not in INCLUDES:
                 raise unknown_name("part of an observation", part, INCLUDES)
         self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
-        self.players = np.array([player_number(a) for a in self.agents])
+        self.players = np.array([player_number(a) for a in self.agents], np.int64)
         self.sim = Simulator(
             worlds,
             parameters=task.parameters,
@@ -201,20 +222,27 @@ class SoccerCore:
             "age": np.full((*shape, PLAYERS + 1), MAX_AGE, np.float32),
         }
         self._memories: Memories | None = None
-        if "memory" in self.include:
+        if "memory" in self.include or observation in VECTORS:
             active = np.isin(np.arange(1, PLAYERS + 1), self.players)
             self._memories = self.macros.memories if self.macros else Memories(self.sim, active)
+        if "memory" in self.include:
             self.observation["self"] = np.zeros((*shape, len(SelfFeature)), np.float32)
             self.observation["memory"] = np.zeros((*shape, PLAYERS + 1, MEMORY_FEATURES), np.float32)
             self.observation["memory_age"] = np.zeros((*shape, PLAYERS + 1), np.float32)
         if "landmarks" in self.include:
             self.observation["landmarks"] = np.zeros((*shape, LANDMARKS, BALL_FEATURES), np.float32)
             self.observation["landmark_level"] = np.zeros((*shape, LANDMARKS), np.float32)
+        if "hear" in self.include:
+            self._hear = new_hear(worlds, HEARD)
+            self.observation["hear"] = np.zeros((*shape, HEARD, HEAR_FEATURES), np.float32)
         if task.task_features:
             self.observation["task"] = np.zeros((*shape, len(task.task_features)), np.float32)
         self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
         self._rows = self.players - 1
+        self.reward = Reward(reward, reward_gamma)
+        self.preset = Preset(self, observation, flatten, observation_space(task.task_features, self.include))
+        self.output: dict[str, np.ndarray] | np.ndarray = self.observation
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""
@@ -235,9 +263,9 @@ class SoccerCore:
 
     # ------------------------------------------------------------------ spaces
 
-    def observation_space(self) -> gym_spaces.Dict:
+    def observation_space(self) -> gym_spaces.Space[Any]:
         """Space of one agent's observation."""
-        return observation_space(self.task.task_features, self.include)
+        return copy.deepcopy(self.preset.space)
 
     # ------------------------------------------------------------------ the cycle
 
@@ -268,6 +296,8 @@ class SoccerCore:
             self._score[chosen] = self.sim.world["score"][chosen]
             self.observation["age"][chosen] = MAX_AGE
             self._commands[chosen] = NO_COMMAND[0]
+            self.reward.begin(self, chosen)
+            self.preset.begin(self, chosen)
             if self.scripted is not None:
                 self.scripted.reset(chosen)
             if self.macros is not None:
@@ -291,7 +321,7 @@ class SoccerCore:
         """
         if self.macros is not None:
             self.macros.act(action, self._commands)
-        else:
+        elif self.agents:
             self.view.commands(action, self._commands, self._rows)
         if self.scripted is not None:
             self.scripted.act(self._see, self._body, self._commands)
@@ -301,6 +331,8 @@ class SoccerCore:
         np.subtract(self.sim.world["score"], self._score, out=self._gained)
         self._score[...] = self.sim.world["score"]
         outcome = self.task.outcome(self)
+        if not self.reward.plain:
+            outcome = self.reward.apply(self, outcome)
         self.observe()
         late = (self.cycle >= self.task.max_cycles) & ~outcome.terminated
         status = np.where(late, len(self.task.statuses) - 1, outcome.status)
@@ -327,15 +359,33 @@ class SoccerCore:
             self.macros.observe(see, body, self._commands, fresh_start)
         elif self._memories is not None:
             self._memories.update(see, body, self._commands, fresh_start)
-        if self._memories is not None:
+        if "memory" in o and self._memories is not None:
             kernels.pack_memory(self._memories.records, self.players, o["self"], o["memory"], o["memory_age"])
         if "landmarks" in o:
             marks = self.sim.landmarks()
             o["landmarks"][...] = marks.landmarks[:, self._rows]
             o["landmark_level"][...] = marks.level[:, self._rows]
+        if "hear" in o:
+            heard = self.sim.hear(self._hear)
+            kernels.pack_hear(*heard[:6], self.players, o["hear"])
+        if self.preset.name == "full":
+            see_everything(self)
         if "task" in o:
             self.task.features(self, o["task"])
+        self.output = self.preset(self)
         return o
+
+    def remembered(self) -> np.ndarray:
+        """(W, A) records of what the agents remember (`players.memory.MEMORY`).
+
+        Raises
+        ------
+        UnknownName
+            When nobody keeps a memory here.
+        """
+        if self._memories is None:
+            raise UnknownName("no memory is kept here; ask for include=('memory',), a preset made from memory or the macro view")
+        return np.asarray(self._memories.records[:, self._rows])
 
     # ------------------------------------------------------------------ what tasks use
 

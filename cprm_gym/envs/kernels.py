@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from ..compilation import kernel_group
@@ -12,8 +13,6 @@ kernel = kernel_group(Path(__file__))
 PLAYERS = 22
 DASH_KIND, KICK_KIND = int(CommandKind.DASH), int(CommandKind.KICK)
 KICK, DASH, TURN = int(Count.KICK), int(Count.DASH), int(Count.TURN)
-
-
 
 
 @kernel
@@ -77,6 +76,61 @@ def pack_memory(memory, agents, out_self, out_memory, out_age):
                 out_age[n, k, j + 1] = m.age[j]
                 out_memory[n, k, j + 1, 0] = m.px[j]
                 out_memory[n, k, j + 1, 1] = m.py[j]
+
+
+@kernel
+def pack_truth(worlds, agents, out_body, out_ball, out_players, out_level, out_age):
+    """The truth in the layout of the percepts: everything seen, at level 3, without noise; what does not play stays at level 0."""
+    for n in range(worlds.shape[0]):
+        w = worlds[n]
+        for k in range(agents.shape[0]):
+            i = agents[k] - 1
+            face = w.body[i] + w.neck[i]
+            b = out_body[n, k]
+            b[0], b[1], b[2] = w.stamina[i], w.effort[i], w.capacity[i]
+            vx, vy = w.vel[i + 1, 0], w.vel[i + 1, 1]
+            b[3] = math.sqrt(vx * vx + vy * vy)
+            b[4] = wrapped(math.atan2(vy, vx) - face) if b[3] > 0.0 else 0.0
+            b[5], b[12] = w.neck[i], 1.0
+            for j in range(PLAYERS + 1):
+                out_age[n, k, j] = 0.0
+                out = out_ball[n, k] if j == 0 else out_players[n, k, j - 1]
+                there = j == 0 or (w.enabled[j - 1] and j != i + 1)
+                out_level[n, k, j] = 3.0 if there else 0.0
+                if not there:
+                    for f in range(out.shape[0]):
+                        out[f] = 0.0
+                    continue
+                dx, dy = w.pos[j, 0] - w.pos[i + 1, 0], w.pos[j, 1] - w.pos[i + 1, 1]
+                d = max(1e-9, math.sqrt(dx * dx + dy * dy))
+                rx, ry = w.vel[j, 0] - vx, w.vel[j, 1] - vy
+                out[0], out[1] = d, wrapped(math.atan2(dy, dx) - face)
+                out[2] = (rx * dx + ry * dy) / d
+                out[3] = min(6.0, max(-6.0, (ry * dx - rx * dy) / (d * d)))
+                if j > 0:
+                    out[4] = wrapped(w.body[j - 1] - face)
+                    out[5] = wrapped(w.body[j - 1] + w.neck[j - 1] - face)
+                    out[6] = 0.0
+
+
+@kernel
+def wrapped(a):
+    """An angle in (-pi, pi]."""
+    return a - 2.0 * math.pi * math.ceil((a - math.pi) / (2.0 * math.pi))
+
+
+@kernel
+def pack_hear(sender, level, unum, direction, length, text, agents, out):
+    """What the agents heard: per message sender (1 mate, 2 opponent), level, unum, direction, length and the first ten bytes."""
+    for n in range(out.shape[0]):
+        for k in range(agents.shape[0]):
+            i = agents[k] - 1
+            for s in range(out.shape[2]):
+                o = out[n, k, s]
+                o[0], o[1], o[2] = sender[n, i, s], level[n, i, s], unum[n, i, s]
+                o[3], o[4] = direction[n, i, s], length[n, i, s]
+                for f in range(10):
+                    o[5 + f] = text[n, i, s, f]
 
 
 @kernel

@@ -10,11 +10,12 @@ import numpy as np
 
 from ..errors import CprmError, UnknownName
 from .core import SoccerCore, select_agents
+from .rewards import RewardOption
 from .tasks import make_task
 from .tasks.base import Task
 
 
-class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
+class SoccerEnv(gymnasium.Env[Any, Any]):
     """A task for one agent.
 
     Parameters
@@ -34,7 +35,16 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
     others : str or (str, str), optional
         Scripted policy of the other players, or one for each side; the task's own if not given.
     include : sequence of str
-        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``.
+        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``,
+        ``hear``.
+    observation : str
+        Preset: ``raw`` (default), ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or ``keepaway`` (`cprm_gym.envs.presets`).
+    flatten : bool
+        One vector instead of a dict.
+    reward : None, str, sequence or mapping of str, or function
+        The task's own, with named shaping terms added, or a function instead of it (`cprm_gym.envs.rewards`).
+    reward_gamma : float
+        Discount of the shaping terms.
     **options
         Passed on to the task.
 
@@ -56,6 +66,10 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         debug_info: bool = False,
         others: str | Sequence[str] | None = None,
         include: Sequence[str] = (),
+        observation: str = "raw",
+        flatten: bool = False,
+        reward: RewardOption = None,
+        reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
         if max_episode_steps is not None:
@@ -64,7 +78,8 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
         self.agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others, include=include)
+        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others, include=include,
+            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma)
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
         self.render_mode = render_mode
@@ -73,7 +88,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
         self._running = False
         self._viewer: Any = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start an episode; the first reset without a seed draws one."""
         super().reset(seed=seed)
         if seed is None and not self._seeded:
@@ -85,7 +100,7 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
             self.render()
         return self._observation(), self._info("IN_GAME", False)
 
-    def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Play one cycle.
 
         Raises
@@ -106,8 +121,11 @@ class SoccerEnv(gymnasium.Env[dict[str, np.ndarray], Any]):
             self.render()
         return self._observation(), float(step.reward[0, 0]), terminated, truncated, info
 
-    def _observation(self) -> dict[str, np.ndarray]:
-        return {name: values[0, 0].copy() for name, values in self.core.observation.items()}
+    def _observation(self) -> Any:
+        output = self.core.output
+        if isinstance(output, np.ndarray):
+            return output[0, 0].copy()
+        return {name: values[0, 0].copy() for name, values in output.items()}
 
     def _info(self, status: str, success: bool) -> dict[str, Any]:
         info: dict[str, Any] = {"status": status, "is_success": success, "cycle": int(self.core.cycle[0])}

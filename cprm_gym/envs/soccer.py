@@ -16,6 +16,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from ..errors import CprmError, UnknownName
 from .core import SoccerCore
+from .rewards import RewardOption
 from .spaces import SCHEMA_VERSION
 from .tasks import make_task
 from .tasks.base import Task
@@ -24,7 +25,7 @@ STATE_OBJECT = 7
 """Numbers per object in `SoccerParallelEnv.state`: x, y, vx, vy, body, neck, stamina (0 where a ball has none)."""
 
 
-class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: ignore[misc]
+class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     """2D soccer for several agents, one command each per cycle of 100 ms.
 
     Parameters
@@ -44,7 +45,16 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
     others : str or (str, str), optional
         Scripted policy of the players not controlled, or one for each side; the task's own if not given.
     include : sequence of str
-        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``.
+        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``,
+        ``hear``.
+    observation : str
+        Preset: ``raw`` (default), ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or ``keepaway`` (`cprm_gym.envs.presets`).
+    flatten : bool
+        One vector instead of a dict.
+    reward : None, str, sequence or mapping of str, or function
+        The task's own, with named shaping terms added, or a function instead of it (`cprm_gym.envs.rewards`).
+    reward_gamma : float
+        Discount of the shaping terms.
     **options
         Passed on to the task.
 
@@ -68,6 +78,10 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         debug_info: bool = False,
         others: str | Sequence[str] | None = None,
         include: Sequence[str] = (),
+        observation: str = "raw",
+        flatten: bool = False,
+        reward: RewardOption = None,
+        reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
         if max_cycles is not None:
@@ -76,7 +90,8 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
             raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
         self.task = make_task(task, **options) if isinstance(task, str) else task
         self.max_cycles = self.task.max_cycles
-        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others, include=include)
+        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others, include=include,
+            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma)
         self.possible_agents = list(self.core.agents)
         self.agents: list[str] = []
         self.observation_spaces = {a: self.core.observation_space() for a in self.possible_agents}
@@ -103,7 +118,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, dict[str, Any]]]:
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Start an episode; a seed fixes everything that follows."""
         if seed is None and not self._seeded:
             seed = int(self._seed_source.integers(2**31))
@@ -115,7 +130,7 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
         return self._observations(), self._infos(0, False)
 
     def step(self, actions: dict[str, Any]) -> tuple[
-        dict[str, dict[str, np.ndarray]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+        dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
         """Play one cycle; every agent must act.
 
@@ -164,9 +179,12 @@ class SoccerParallelEnv(ParallelEnv[str, dict[str, np.ndarray], Any]):  # type: 
             return {k: _together([c[k] for c in chosen]) for k in keys}
         return _together(chosen)
 
-    def _observations(self) -> dict[str, dict[str, np.ndarray]]:
-        names = tuple(self.core.observation)
-        rows = zip(*(values[0].copy() for values in self.core.observation.values()))
+    def _observations(self) -> dict[str, Any]:
+        output = self.core.output
+        if isinstance(output, np.ndarray):
+            return dict(zip(self.possible_agents, output[0].copy()))
+        names = tuple(output)
+        rows = zip(*(values[0].copy() for values in output.values()))
         return {a: dict(zip(names, row)) for a, row in zip(self.possible_agents, rows)}
 
     def _infos(self, status: int, success: bool) -> dict[str, dict[str, Any]]:

@@ -135,7 +135,12 @@ class SelfFeature(IntEnum):
 
 MEMORY_FEATURES = 4
 """Columns of ``observation["memory"]``: x, y, and for the ball vx, vy."""
-INCLUDES = ("memory", "landmarks")
+HEARD = 4
+"""Messages kept of one cycle."""
+HEAR_FEATURES = 15
+"""Columns of ``observation["hear"]``: sender (0 none, 1 own team, 2 opponents), level (1 only that somebody spoke, 2 the message), unum
+of a team-mate, direction from the body (radians), length, and ten bytes of the message."""
+INCLUDES = ("memory", "landmarks", "hear")
 """Parts of an observation that are computed only when asked for."""
 
 
@@ -156,7 +161,7 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
         velocity / player's team known, 3 all known (entry 0 the ball); ``age`` (23,): cycles since the entry was last seen; ``task``.
         With ``memory``: ``self`` (8,) of `SelfFeature`, ``memory`` (23, 4): x, y of ball, own team and opponents as last seen, carried on
         (and vx, vy of the ball), ``memory_age`` (23,), all in the own team's frame. With ``landmarks``: ``landmarks`` (55, 4) as ``ball``,
-        ``landmark_level`` (55,).
+        ``landmark_level`` (55,). With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle.
     """
     parts: dict[str, spaces.Space[Any]] = {
         "body": spaces.Box(_BODY_LOW, _BODY_HIGH, dtype=np.float32),
@@ -173,6 +178,10 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
         low, high = np.tile(_OBJECT_LOW[:BALL_FEATURES], (55, 1)), np.tile(_OBJECT_HIGH[:BALL_FEATURES], (55, 1))
         parts["landmarks"] = spaces.Box(low, high, dtype=np.float32)
         parts["landmark_level"] = spaces.Box(0.0, 3.0, (55,), np.float32)
+    if "hear" in include:
+        low = np.tile(np.array([0, 0, 0, -_PI, 0] + [0] * 10, np.float32), (HEARD, 1))
+        high = np.tile(np.array([2, 2, 11, _PI, 127] + [255] * 10, np.float32), (HEARD, 1))
+        parts["hear"] = spaces.Box(low, high, dtype=np.float32)
     if task_features:
         low = np.array([f[1] for f in task_features], np.float32)
         high = np.array([f[2] for f in task_features], np.float32)

@@ -12,19 +12,20 @@ from gymnasium.vector.utils import batch_space
 
 from ..errors import CprmError, UnknownName
 from .core import SoccerCore
+from .rewards import RewardOption
 from .single import ego_agent
 from .tasks import make_task
 from .tasks.base import Task
 
 
-class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.ndarray]):
+class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
     """A task for one agent in `num_envs` worlds.
 
     Parameters
     ----------
     num_envs : int
         Worlds.
-    task, agent, action_mode, others, include, **options
+    task, agent, action_mode, others, include, observation, flatten, reward, reward_gamma, **options
         As for `SoccerEnv`.
     autoreset_mode : AutoresetMode or str
         ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
@@ -52,6 +53,10 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         max_episode_steps: int | None = None,
         others: str | Sequence[str] | None = None,
         include: Sequence[str] = (),
+        observation: str = "raw",
+        flatten: bool = False,
+        reward: RewardOption = None,
+        reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
         if num_envs < 1:
@@ -66,7 +71,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
             ) from None
         self.task = make_task(task, **options) if isinstance(task, str) else task
         agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, include=include, threads=threads)
+        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, include=include,
+            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma, threads=threads)
         self.num_envs = num_envs
         self.metadata = {"render_modes": [], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
@@ -81,7 +87,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array)."""
         if isinstance(seed, list):
             raise UnknownName("seed: one number seeds all worlds (world k depends on the number and k); a list of seeds was given")
@@ -100,7 +106,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
         self._add_mask(info)
         return self._observation(), info
 
-    def step(self, actions: Any) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset.
 
         Raises
@@ -129,7 +135,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
             over = self._over
             final = np.empty(self.num_envs, object)
             for i in np.flatnonzero(over):
-                final[i] = {name: values[i, 0].copy() for name, values in self.core.observation.items()}
+                final[i] = self._observation_of(int(i))
             info["final_obs"], info["_final_obs"] = final, over.copy()
             info["final_info"] = {"is_success": info["is_success"].copy(), "_is_success": over.copy()}
             info["_final_info"] = over.copy()
@@ -143,9 +149,18 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[dict[str, np.ndarray], Any, np.
             info["action_mask"] = self.core.action_mask[:, 0]
             info["_action_mask"] = np.ones(self.num_envs, bool)
 
-    def _observation(self) -> dict[str, np.ndarray]:
-        o = {name: values[:, 0] for name, values in self.core.observation.items()}
-        return {name: values.copy() for name, values in o.items()} if self._copy else o
+    def _observation(self) -> Any:
+        output = self.core.output
+        if isinstance(output, np.ndarray):
+            return output[:, 0].copy() if self._copy else output[:, 0]
+        return {name: values[:, 0].copy() if self._copy else values[:, 0] for name, values in output.items()}
+
+    def _observation_of(self, world: int) -> Any:
+        """A copy of one world's observation."""
+        output = self.core.output
+        if isinstance(output, np.ndarray):
+            return output[world, 0].copy()
+        return {name: values[world, 0].copy() for name, values in output.items()}
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held open."""

@@ -69,7 +69,7 @@ class KickOffShot(Task):
         side = np.sign(u[:, 2] - 0.5)
         core.place_ball(worlds, np.zeros((len(worlds), 2)))
         core.place_player(worlds, 1, np.stack([-3.0 - 4.0 * u[:, 0], 2.0 * (2 * u[:, 1] - 1)], axis=1), 0.0)
-        core.place_player(worlds, 2, np.stack([-2.0 - 6.0 * u[:, 3], side * (8.0 + 4.0 * u[:, 1])], axis=1), 0.0)
+        core.place_player(worlds, 2, np.stack([-8.0 - 6.0 * u[:, 3], side * (5.0 + 4.0 * u[:, 1])], axis=1), 0.0)
 
     def outcome(self, core: SoccerCore) -> Outcome:
         """The goal, or a call that gives the ball away; the kick-off is given when its time comes."""

@@ -1,0 +1,350 @@
+"""Observation presets: the whole percept, the truth, or the feature vectors of the literature.
+
+``raw`` and ``memory`` are the Dict of `cprm_gym.envs.spaces`; ``full`` is the same Dict without noise and without limits of sight;
+``hfo_low``, ``hfo_high`` and ``keepaway`` are vectors computed from the player's own memory of what he perceived (`players.memory`),
+all entries in [-1, 1]. What is unknown is 0 there, where HFO writes -2; a flag says so wherever HFO has one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from gymnasium import spaces
+
+from ..errors import UnknownName, unknown_name
+from ..simulator.state import CommandKind, Count
+from . import kernels
+from .spaces import BodyFeature
+
+if TYPE_CHECKING:
+    from .core import SoccerCore
+
+PRESETS = ("raw", "memory", "full", "hfo_low", "hfo_high", "keepaway")
+"""Names of the presets."""
+VECTORS = ("hfo_low", "hfo_high", "keepaway")
+"""Those that are one vector."""
+
+DIAGONAL = math.hypot(52.5, 68.0)
+"""Longest distance in half a pitch, m: proximity is 1 at 0 m and -1 there and beyond."""
+PLAYER_SPEED, BALL_SPEED = 1.05, 3.0
+RECENT = 30
+"""Cycles for which a place in memory counts as known."""
+REACH = 1.085
+_GOAL, _POST = 52.5, 7.01
+_MARKS = np.array(
+    [
+        (_GOAL, 0.0), (_GOAL, -_POST), (_GOAL, _POST), (36.0, 0.0), (36.0, -20.16), (36.0, 20.16), (0.0, 0.0),
+        (0.0, -34.0), (_GOAL, -34.0), (_GOAL, 34.0), (0.0, 34.0),
+    ]
+)  # fmt: skip
+"""Landmarks of HFO: goal centre, goal posts, penalty box centre and corners, centre of the field, corners of the half."""
+
+
+def check_preset(name: str) -> str:
+    """`name`, if there is such a preset.
+
+    Raises
+    ------
+    UnknownName
+        Listing those that there are.
+    """
+    if name not in PRESETS:
+        raise unknown_name("observation preset", name, PRESETS)
+    return name
+
+
+class Preset:
+    """Turns the engine's observation arrays into what the faces hand out.
+
+    Parameters
+    ----------
+    core : SoccerCore
+    name : str
+        One of `PRESETS`.
+    flatten : bool
+        Hand out one vector (the parts in the order of the space's keys), whatever the preset.
+
+    Attributes
+    ----------
+    space : gymnasium.spaces.Space
+        Of one agent's observation.
+    names : tuple of str
+        For the vectors of the literature: what each entry is.
+    """
+
+    def __init__(self, core: SoccerCore, name: str, flatten: bool, plain: spaces.Dict) -> None:
+        self.name = name
+        self.flatten = flatten
+        self.names: tuple[str, ...] = ()
+        self._parts = tuple(plain.spaces)
+        self._vector: Callable[[SoccerCore, np.ndarray], list[np.ndarray]] | None = None
+        self._kicks = np.zeros((core.worlds, len(core.agents)), np.int64)
+        if name in VECTORS:
+            counts = {(core.task.left, core.task.right) if p <= 11 else (core.task.right, core.task.left) for p in core.players.tolist()}
+            if len(counts) > 1:
+                raise UnknownName(
+                    f"observation preset {name!r}: its size depends on the number of players, and the controlled agents are of teams of "
+                    f"different sizes ({core.task.left} and {core.task.right}); control one team, or use 'raw', 'memory' or 'full'"
+                )
+            self.mates, self.opponents = counts.pop() if counts else (core.task.left, core.task.right)
+            self.names = _NAMES[name](self.mates - 1, self.opponents)
+            self.space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (len(self.names),), np.float32)
+        elif flatten:
+            low = np.concatenate([plain[k].low.ravel() for k in self._parts])  # type: ignore[attr-defined]
+            high = np.concatenate([plain[k].high.ravel() for k in self._parts])  # type: ignore[attr-defined]
+            self.space = spaces.Box(low, high, dtype=np.float32)
+        else:
+            self.space = plain
+
+    def begin(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """An episode begins in the given worlds."""
+        self._kicks[worlds] = 0
+
+    def __call__(self, core: SoccerCore) -> dict[str, np.ndarray] | np.ndarray:
+        """The observations of all worlds and agents."""
+        o = core.observation
+        if self.name in VECTORS:
+            m = core.remembered()
+            parts = _VECTORS[self.name](core, m, self)
+            vector = np.stack(np.broadcast_arrays(*parts), axis=-1)
+            return np.clip(np.nan_to_num(vector), -1.0, 1.0).astype(np.float32)
+        if self.flatten:
+            shape = (core.worlds, len(core.agents), -1)
+            return np.concatenate([o[k].reshape(shape) for k in self._parts], axis=-1)
+        return o
+
+    def action_possible(self, core: SoccerCore) -> np.ndarray:
+        """(W, A): 1, or -1 where the last command was a kick without effect."""
+        kicks = core.sim.world["counts"][:, core.players - 1, Count.KICK].astype(np.int64)
+        tried = core.sim.commands["kind"][:, core.players - 1] == CommandKind.KICK
+        failed = tried & (kicks == self._kicks) & (core.cycle[:, None] > 0)
+        self._kicks = kicks
+        return np.where(failed, -1.0, 1.0)
+
+
+def see_everything(core: SoccerCore) -> None:
+    """Overwrite the percepts in ``core.observation`` with the truth (HFO's ``--fullstate``)."""
+    o = core.observation
+    kernels.pack_truth(core.sim.world, core.players, o["body"], o["ball"], o["players"], o["level"], o["age"])
+
+
+# ---------------------------------------------------------------------- the vectors
+
+
+def _near(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return 1.0 - 2.0 * np.minimum(np.hypot(x, y), DIAGONAL) / DIAGONAL
+
+
+def _turned(angle: np.ndarray) -> list[np.ndarray]:
+    return [np.sin(angle), np.cos(angle)]
+
+
+def _mates(core: SoccerCore, mates: int) -> np.ndarray:
+    """(A, mates) memory indices of each agent's team-mates, by number."""
+    own = (core.players - 1) % 11
+    return np.array([[k for k in range(mates + 1) if k != me][:mates] for me in own], np.int64).reshape(len(own), mates)
+
+
+def _others(m: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and whether known, each (W, A, n), of the players at memory indices (A, n)."""
+    pick = np.broadcast_to(index, (*m.shape, index.shape[-1]))
+    x, y, age = (np.take_along_axis(m[name], pick, axis=-1) for name in ("px", "py", "age"))
+    return x, y, age <= RECENT
+
+
+_SELF = ("valid", "velocity_valid", "velocity_sin", "velocity_cos", "speed", "body_sin", "body_cos", "stamina", "frozen",
+         "touches_ball", "touches_player", "touches_post", "kickable")  # fmt: skip
+_PLACES = ("goal", "goal_post_top", "goal_post_bottom", "box", "box_top", "box_bottom", "centre", "corner_top_left", "corner_top_right",
+           "corner_bottom_right", "corner_bottom_left")  # fmt: skip
+_PLAYER = ("sin", "cos", "proximity", "body_sin", "body_cos", "speed", "velocity_sin", "velocity_cos")
+
+
+def hfo_low_names(mates: int, opponents: int) -> tuple[str, ...]:
+    """What the 58 + 9 T + 9 O + 1 entries of ``hfo_low`` are."""
+    names = list(_SELF)
+    names += [f"{place}_{k}" for place in _PLACES for k in ("sin", "cos", "proximity")]
+    names += ["near_left_line", "near_right_line", "near_top_line", "near_bottom_line"]
+    names += ["ball_valid", "ball_sin", "ball_cos", "ball_proximity", "ball_velocity_valid", "ball_speed", "ball_velocity_sin",
+              "ball_velocity_cos"]  # fmt: skip
+    others = [f"mate_{k + 1}" for k in range(mates)] + [f"opponent_{k + 1}" for k in range(opponents)]
+    names += [f"{other}_{k}" for other in others for k in _PLAYER]
+    names += [f"{other}_unum" for other in others]
+    return (*names, "last_action_possible")
+
+
+def _hfo_low(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+    """Low-level features (HFO manual, "Low Level Feature Set"), from memory; angles relative to the body."""
+    body = core.observation["body"]
+    x, y, angle = m["x"], m["y"], m["body"]
+    known = np.where(m["located"] > 0, 1.0, -1.0)
+    speed = np.hypot(m["vx"], m["vy"])
+    direction = np.arctan2(m["vy"], m["vx"]) - angle
+    with_ball = (m["ball_age"] <= 2) & (np.hypot(m["ball_x"] - x, m["ball_y"] - y) <= REACH)
+    parts = [known, np.ones_like(x), *_turned(direction), 2 * speed / PLAYER_SPEED - 1, *_turned(angle), m["stamina"] / 4000.0 - 1.0]
+    parts += [np.where(m["free"] > 0, -1.0, 1.0)]
+    parts += [2.0 * body[..., f] - 1.0 for f in (BodyFeature.COLLIDED_BALL, BodyFeature.COLLIDED_PLAYER, BodyFeature.COLLIDED_POST)]
+    parts += [np.where(with_ball, 1.0, -1.0)]
+    for px, py in _MARKS:
+        parts += [*_turned(np.arctan2(py - y, px - x) - angle), _near(px - x, py - y)]
+    parts += [1 - 2 * np.clip(v, 0.0, DIAGONAL) / DIAGONAL for v in (x, 52.5 - x, y + 34.0, 34.0 - y)]
+    seen = m["ball_age"] <= RECENT
+    dx, dy = m["ball_x"] - x, m["ball_y"] - y
+    ball_speed = np.hypot(m["ball_vx"], m["ball_vy"])
+    ball = [*_turned(np.arctan2(dy, dx) - angle), _near(dx, dy)]
+    parts += [np.where(seen, 1.0, -1.0), *(np.where(seen, v, 0.0) for v in ball)]
+    roll = [2 * ball_speed / BALL_SPEED - 1, *_turned(np.arctan2(m["ball_vy"], m["ball_vx"]) - angle)]
+    parts += [np.where(seen, 1.0, -1.0), *(np.where(seen, v, 0.0) for v in roll)]
+    index = np.concatenate([_mates(core, preset.mates - 1), np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1))], axis=1)
+    ox, oy, there = _others(m, index)
+    bodies = _bodies_seen(core, index, m)
+    for k in range(index.shape[1]):
+        dx, dy = ox[..., k] - x, oy[..., k] - y
+        place = [*_turned(np.arctan2(dy, dx) - angle), _near(dx, dy)]
+        parts += [np.where(there[..., k], v, 0.0) for v in place]
+        parts += [v[..., k] for v in bodies]
+    numbers = np.where(index < 11, index, index - 11) + 1
+    parts += [np.where(there[..., k], numbers[:, k] / 11.0, 0.0) for k in range(index.shape[1])]
+    parts.append(preset.action_possible(core))
+    return parts
+
+
+def _bodies_seen(core: SoccerCore, index: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
+    """Body direction (sin, cos), speed and direction of motion (sin, cos) of the players seen in this cycle; zeros for the others."""
+    o = core.observation
+    left = core.players <= 11
+    rows = np.where(left[:, None], index, np.where(index < 11, index + 11, index - 11))
+    pick = np.broadcast_to(rows, (*m.shape, index.shape[1]))
+    level = np.take_along_axis(o["level"][..., 1:], pick, axis=-1)
+    values = np.take_along_axis(o["players"], pick[..., None], axis=-2)
+    neck = m["neck"][..., None]
+    body = values[..., 4] + neck
+    seen = level >= 3
+    across, along = values[..., 3] * values[..., 0], values[..., 2]
+    bearing = values[..., 1] + neck
+    own = np.arctan2(m["vy"], m["vx"]) - m["body"]
+    speed_own = np.hypot(m["vx"], m["vy"])
+    vx = along * np.cos(bearing) - across * np.sin(bearing) + (speed_own * np.cos(own))[..., None]
+    vy = along * np.sin(bearing) + across * np.cos(bearing) + (speed_own * np.sin(own))[..., None]
+    direction = np.arctan2(vy, vx)
+    parts = [np.sin(body), np.cos(body), 2 * np.hypot(vx, vy) / PLAYER_SPEED - 1, np.sin(direction), np.cos(direction)]
+    return [np.where(seen, v, 0.0) for v in parts]
+
+
+def hfo_high_names(mates: int, opponents: int) -> tuple[str, ...]:
+    """What the 10 + 6 T + 3 O + 2 entries of ``hfo_high`` are."""
+    team = [f"mate_{k + 1}" for k in range(mates)]
+    names = ["x", "y", "body", "ball_x", "ball_y", "kickable", "goal_proximity", "goal_direction", "goal_opening", "opponent_proximity"]
+    names += [f"{t}_goal_opening" for t in team] + [f"{t}_opponent_proximity" for t in team] + [f"{t}_pass_opening" for t in team]
+    names += [f"{t}_{k}" for t in team for k in ("x", "y", "unum")]
+    names += [f"opponent_{j + 1}_{k}" for j in range(opponents) for k in ("x", "y", "unum")]
+    return (*names, "last_action_possible", "stamina")
+
+
+def _hfo_high(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+    """High-level features (HFO manual, "High Level Feature Set"), from memory; the half field is -1 to 1 in both directions."""
+    x, y = m["x"], m["y"]
+    seen = m["ball_age"] <= RECENT
+    with_ball = (m["ball_age"] <= 2) & (np.hypot(m["ball_x"] - x, m["ball_y"] - y) <= REACH)
+    opponents = _others(m, np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1)))
+    team_index = _mates(core, preset.mates - 1)
+    tx, ty, there = _others(m, team_index)
+    wide, far = (lambda v: v / 26.25 - 1.0), (lambda v: v / 34.0)
+    parts = [wide(x), far(y), m["body"] / math.pi, np.where(seen, wide(m["ball_x"]), 0.0), np.where(seen, far(m["ball_y"]), 0.0)]
+    parts += [np.where(with_ball, 1.0, -1.0), _near(_GOAL - x, -y), np.arctan2(-y, _GOAL - x) / math.pi]
+    parts += [_goal_opening(x, y, *opponents), _nearest(x, y, *opponents)]
+    team = range(preset.mates - 1)
+    parts += [np.where(there[..., k], _goal_opening(tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
+    parts += [np.where(there[..., k], _nearest(tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
+    parts += [np.where(there[..., k], _pass_opening(x, y, tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
+    for k in team:
+        numbers = (team_index[:, k] + 1) / 11.0
+        parts += [np.where(there[..., k], v, 0.0) for v in (wide(tx[..., k]), far(ty[..., k]), numbers)]
+    ox, oy, known = opponents
+    for k in range(preset.opponents):
+        parts += [np.where(known[..., k], v, 0.0) for v in (wide(ox[..., k]), far(oy[..., k]), (k + 1) / 11.0)]
+    return [*parts, preset.action_possible(core), m["stamina"] / 4000.0 - 1.0]
+
+
+def _goal_opening(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """The widest part of the goal that no opponent covers, seen from (x, y), as share of 90 degrees mapped to [-1, 1]."""
+    rays = np.linspace(-_POST, _POST, 29)
+    directions = np.arctan2(rays - y[..., None], _GOAL - x[..., None])
+    dx, dy = ox - x[..., None], oy - y[..., None]
+    distance = np.hypot(dx, dy)
+    nearer = known & (dx < (_GOAL - x)[..., None])
+    half = np.arctan2(0.5, np.maximum(distance, 0.3))
+    off = np.abs(_wrapped(np.arctan2(dy, dx)[..., None] - directions[..., None, :]))
+    free = ~((off < half[..., None]) & nearer[..., None]).any(axis=-2)
+    width = np.abs(np.diff(directions, axis=-1))
+    best, run = np.zeros_like(x), np.zeros_like(x)
+    for k in range(width.shape[-1]):
+        run = np.where(free[..., k] & free[..., k + 1], run + width[..., k], 0.0)
+        best = np.maximum(best, run)
+    return 2.0 * np.minimum(best / (math.pi / 2), 1.0) - 1.0
+
+
+def _nearest(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Proximity of the nearest known opponent; -1 when there is none."""
+    if ox.shape[-1] == 0:
+        return np.full(x.shape, -1.0)
+    near: np.ndarray = np.where(known, _near(ox - x[..., None], oy - y[..., None]), -1.0).max(axis=-1)
+    return near
+
+
+def _pass_opening(
+    x: np.ndarray, y: np.ndarray, tx: np.ndarray, ty: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray
+) -> np.ndarray:
+    """Angle between the way to a team-mate and the opponent nearest to it, as share of 180 degrees mapped to [-1, 1]."""
+    if ox.shape[-1] == 0:
+        return np.ones(x.shape)
+    dx, dy = ox - x[..., None], oy - y[..., None]
+    nearer = known & (np.hypot(dx, dy) < np.hypot(tx - x, ty - y)[..., None] + 1.0)
+    off = np.abs(_wrapped(np.arctan2(dy, dx) - np.arctan2(ty - y, tx - x)[..., None]))
+    least: np.ndarray = np.where(nearer, off, math.pi).min(axis=-1)
+    return 2.0 * least / math.pi - 1.0
+
+
+def _wrapped(angle: np.ndarray) -> np.ndarray:
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+def keepaway_names(mates: int, opponents: int) -> tuple[str, ...]:
+    """What the entries of ``keepaway`` are: 13 for three keepers and two takers."""
+    keepers, takers = mates + 1, opponents
+    names = [f"K{k + 1}_centre" for k in range(keepers)] + [f"T{k + 1}_centre" for k in range(takers)]
+    names += [f"K1_K{k + 1}" for k in range(1, keepers)] + [f"K1_T{k + 1}" for k in range(takers)]
+    names += [f"K{k + 1}_nearest_T" for k in range(1, keepers)] + [f"angle_K{k + 1}_K1_T" for k in range(1, keepers)]
+    return tuple(names)
+
+
+def _keepaway(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+    """State variables of Stone, Sutton and Kuhlmann (2005), K1 being the observer, others by distance from him.
+
+    Distances are divided by the diagonal of the region (the pitch for other tasks), angles by pi.
+    """
+    size = float(getattr(core.task, "size", 0.0))
+    scale = math.hypot(size, size) if size else math.hypot(105.0, 68.0)
+    x, y = m["x"][..., None], m["y"][..., None]
+    kx, ky, _ = _others(m, _mates(core, preset.mates - 1))
+    tx, ty, _ = _others(m, np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1)))
+
+    def by_distance(ax: np.ndarray, ay: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        order = np.argsort(np.hypot(ax - x, ay - y), axis=-1, kind="stable")
+        return np.take_along_axis(ax, order, -1), np.take_along_axis(ay, order, -1)
+
+    kx, ky = by_distance(kx, ky)
+    tx, ty = by_distance(tx, ty)
+    between = np.hypot(kx[..., :, None] - tx[..., None, :], ky[..., :, None] - ty[..., None, :])
+    bearing_k, bearing_t = np.arctan2(ky - y, kx - x), np.arctan2(ty - y, tx - x)
+    angle = np.abs(_wrapped(bearing_k[..., :, None] - bearing_t[..., None, :]))
+    lengths = [np.hypot(x, y), np.hypot(kx, ky), np.hypot(tx, ty), np.hypot(kx - x, ky - y), np.hypot(tx - x, ty - y)]
+    lengths += [between.min(axis=-1, initial=scale)]
+    vector = np.concatenate([v / scale for v in lengths] + [angle.min(axis=-1, initial=math.pi) / math.pi], axis=-1)
+    return [vector[..., i] for i in range(vector.shape[-1])]
+
+
+_NAMES = {"hfo_low": hfo_low_names, "hfo_high": hfo_high_names, "keepaway": keepaway_names}
+_VECTORS = {"hfo_low": _hfo_low, "hfo_high": _hfo_high, "keepaway": _keepaway}
