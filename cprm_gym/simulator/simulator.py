@@ -233,7 +233,7 @@ class Simulator(Officials):
     def _run(self, kernel: Any, *arguments: Any) -> None:
         """Call a kernel over ranges of worlds, one range per thread."""
         if self._pool is None or len(self.world) == 1:
-            getattr(kernel, "entry", kernel)(self.world, self.packed, *arguments, 0, len(self.world))
+            kernel(self.world, self.packed, *arguments, 0, len(self.world))
             return
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
         tasks = [

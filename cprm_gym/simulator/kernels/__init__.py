@@ -8,11 +8,12 @@ compiles those that depend on it again (see `cprm_gym.compilation`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core.registry import CPUDispatcher
 
 from cprm_gym.compilation import kernel_group
@@ -53,6 +54,20 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 def kernel(function: Callable[..., Any]) -> Any:
     """``numba.njit`` with the package's flags and a cache keyed by every file that the kernel depends on."""
     dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
-    if isinstance(dispatcher, CPUDispatcher):   # a plain function when NUMBA_DISABLE_JIT is set
-        dispatcher.__class__ = Kernel
+    if not isinstance(dispatcher, CPUDispatcher):
+        return _interpreted(function)
+    dispatcher.__class__ = Kernel
     return dispatcher
+
+
+def _interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`function` as plain Python, for ``NUMBA_DISABLE_JIT=1``: records get attributes, and hashes overflow on purpose."""
+
+    @wraps(function)
+    def run(*args: Any) -> Any:
+        if not any(type(a) is np.ndarray and a.dtype.names for a in args):
+            return function(*args)
+        with np.errstate(over="ignore"):
+            return function(*(a.view(np.recarray) if type(a) is np.ndarray and a.dtype.names else a for a in args))
+
+    return run
