@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -68,3 +72,12 @@ def test_a_match_of_6000_cycles_has_the_pinned_hash():
     key = arithmetic()
     expected = PINNED[key] if key in PINNED else match(CYCLES)[0].state_hash()
     assert simulator.state_hash() == expected
+
+
+def test_compiled_and_interpreted_kernels_play_the_same_match_bit_for_bit():
+    code = "from test_simulator_match import match; print(match(80)[0].state_hash())"
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+    environment["PYTHONPATH"] = os.pathsep.join(folders)
+    output = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True).stdout
+    assert output.strip() == match(80)[0].state_hash()
