@@ -426,15 +426,17 @@ def around(
         arm = packed["types"][world["type"][catcher - 1], TypeColumn.PLAYER_SIZE] + packed["ball_size"]
         carried += bounds.radius[catcher] + arm * np.radians(bounds.turn[catcher - 1])
     target = bounds.start + bounds.move
+    own_hit = np.concatenate([[struck(world["bits_shown"])[1]], struck(world["bits_shown"])[0]])
+    own_move = np.where(own_hit, -BOUNCE, 1.0)[:, None] * bounds.decay[:, None] * bounds.move
     put = np.hypot(*(world["pos"] - target).T) > (share - 1.0) * bounds.radius + 1e-6
+    put |= np.hypot(*(world["vel"] - own_move).T) > (share - 1.0) * bounds.radius * bounds.decay + 1e-6
     near = np.maximum(np.hypot(*(target - world["pos"][BALL]).T), 0.05)
     stretch = np.maximum(3.0, CLEARED / near)
     stretch[BALL] = 3.0
     own_limit = stretch * (share * (bounds.radius + carried) + pos_slack)
-    own_inside = put & (place <= own_limit) & (speed <= share * bounds.radius * bounds.decay + vel_slack)
-    inside = free_inside | own_inside
+    free_limit, own_speed_limit = bounds.radius + pos_slack + reach, share * bounds.radius * bounds.decay + vel_slack
+    use_own = put & ~free_inside
     return (
-        np.where(inside, 0.0, np.minimum(free_place, place)), np.where(inside, 0.0, np.minimum(free_speed, speed)),
-        np.where(inside, 0.0, np.minimum(bounds.radius + pos_slack + reach, own_limit)),
-        np.where(inside, 0.0, np.abs(kept) * bounds.radius + vel_slack),
+        np.where(use_own, place, free_place), np.where(use_own, speed, free_speed),
+        np.where(use_own, own_limit, free_limit), np.where(use_own, own_speed_limit, np.abs(kept) * bounds.radius + vel_slack),
     )
