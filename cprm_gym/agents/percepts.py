@@ -5,11 +5,13 @@ Angles are degrees here, relative to the body, because the server's commands tak
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
-from ..envs.spaces import BodyFeature, ObjectFeature
+from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
+from ..simulator.state import PlayMode
 
 Percepts = dict[str, np.ndarray]
 """Name -> (N,) float array; NaN where there is no reading."""
@@ -57,3 +59,73 @@ def ball_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
     percepts["ball.distance_change"] = np.where(seen, ball[:, ObjectFeature.DISTANCE_CHANGE], 0.0)
     percepts["ball.direction_change"] = np.where(seen, np.degrees(ball[:, ObjectFeature.DIRECTION_CHANGE]), 0.0)
     return percepts
+
+
+GOAL_X = 52.5
+"""x of the goal that is attacked, in the own team's frame."""
+OFF_PITCH = 60.0
+"""Metres that stand for a distance that is not known."""
+
+
+def field_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
+    """What the player knows of the pitch, with `ball_percepts`; needs the observation's parts ``self``, ``memory``, ``memory_age``.
+
+    Everything is *reckoned*: seen by himself, placed by landmarks, and carried on while the eye is closed. Positions are in the own
+    team's frame (x towards the opponent's goal), directions in degrees from the own body.
+
+    Returns
+    -------
+    dict of (N,) float64
+        ``me.x``, ``me.y``, ``me.facing`` (degrees); ``ball.reckoned_distance`` (m), ``ball.reckoned_direction``, ``ball.age`` (cycles since it was seen), ``ball.x``,
+        ``ball.y``, ``ball.speed_ahead`` and ``ball.speed_aside`` (m / cycle along the body and to its right), ``ball.approach`` (m / cycle at
+        which it comes nearer by its own motion); ``goal.distance``, ``goal.direction``; of the nearest team-mate ``mate.distance``,
+        ``mate.direction``, ``mate.age``, ``mate.x``, ``mate.y``; ``game.waiting`` (before a kick-off), ``game.playing``, ``game.ours`` (a set play
+        of the own team).
+    """
+    percepts = ball_percepts(observation)
+    me = np.asarray(observation["self"], np.float64)
+    memory = np.asarray(observation["memory"], np.float64)
+    age = np.asarray(observation["memory_age"], np.float64)
+    body = np.asarray(observation["body"], np.float64)
+    x, y, facing = me[:, SelfFeature.X], me[:, SelfFeature.Y], me[:, SelfFeature.BODY]
+
+    def polar(to_x: np.ndarray | float, to_y: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """Distance, and direction from the body in degrees."""
+        dx, dy = to_x - x, to_y - y
+        angle = np.degrees(np.arctan2(dy, dx) - facing)
+        return np.hypot(dx, dy), (angle + 180.0) % 360.0 - 180.0
+
+    percepts["me.x"], percepts["me.y"], percepts["me.facing"] = x, y, np.degrees(facing)
+    ball_x, ball_y, vx, vy = (memory[:, 0, k] for k in range(4))
+    distance, direction = polar(ball_x, ball_y)
+    percepts["ball.x"], percepts["ball.y"], percepts["ball.age"] = ball_x, ball_y, age[:, 0]
+    percepts["ball.reckoned_distance"], percepts["ball.reckoned_direction"] = distance, direction
+    percepts["ball.speed_ahead"] = vx * np.cos(facing) + vy * np.sin(facing)
+    percepts["ball.speed_aside"] = vy * np.cos(facing) - vx * np.sin(facing)
+    percepts["ball.approach"] = -(vx * (ball_x - x) + vy * (ball_y - y)) / np.maximum(distance, 0.1)
+    percepts["goal.distance"], percepts["goal.direction"] = polar(GOAL_X, 0.0)
+    _mate_percepts(percepts, body, memory, age, polar)
+    mode = body[:, BodyFeature.PLAY_MODE].astype(np.int64)
+    left = body[:, BodyFeature.SIDE] > 0
+    set_play = (mode >= PlayMode.kick_off_l) & (mode <= PlayMode.goal_kick_r)
+    percepts["game.waiting"] = np.isin(mode, (PlayMode.before_kick_off, PlayMode.goal_l, PlayMode.goal_r)).astype(np.float64)
+    percepts["game.playing"] = (mode == PlayMode.play_on).astype(np.float64)
+    percepts["game.ours"] = (set_play & ((mode % 2 == 0) == left)).astype(np.float64)
+    return percepts
+
+
+def _mate_percepts(percepts: Percepts, body: np.ndarray, memory: np.ndarray, age: np.ndarray, polar: Callable[..., Any]) -> None:
+    """Adds the team-mate that was seen of late and is nearest; `OFF_PITCH` metres away when none has ever been seen."""
+    own, rows = body[:, BodyFeature.UNUM].astype(np.int64), np.arange(len(body))
+    known = age[:, 1:12] < 1000.0
+    known[rows, own - 1] = False
+    apart = np.hypot(memory[:, 1:12, 0] - percepts["me.x"][:, None], memory[:, 1:12, 1] - percepts["me.y"][:, None])
+    nearest = np.where(known, apart, np.inf).argmin(axis=1)
+    found = known[rows, nearest]
+    mate = memory[rows, 1 + nearest]
+    distance, direction = polar(mate[:, 0], mate[:, 1])
+    percepts["mate.x"] = np.where(found, mate[:, 0], percepts["me.x"])
+    percepts["mate.y"] = np.where(found, mate[:, 1], percepts["me.y"])
+    percepts["mate.age"] = np.where(found, age[rows, 1 + nearest], 1000.0)
+    percepts["mate.distance"] = np.where(found, distance, OFF_PITCH)
+    percepts["mate.direction"] = np.where(found, direction, 0.0)

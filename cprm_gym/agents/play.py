@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,9 @@ BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
     "move": (CommandKind.MOVE, ("x", "y")),
 }
 """Name of a net's command -> kind and parameters, in the order of ``params``. One of them goes out per cycle."""
+NECK_MOST = 90.0
+"""Degrees that the neck goes to either side."""
+Objects = Mapping[str, Mapping[str, Any]]
 INERTIA_MOMENT = 5.0
 """Of the default player type (SIMULATOR.md 4.1)."""
 
@@ -33,16 +36,30 @@ class SoccerAgent:
     Parameters
     ----------
     cprm : CPRM
-        Its net emits the commands of `BODY_COMMANDS`, and ``turn_neck(moment)`` and ``change_view(width)``.
+        Its net emits the commands of `BODY_COMMANDS`, and ``turn_neck(moment)``, ``change_view(width)`` and ``look(direction)``: the neck
+        turns so that the face points there, degrees from the body as it is now; a turn of the body in the same cycle is made up for.
     percepts : callable
         Observation -> named quantities.
+    objects : callable, optional
+        Observation -> class -> attribute -> (N, n) numbers: the candidates of the net's object places.
+    needs : sequence of str
+        Parts of the observation that the percepts read beyond what is always there (`observation_space`): ``memory``, ``landmarks``.
     **options
         Passed on to `Controller`.
     """
 
-    def __init__(self, cprm: CPRM, percepts: Callable[[Observation], Percepts], **options: Any) -> None:
+    def __init__(
+        self,
+        cprm: CPRM,
+        percepts: Callable[[Observation], Percepts],
+        needs: Sequence[str] = (),
+        objects: Callable[[Observation], Objects] | None = None,
+        **options: Any,
+    ) -> None:
         self.cprm = cprm
+        self.needs = tuple(needs)
         self.percepts = percepts
+        self.objects = objects
         self.options = options
         self.controller: Controller | None = None
 
@@ -66,7 +83,7 @@ class SoccerAgent:
         percepts["body.turned"] = self._turned
         along = np.cos(np.radians(percepts["body.speed_direction"]))
         percepts["body.advanced"] = percepts["body.speed"] * along
-        commands = self.controller.step(percepts)
+        commands = self.controller.step(percepts, self.objects(observation) if self.objects else None)
         count = self.controller.copies
         action = no_action(count)
         self._turned = np.zeros(count)
@@ -84,6 +101,11 @@ class SoccerAgent:
             fired = commands.fired["turn_neck"]
             moment = np.clip(commands.values["turn_neck"]["moment"] / NECK_SCALE, -1.0, 1.0)
             action["turn_neck"][fired, 0] = moment[fired]
+        if "look" in commands.fired:
+            fired = commands.fired["look"]
+            wanted = (commands.values["look"]["direction"] - self._turned + 180.0) % 360.0 - 180.0
+            neck = (np.clip(wanted, -NECK_MOST, NECK_MOST) - percepts["body.neck"]) / NECK_SCALE
+            action["turn_neck"][fired, 0] = np.clip(neck, -1.0, 1.0)[fired]
         if "change_view" in commands.fired:
             fired = commands.fired["change_view"]
             action["view"][fired] = np.rint(commands.values["change_view"]["width"][fired]).astype(np.int64)

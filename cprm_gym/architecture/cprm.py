@@ -324,7 +324,7 @@ class Controller:
         self._cycle[mask] = 0
         if len(self.filters) == 1:
             self.filters[0].reset(None if mask.all() else mask)
-        else:
+        elif self.filters:
             for k in np.flatnonzero(mask):
                 self.filters[k].reset()
 

@@ -129,39 +129,45 @@ def play_block(block: Block) -> BlockResult:
 def _play(block: Block, result: BlockResult, most: int | None = None) -> None:
     """All episodes of the block at once, until the last one is over (or `most` cycles have been played)."""
     task, count = make_task(block.task), block.count
-    agent = select_agents(task.controlled, task.left, task.right)[0]
-    core = SoccerCore(task, count, controlled=agent, seed=block.seed, first_world=block.first, view="hybrid")
-    controller = load_controller(block.controller)(task, agent)
-    observation = _one_agent(core.reset(block.seed))
+    agents = select_agents(task.controlled, task.left, task.right)
+    # several agents of one world: each has a controller of its own, which sees nothing but that agent's observation
+    controllers = [load_controller(block.controller)(task, agent) for agent in agents]
+    needs = tuple(dict.fromkeys(part for controller in controllers for part in getattr(controller, "needs", ())))
+    core = SoccerCore(task, count, controlled=agents, seed=block.seed, first_world=block.first, view="hybrid", include=needs)
+    observation = core.reset(block.seed)
     spent = -time.process_time()
-    controller.reset(observation, _controller_seed(block))
+    for i, controller in enumerate(controllers):
+        controller.reset(_of_agent(observation, i), _controller_seed(block, i))
     spent += time.process_time()
     running = np.ones(count, bool)
     success, cycles, reward = np.zeros(count, bool), np.zeros(count, np.int64), np.zeros(count)
     while running.any() and (most is None or result.played < most * count):
-        spent -= time.process_time()
-        action = controller.act(observation)
-        spent += time.process_time()
-        action = check_action(block.controller, action, count)
-        step = core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+        actions = []
+        for i, controller in enumerate(controllers):
+            spent -= time.process_time()
+            action = controller.act(_of_agent(observation, i))
+            spent += time.process_time()
+            actions.append(check_action(block.controller, action, count))
+        step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
         cycles += running
-        reward += np.where(running, step.reward[:, 0], 0.0)
+        reward += np.where(running, step.reward.mean(axis=1), 0.0)
         success |= running & step.success
         running &= ~(step.terminated | step.truncated)
-        result.decisions += count
+        result.decisions += count * len(agents)
         result.played += count
     result.success, result.cycles, result.reward = success.tolist(), cycles.tolist(), reward.tolist()
     result.controller_seconds = spent
 
 
-def _controller_seed(block: Block) -> int:
-    """A seed for the controller of a block that depends on the seed and the worlds alone."""
-    return int(np.random.SeedSequence([block.seed, block.first]).generate_state(1)[0])
+def _controller_seed(block: Block, agent: int = 0) -> int:
+    """A seed for the controller of an agent of a block that depends on the seed, the worlds and the agent alone."""
+    key = [block.seed, block.first] + [agent] * (agent > 0)
+    return int(np.random.SeedSequence(key).generate_state(1)[0])
 
 
-def _one_agent(observation: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Views of the observations without the axis of agents."""
-    return {key: value[:, 0] for key, value in observation.items()}
+def _of_agent(observation: dict[str, np.ndarray], agent: int) -> dict[str, np.ndarray]:
+    """Views of one agent's observations."""
+    return {key: value[:, agent] for key, value in observation.items()}
 
 
 def run(

@@ -13,6 +13,8 @@ a row without the ball and without a firm belief end in `lost_ball`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ...architecture.petri import Belief, Command, Input, Math, PetriNet, Place, Ports, Transition
 
 AHEAD = 12.0
@@ -67,3 +69,12 @@ GO_TO_BALL = PetriNet(
     ),
 )  # fmt: skip
 """The skill as a module; its outcomes are ``at_ball``, ``lost_ball`` and ``aborted``."""
+
+_RECKONED = {"believed_distance": "ball.reckoned_distance", "believed_direction": "ball.reckoned_direction"}
+
+GO_TO_BALL_REFLEX = replace(
+    GO_TO_BALL,
+    name="go_to_ball_reflex",
+    places=tuple(Input(p.name, observes=_RECKONED[p.name]) if isinstance(p, Belief) else p for p in GO_TO_BALL.places),
+)
+"""The same for an agent without a model: while the eye is closed, what was last seen is carried on (§2.2.7)."""

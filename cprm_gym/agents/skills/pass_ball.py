@@ -1,0 +1,69 @@
+"""pass_ball: seek the team-mate, face him, pass, and see the ball go (dissertation §2.2.7 Fig. 2.12; §4.3.1 Fig. 4.4).
+
+    begin --> [start] --> ongoing + ready
+    ready & ball drifted away ---> [drift] --> failed
+    ready & mate not seen lately > [seek] ---> acted          turns the body, looking for him
+    ready & mate seen, aside ----> [face] ---> acted + turns  at most two turns: the second, smaller one is the more precise
+    ready & mate seen, faced ----> [pass] ---> kicking: kick.begin
+    kick.kicked --> [watch] --> watching
+    watching & ball moves off ------------> [see_off] --> passed
+    watching & it does not, for a while --> [stuck] ----> failed
+
+    (me)o - - - - - - ->  (mate)       the power follows from the distance: the ball arrives with `arriving` m / cycle
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
+from .kick import KICK
+from .parts import interface, interface_places, life, within_module
+
+DRIFTED = 1.5
+"""Metres at which the ball has drifted away."""
+RECENT = 4.0
+"""Cycles within which the team-mate must have been seen."""
+FACING = 10.0
+"""Degrees within which he faces him."""
+TURNS = 2
+"""Turns that he makes at most."""
+SEEKS = 12
+"""Looks around for a team-mate, beyond which there is none."""
+MOVED = 1.6
+"""Metres at which the ball has moved off after the kick."""
+WATCH = 8
+"""Cycles within which it must have."""
+
+_PORTS = interface("passed", "failed", parameters=("target_distance", "target_direction", "mate_age"))
+
+PASS_BALL = PetriNet(
+    "pass_ball",
+    ports=_PORTS,
+    places=(
+        *interface_places(_PORTS, "ready", "acted", "kicking", "watching", "stopping_kick"),
+        Place("turns", capacity=TURNS), Place("seeks", capacity=SEEKS),
+        Input("target_distance", observes="mate.distance"), Input("target_direction", observes="mate.direction"),
+        Input("mate_age", observes="mate.age"), Input("distance", observes="ball.reckoned_distance"), Input("speed", observes="body.speed"),
+        Continuous("arriving", 0.9), Continuous("sweep", 60.0),
+        Math("off_axis", "abs(target_direction)"),
+        Math("moment", "clip(target_direction * (1 + 5 * speed), -180, 180)"),
+        Math("seek_moment", "clip(sweep * (1 + 5 * speed), -180, 180)"),
+    ),
+    modules={"kick": KICK},
+    fuse={"kick.target_distance": "target_distance", "kick.target_direction": "target_direction", "kick.arriving": "arriving"},
+    transitions=(
+        *life(("ready", "acted", "watching"), ("turns", "seeks")),
+        *within_module("kick", ("kicked", "failed", "aborted"), "kicking"),
+        Transition("drift", ("ready", "ongoing"), ("failed",), tests={"distance": DRIFTED}, sets={"turns": 0, "seeks": 0}, priority=7),
+        Transition("nobody", ("ready", "ongoing"), ("failed",), tests={"mate_age": RECENT, "seeks": SEEKS}, sets={"turns": 0, "seeks": 0},
+                   priority=6),
+        Transition("seek", ("ready",), ("acted", "seeks"), tests={"mate_age": RECENT}, emits=Command("turn", moment="seek_moment"), priority=4),
+        Transition("face", ("ready",), ("acted", "turns"), tests={"off_axis": FACING}, inhibitors={"mate_age": RECENT},
+                   emits=Command("turn", moment="moment"), priority=3),
+        Transition("pass", ("ready",), ("kicking", "kick.begin"), inhibitors={"mate_age": RECENT}, sets={"turns": 0, "seeks": 0}, priority=2),
+        Transition("watch", ("kicking", "kick.kicked"), ("watching",), priority=5),
+        Transition("miss", ("kicking", "ongoing", "kick.failed"), ("failed",), priority=5),
+        Transition("see_off", ("watching", "ongoing"), ("passed",), tests={"distance": MOVED}, priority=5),
+        Transition("stuck", ("watching", "ongoing"), ("failed",), inhibitors={"distance": MOVED}, delay=WATCH),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``passed``, ``failed`` and ``aborted``."""

@@ -1,0 +1,69 @@
+"""receive: meet a ball that is rolling towards the player (dissertation §4.3).
+
+    begin --> [start] --> ongoing + ready
+    ready & ball in reach -----------------> [take] -> received
+    ready & not seen, or no longer coming -> [miss] -> missed
+    ready & its way passes me by ----------> [turn | dash] -> acted
+    ready & it comes to me ----------------> [face | wait] -> acted
+
+    (ball) . . . . x . . .>       x: where its way comes nearest to him, or where it will lie, if that is before
+                   |              he runs there, then faces the ball and lets it come
+                  (me)
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Command, Input, Math, PetriNet, Place, Transition
+from .kick import ROLL
+from .parts import interface, interface_places, life
+
+TAKEN = 0.95
+"""Metres at which the ball can surely be kicked."""
+ASIDE = 0.6
+"""Metres that the ball may pass beside him and still be in reach."""
+STALE = 12.0
+"""Cycles without a sight of the ball after which it is missed."""
+COMING = 0.12
+"""m / cycle below which the ball does not come."""
+PATIENCE = 4
+"""Cycles in a row in which it does not come after which it is missed."""
+
+_PORTS = interface("received", "missed")
+
+RECEIVE = PetriNet(
+    "receive",
+    ports=_PORTS,
+    places=(
+        *interface_places(_PORTS, "ready", "acted"),
+        Place("astray", capacity=PATIENCE),  # cycles in a row in which the ball did not come
+        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction"),
+        Input("age", observes="ball.age"), Input("approach", observes="ball.approach"),
+        Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"), Input("speed", observes="body.speed"),
+        Math("ball_x", "distance * cos(radians(direction))"), Math("ball_y", "distance * sin(radians(direction))"),
+        Math("ball_speed", "max(0.001, hypot(vx, vy))"),
+        Math("along", f"clip(-(ball_x * vx + ball_y * vy) / ball_speed, 0, ball_speed / {ROLL})"),  # metres of its way to x
+        Math("x", "ball_x + along * vx / ball_speed"), Math("y", "ball_y + along * vy / ball_speed"),
+        Math("aside", "hypot(x, y)"),
+        Math("bearing", "degrees(atan2(y, x)) if aside > 0.001 else 0"),
+        Math("off_course", "abs(bearing)"),
+        Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
+        Math("power", "clip(100 * (aside - 0.3 - speed) / 0.6, 20, 100)"),
+        Math("off_axis", "abs(direction)"),
+        Math("face_moment", "clip(direction * (1 + 5 * speed), -180, 180)"),
+    ),
+    transitions=(
+        *life(counters=("astray",)),
+        Transition("take", ("ready", "ongoing"), ("received",), inhibitors={"distance": TAKEN, "age": 3}, sets={"astray": 0}, priority=7),
+        Transition("miss", ("ready", "ongoing"), ("missed",), tests={"age": STALE}, sets={"astray": 0}, priority=6),
+        Transition("give_up", ("ready", "ongoing"), ("missed",), tests={"astray": PATIENCE}, sets={"astray": 0}, priority=6),
+        Transition("come", ("ready",), ("ready",), tests={"approach": COMING, "astray": 1}, sets={"astray": 0}, priority=5),
+        Transition("idle", ("ready",), ("acted", "astray"), inhibitors={"approach": COMING}, priority=4),
+        Transition("turn", ("ready",), ("acted",), tests={"aside": ASIDE, "off_course": 20.0}, emits=Command("turn", moment="moment"),
+                   priority=3),
+        Transition("dash", ("ready",), ("acted",), tests={"aside": ASIDE}, inhibitors={"off_course": 20.0},
+                   emits=Command("dash", power="power", direction=0.0), priority=3),
+        Transition("face", ("ready",), ("acted",), tests={"off_axis": 25.0}, emits=Command("turn", moment="face_moment"), priority=2),
+        Transition("wait", ("ready",), ("acted",), priority=-1),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``received``, ``missed`` and ``aborted``."""

@@ -1,0 +1,34 @@
+"""shoot: kick the ball at the goal as hard as can be (dissertation §2.2.7).
+
+    begin --> [start] --> ongoing + kick.begin
+    kick.kicked --> [finish] --> shot
+    kick.failed --> [miss] ----> failed           the ball was out of reach
+
+            |
+    (me)o ==|==>  the middle of the goal; the leg's scatter at 20 m is far less than the goal's half width of 7 m
+            |
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Continuous, PetriNet, Transition
+from .kick import KICK
+from .parts import interface, interface_places, within_module
+
+_PORTS = interface("shot", "failed")
+
+SHOOT = PetriNet(
+    "shoot",
+    ports=_PORTS,
+    places=(*interface_places(_PORTS, "kicking", "stopping_kick"), Continuous("arriving", 3.0)),
+    modules={"kick": KICK},
+    fuse={"kick.arriving": "arriving"},
+    transitions=(
+        Transition("start", ("begin",), ("ongoing", "kicking", "kick.begin")),
+        *within_module("kick", ("kicked", "failed", "aborted"), "kicking"),
+        Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
+        Transition("finish", ("kicking", "ongoing", "kick.kicked"), ("shot",), priority=5),
+        Transition("miss", ("kicking", "ongoing", "kick.failed"), ("failed",), priority=5),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``shot``, ``failed`` and ``aborted``."""
