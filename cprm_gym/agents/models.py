@@ -5,9 +5,9 @@ Distances in metres, directions in degrees relative to the player's body, one sl
 
 from __future__ import annotations
 
-from ..architecture.prm.cpds import Chance, Noise, Switch, Uniform
-from ..architecture.prm.domains import BOOL, Bins
-from ..architecture.prm.schema import Attribute, Input, Model, PRMClass, prev
+from ..architecture.prm.cpds import Chance, Noise, Switch, Table, Uniform
+from ..architecture.prm.domains import BOOL, Bins, Labels
+from ..architecture.prm.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
 
 DISTANCE = Bins((0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 60), unit="m", clip=True)
 """Ten bins, fine near the player: the eye's error grows with the distance (SIMULATOR.md 6.1.4)."""
@@ -45,3 +45,97 @@ BALL = PRMClass(
 
 BALL_MODEL = Model("ball", classes=(BALL,))
 """One ball and the player's own motion."""
+
+# ------------------------------------------------------------------ what a goalie tracks, in the frame of his team's pitch
+
+PITCH_X = Bins((*(float(x) for x in range(-54, -30)), -28.0, -26.0, -24.0, -21.0, -18.0, -14.0, -9.0), unit="m", clip=True)
+"""Towards the opponent's goal: a metre wide in front of the own goal (the line is at -52.5)."""
+PITCH_Y = Bins((-24.0, -18.0, -14.0, -11.0, *(float(y) for y in range(-9, 10)), 11.0, 14.0, 18.0, 24.0), unit="m", clip=True)
+"""Across the pitch: a metre wide in front of the goal (posts at 7.01)."""
+SPEED_X = Bins((-3.1, -2.8, -2.5, -2.2, -1.95, -1.7, -1.5, -1.3, -1.1, -0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.4, 1.0, 3.0), unit="m/cycle", clip=True)
+"""Of the ball, towards the opponent's goal; ``ball_speed_max`` is 3."""
+SPEED_Y = Bins((-2.4, -1.7, -1.35, -1.1, -0.9, -0.75, -0.6, -0.48, -0.36, -0.24, -0.12, -0.04,
+                0.04, 0.12, 0.24, 0.36, 0.48, 0.6, 0.75, 0.9, 1.1, 1.35, 1.7, 2.4), unit="m/cycle", clip=True)  # fmt: skip
+"""Of the ball, across."""
+COARSE_X = Bins((-53.0, -48.0, -44.0, -40.0, -36.0, -32.0, -28.0, -24.0, -20.0, -14.0, -5.0, 10.0), unit="m", clip=True)
+COARSE_Y = Bins((-34.0, -22.0, -14.0, -9.0, -5.0, -1.5, 1.5, 5.0, 9.0, 14.0, 22.0, 34.0), unit="m", clip=True)
+FACING = Labels(("goal", "aside", "away"))
+"""Whether an opponent's body points to the own goal (within 40 degrees), aside of it, or away from it (over 110)."""
+
+BALL_DECAY = 0.94
+"""Share of its speed that the ball keeps in a cycle (SIMULATOR.md 3.1)."""
+BALL_RAND = 0.05
+"""Noise of its motion as a share of its speed; one coordinate of a vector spread evenly in direction and length has sd ``BALL_RAND / sqrt(6)``."""
+QUANTUM = 0.029
+"""Standard deviation of a seen distance as its share: steps of 10 % (``quantize_step``), spread evenly (SIMULATOR.md 6.1.4)."""
+KEEPER_X = -50.0
+"""Where the goalie mostly stands: the eye's error grows with the distance from there."""
+
+_ROLL = f"{BALL_RAND / 6**0.5:.4f}"
+_TOUCHED = 0.03
+"""Share of cycles in which somebody touches the ball, which then may have any velocity."""
+
+TRACKED_BALL = PRMClass(
+    "Ball",
+    attributes=(
+        # hidden: place and velocity; along and across the pitch they move apart, so that each pair is a small component of its own
+        Attribute("x", PITCH_X, parents=(prev("x"), prev("vx")), initial=Uniform(), cpd=Noise("prev.x + prev.vx", sd=0.1)),
+        Attribute("vx", SPEED_X, parents=(prev("vx"),), initial=Uniform(),
+                  cpd=Noise(f"{BALL_DECAY} * prev.vx", sd=f"0.01 + {_ROLL} * abs(prev.vx)", floor=_TOUCHED)),
+        Attribute("y", PITCH_Y, parents=(prev("y"), prev("vy")), initial=Uniform(), cpd=Noise("prev.y + prev.vy", sd=0.1)),
+        Attribute("vy", SPEED_Y, parents=(prev("vy"),), initial=Uniform(),
+                  cpd=Noise(f"{BALL_DECAY} * prev.vy", sd=f"0.01 + {_ROLL} * abs(prev.vy)", floor=_TOUCHED)),
+        # observed, in cycles with a look at it
+        Attribute("seen_x", PITCH_X, parents=("x",), cpd=Noise("x", sd=f"0.15 + {QUANTUM} * abs(x - {KEEPER_X})", floor=1e-3)),
+        Attribute("seen_y", PITCH_Y, parents=("y",), cpd=Noise("y", sd=f"0.15 + {QUANTUM} * abs(y)", floor=1e-3)),
+        Attribute("seen_vx", SPEED_X, parents=("vx",), cpd=Noise("vx", sd=f"0.03 + {QUANTUM} * abs(vx)", floor=1e-3)),
+        Attribute("seen_vy", SPEED_Y, parents=("vy",), cpd=Noise("vy", sd=f"0.03 + {QUANTUM} * abs(vy)", floor=1e-3)),
+    ),
+)  # fmt: skip
+"""The ball as a goalie tracks it: hidden place and velocity with links in time, and what is seen of them (Fig. 2.25)."""
+
+OPPONENT = PRMClass(
+    "Opponent",
+    attributes=(
+        Attribute("x", COARSE_X),
+        Attribute("y", COARSE_Y),
+        Attribute("facing", FACING, cpd=(0.4, 0.35, 0.25)),
+        Attribute("seen_x", COARSE_X, parents=("x",), cpd=Noise("x", sd=f"0.3 + {QUANTUM} * abs(x - {KEEPER_X})", floor=1e-3)),
+        Attribute("seen_y", COARSE_Y, parents=("y",), cpd=Noise("y", sd=f"0.3 + {QUANTUM} * abs(y)", floor=1e-3)),
+        Attribute("seen_facing", FACING, parents=("facing",), cpd=Table({"goal": (0.9, 0.09, 0.01), "aside": (0.08, 0.84, 0.08),
+                                                                         "away": (0.01, 0.09, 0.9)})),
+    ),
+)  # fmt: skip
+"""An opponent whom nobody watches: priors smooth what is seen, without memory (Fig. 2.26)."""
+
+ATTENDED = Relation(
+    "attendedOpponent",
+    roles={"o": "Opponent"},
+    changes=(
+        Replace("o.x", parents=(prev("o.x"),), cpd=Noise("prev.o.x", sd=0.7)),
+        Replace("o.y", parents=(prev("o.y"),), cpd=Noise("prev.o.y", sd=0.7)),
+        Replace("o.facing", parents=(prev("o.facing"),), cpd=Table({"goal": (0.94, 0.05, 0.01), "aside": (0.07, 0.86, 0.07),
+                                                                    "away": (0.01, 0.07, 0.92)})),
+    ),
+)  # fmt: skip
+"""Attention: links in time for those opponents that matter (Fig. 2.27); 0.7 m a cycle is a running player."""
+
+POSSESSES = Relation(
+    "possessesOpponent",
+    roles={"o": "Opponent", "b": "Ball"},
+    attributes=(
+        Attribute("shoot", BOOL, parents=("o.x", "o.facing"), cpd=Chance("clip((-18 - o.x) / 40, 0, 0.6) * (1 if o.facing < 0.5 else 0.2)")),
+    ),
+    changes=(
+        Replace("b.vx", parents=(prev("b.vx"), "shoot"), cpd=Switch("shoot", {
+            "yes": Noise("-2.2", sd=0.5, floor=0.01),
+            "no": Noise(f"{BALL_DECAY} * prev.b.vx", sd=0.3, floor=0.01),
+        })),
+    ),
+    conflict="mixture",
+    keep_joint=(("b.x", "b.vx"), ("b.y", "b.vy")),
+)  # fmt: skip
+"""An opponent who has the ball: from his place and the way he faces follows whether he shoots, and then the ball flies (Fig. 2.28)."""
+
+GOALIE_MODEL = Model("goalie", classes=(TRACKED_BALL, OPPONENT), relations=(ATTENDED, POSSESSES))
+"""Ball, opponents, and the two relations between them (§2.3.5)."""

@@ -1,0 +1,270 @@
+"""The goalie: watches the ball, gets into the way of shots, catches, clears and goes back to his place (dissertation §2.3.5).
+
+    guard --> post (reposition) --> watching --(the ball is coming)--> save (catch_ball)
+    save: caught --> away (clear) --> guard        over, past, missed --> guard
+    eyes (watch_ball) runs beside all of it
+
+He believes in the ball's place and velocity, seen with noise and every second cycle only; from them follow the point where its way
+comes closest and the cycle in which it lies in his hands. Opponents are objects; the `ATTENDED` nearest to the ball are watched
+(relation ``attendedOpponent``), and one who is at the ball possesses it (``possessesOpponent``), which makes a shot expected
+before it is seen. The object places of the net decide both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..architecture.cprm import CPRM, Cluster, Observe
+from ..architecture.petri import Belief, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ..architecture.prm.projection import ProjectionEngine
+from ..envs.controller import Observation
+from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
+from ..envs.tasks import Task
+from ..simulator.state import PlayMode
+from .models import GOALIE_MODEL
+from .percepts import Percepts, body_percepts
+from .play import SoccerAgent
+from .skills.catch_ball import CATCH_BALL
+from .skills.clear import CLEAR
+from .skills.reposition import REPOSITION
+from .skills.watch_ball import WATCH_BALL
+
+ATTENDED = 2
+"""Opponents who are watched."""
+AT_BALL = 1.6
+"""Metres from the ball within which an opponent has it, as far as the eye can tell."""
+GOAL_X = -52.5
+"""The own goal line."""
+SIDE_ON = 80.0
+"""Degrees between body and ball while waiting."""
+DEEPEST = -52.0
+"""How far back a shot is met, m."""
+
+KINEMATICS = (
+    # where the ball is from the goalie
+    Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
+    Math("ball_distance", "hypot(dx, dy)"),
+    Math("ball_angle", "degrees(atan2(dy, dx)) if ball_distance > 0.01 else 0"),
+    Math("ball_direction", "norm_deg(ball_angle - body)"),
+    Math("next_distance", "hypot(dx + ball_vx - own_vx, dy + ball_vy - own_vy)"),
+    # its way: unit vector, what is left of it up to the point closest to him, that point
+    Math("ball_speed", "hypot(ball_vx, ball_vy)"),
+    Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
+    Math("along", "max(0, -(dx * ux + dy * uy))"),
+    Math("foot_x", "ball_x + along * ux"),
+    Math("meet_x", f"max(foot_x, {DEEPEST})"),
+    Math("meet_y", f"ball_y + along * uy if foot_x >= {DEEPEST} or ball_vx > -0.1 else ball_y + ball_vy / ball_vx * ({DEEPEST} - ball_x)"),
+    Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
+    Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
+    # is it coming: it crosses the goal line near the goal, and rolls that far
+    Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
+    Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
+    Math("coming", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
+    Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
+    # the guarding place: between ball and goal
+    Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
+    Math("out", "clip(0.12 * goal_distance + 0.6, 1, 4)"),
+    Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
+    Math("post_distance", "hypot(post_x - x, post_y - y)"),
+    Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),
+    Math("side_left", f"norm_deg(ball_angle - {SIDE_ON} - body)"), Math("side_right", f"norm_deg(ball_angle + {SIDE_ON} - body)"),
+    Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
+    Math("displaced", "1 if post_distance > 1 or abs(side_turn) > 30 else 0"),
+    Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
+    Math("at_hand", "1 if ball_distance < 0.98 else 0"),
+)  # fmt: skip
+"""Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
+
+TRANSITIONS = (
+    Transition("open_eyes", ("shut",), ("eyes.begin",)),
+    Transition("set_out", ("guard",), ("post.begin",)),
+    Transition("be_there", ("post.in_place",), ("watching",)),
+    Transition("give_way", ("post.aborted",), ("watching",)),
+    Transition("alarm", outputs=("post.abort",), tests=("post.ongoing", "eyes.ball_coming"), inhibitors=("post.abort", "post.begin"), priority=3),
+    Transition("leap", ("watching",), ("save.begin",), tests=("eyes.ball_coming",), priority=4),
+    Transition("pick_up", ("watching",), ("away.begin",), tests={"at_hand": 1}, priority=2),
+    Transition("follow", ("watching",), ("guard",), tests={"displaced": 1}, priority=1),
+    Transition("hold", ("save.caught",), ("away.begin",)),
+    Transition("calm_down", ("save.over",), ("guard",)),
+    Transition("let_past", ("save.past",), ("guard",)),
+    Transition("drop", ("save.missed",), ("guard",)),
+    Transition("break_off", ("save.aborted",), ("guard",)),
+    Transition("cleared", ("away.cleared",), ("guard",)),
+    Transition("stuck", ("away.failed",), ("guard",)),
+    Transition("leave", ("away.aborted",), ("guard",)),
+)  # fmt: skip
+"""Watch, danger, catch, clear, reposition, and again (Fig. 2.30)."""
+
+FUSED = {
+    "eyes.ball_direction": "ball_direction", "eyes.coming": "coming",
+    **{f"save.{p}": p for p in CATCH_BALL.ports.parameters},
+    **{f"post.{p}": p for p in REPOSITION.ports.parameters},
+    **{f"away.{p}": p for p in CLEAR.ports.parameters},
+}  # fmt: skip
+"""What the skills read is what is derived here."""
+
+
+def goalie_net(ball: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie") -> PetriNet:
+    """The goalie's net.
+
+    Parameters
+    ----------
+    ball : tuple of places
+        ``ball_x``, ``ball_y``, ``ball_vx``, ``ball_vy``: belief places, or inputs for a goalie without a model.
+    attended : int
+        Opponents who are watched; 0 for a net without object places.
+    """
+    watch = tuple(
+        ObjectPlace(f"watched_{k}", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0", k=k))
+        for k in range(1, attended + 1)
+    )
+    holder = Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {AT_BALL}")
+    return PetriNet(
+        name,
+        places=(
+            Place("shut", capacity=1, tokens=1), Place("guard", capacity=1, tokens=1), Place("watching", capacity=1),
+            *ball, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
+            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
+            Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
+            *KINEMATICS,
+        ),
+        modules={"eyes": WATCH_BALL, "post": REPOSITION, "save": CATCH_BALL, "away": CLEAR},
+        transitions=TRANSITIONS,
+        fuse=FUSED,
+    )  # fmt: skip
+
+
+BELIEVED = tuple(Belief(f"ball_{name}", variable=f"ball.{name}") for name in ("x", "y", "vx", "vy"))
+"""The ball as it is believed to be."""
+
+
+def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
+    """The goalie's net, his beliefs, and the links between them.
+
+    Parameters
+    ----------
+    opponents : int
+        How many opponents there may be.
+    attended : int
+        How many of them are watched at most.
+    """
+    names = [f"o{k}" for k in range(1, opponents + 1)]
+    watched = min(attended, opponents)
+    seen = [
+        Observe(f"{o}.{variable}", f"{o}.{percept}", when=f"{o}.seen")
+        for o in names
+        for variable, percept in (("seen_x", "x"), ("seen_y", "y"), ("seen_facing", "facing"))
+    ]
+    return CPRM(
+        "goalie",
+        net=goalie_net(BELIEVED, watched),
+        model=GOALIE_MODEL,
+        objects={"ball": "Ball", **{o: "Opponent" for o in names}},
+        observations=(
+            Observe("ball.seen_x", "ball.x", when="ball.seen"),
+            Observe("ball.seen_y", "ball.y", when="ball.seen"),
+            Observe("ball.seen_vx", "ball.vx", when="ball.moving"),
+            Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
+            *seen,
+        ),
+        clusters=(
+            *(Cluster("attendedOpponent", (f"watched_{k}",)) for k in range(1, watched + 1)),
+            *((Cluster("possessesOpponent", ("holder", "=ball")),) if watched else ()),
+        ),
+    )
+
+
+def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
+    """What the goalie feels and sees, in the frame of his team's pitch (metres, degrees, m / cycle).
+
+    Parameters
+    ----------
+    observation : dict of (N, ...) arrays
+        With the part ``memory``.
+    opponents : int
+
+    Returns
+    -------
+    dict of (N,) float64
+        `body_percepts`; ``self.x``, ``self.y``, ``self.body``, ``self.vx``, ``self.vy``; ``game.stopped``; ``ball.seen``, ``ball.moving``
+        (its velocity was seen too), ``ball.x``, ``ball.y``, ``ball.vx``, ``ball.vy``; for each opponent ``o1.seen``, ``o1.x``, ``o1.y``,
+        ``o1.facing`` (index of `FACING`).
+    """
+    percepts = body_percepts(observation)
+    me = np.asarray(observation["self"], np.float64)
+    memory = np.asarray(observation["memory"], np.float64)
+    age = np.asarray(observation["memory_age"])
+    level = np.asarray(observation["level"])
+    fresh = percepts["body.fresh"] > 0
+    percepts["self.x"], percepts["self.y"] = me[:, SelfFeature.X], me[:, SelfFeature.Y]
+    percepts["self.vx"], percepts["self.vy"] = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
+    percepts["self.body"] = np.degrees(me[:, SelfFeature.BODY])
+    mode = observation["body"][:, BodyFeature.PLAY_MODE]
+    percepts["game.stopped"] = (mode != PlayMode.play_on).astype(np.float64)
+    percepts["ball.seen"] = (fresh & (level[:, 0] > 0)).astype(np.float64)
+    percepts["ball.moving"] = (fresh & (level[:, 0] >= 3)).astype(np.float64)
+    for k, name in enumerate(("ball.x", "ball.y", "ball.vx", "ball.vy")):
+        percepts[name] = memory[:, 0, k]
+    players = np.asarray(observation["players"], np.float64)
+    left = observation["body"][0, BodyFeature.SIDE] > 0
+    for k in range(opponents):
+        row, name = 12 + k, f"o{k + 1}"
+        index = 11 + k if left else k
+        percepts[f"{name}.seen"] = (fresh & (age[:, row] == 0)).astype(np.float64)
+        percepts[f"{name}.x"], percepts[f"{name}.y"] = memory[:, row, 0], memory[:, row, 1]
+        heading = me[:, SelfFeature.FACE] + players[:, index, ObjectFeature.BODY]
+        off = np.degrees(heading - np.arctan2(-memory[:, row, 1], GOAL_X - memory[:, row, 0]))
+        off = np.abs((off + 180.0) % 360.0 - 180.0)
+        percepts[f"{name}.facing"] = np.select([off < 40.0, off > 110.0], [0.0, 2.0], 1.0)
+    return percepts
+
+
+def opponent_attributes(observation: Observation, opponents: int = 11) -> Mapping[str, Mapping[str, np.ndarray]]:
+    """By what the goalie chooses whom to watch: attributes of the candidates of his object places.
+
+    Returns
+    -------
+    dict of str to dict of str to (N, opponents) float64
+        ``Opponent``: ``danger`` (the nearer to the ball the more, 0 for those not seen for two seconds), ``ball_gap`` (m).
+    """
+    memory = np.asarray(observation["memory"], np.float64)
+    age = np.asarray(observation["memory_age"])[:, 12 : 12 + opponents]
+    gap = np.hypot(*(memory[:, 12 : 12 + opponents, k] - memory[:, :1, k] for k in (0, 1)))
+    known = age <= 20
+    return {"Opponent": {"danger": np.where(known, 1.0 / (1.0 + gap), 0.0), "ball_gap": np.where(known & (age <= 4), gap, 99.0)}}
+
+
+CLUSTERS = (("ball.x", "ball.vx"), ("ball.y", "ball.vy"))
+"""What a possession has linked stays linked within the ball only: its belief is projected on these pairs."""
+
+
+class GoalieAgent(SoccerAgent):
+    """The goalie as a controller.
+
+    Parameters
+    ----------
+    opponents, attended : int
+        As for `goalie_cprm`.
+    """
+
+    def __init__(self, opponents: int = 11, attended: int = ATTENDED, **options: Any) -> None:
+        super().__init__(
+            goalie_cprm(opponents, attended),
+            lambda observation: goalie_percepts(observation, opponents),
+            needs=("memory",),
+            objects=(lambda observation: opponent_attributes(observation, opponents)) if min(attended, opponents) else None,
+            engine=ProjectionEngine(CLUSTERS),
+            **options,
+        )
+
+
+GOALIE_NET = goalie_net(BELIEVED)
+"""His net, with two opponents watched."""
+
+
+def make_controller(task: Task, agent: str) -> GoalieAgent:
+    """The goalie as a controller."""
+    return GoalieAgent(task.right if agent.startswith("left") else task.left)

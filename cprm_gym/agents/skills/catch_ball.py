@@ -1,0 +1,75 @@
+"""catch_ball: get into the way of a shot and catch it (dissertation §2.3.5, Fig. 2.29).
+
+    begin --> [start] --> ongoing + ready
+    ready --> [turn | dash | hold] --> acted --(one cycle)--> ready     into the ball's way
+    ready & within reach -> [catch] --> grasped                         the one chance
+    grasped --> [caught] --> caught      or, a cycle later, [miss] --> missed
+    ready & no danger ----> [over] --> over
+    ready & ball behind --> [past] --> past
+    abort ----------------> [stop] --> aborted
+
+What decides are quantities derived from the believed place and velocity of the ball: where its way comes closest, how far it is
+from the hands now, and how far it will be a cycle later. The catch is timed to the cycle in which the ball lies in the area that
+the hands cover, as deep in it as it will get. `STRAFE`: shorter ways are run sideways or backwards, without turning.
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+
+REACH = 1.2
+"""Metres that the hands reach (``catchable_area_l``)."""
+STRAFE = 2.2
+"""Metres up to which the goalie does not turn first."""
+AHEAD = 40.0
+"""Degrees within which he runs on without turning."""
+CLOSE = 0.12
+"""Metres from the ball's way at which he stands."""
+
+CATCH_BALL = PetriNet(
+    "catch_ball",
+    ports=Ports(
+        begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
+        answers={"abort": ("aborted", "caught", "missed")}, within=2,
+        parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind"),
+    ),
+    places=(
+        Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),
+        Place("past", capacity=1), Place("missed", capacity=1), Place("aborted", capacity=1), Place("abort", capacity=1),
+        Place("ready", capacity=1), Place("acted", capacity=1), Place("grasped", capacity=1), Place("judged", capacity=1),
+        Continuous("ball_distance", 99.0), Continuous("ball_direction"),  # now: metres, degrees from the body
+        Continuous("next_distance", 99.0),  # from the ball, a cycle later
+        Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
+        Continuous("coming"), Continuous("behind"),
+        Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
+        Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 105 else 0"),
+        Math("now_or_never", "1 if next_distance > ball_distance - 0.1 or ball_distance < 0.8 else 0"),
+        Math("off", "abs(way_direction)"),
+        Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
+        Math("moment", "clip(way_direction * (1 + 5 * speed), -180, 180)"),
+        Math("power", "clip(170 * way_distance - 40 * speed, 10, 100)"),
+    ),
+    transitions=(
+        Transition("start", ("begin",), ("ongoing", "ready")),
+        Transition("stop_ready", ("abort", "ongoing", "ready"), ("aborted",), priority=9),
+        Transition("stop_acted", ("abort", "ongoing", "acted"), ("aborted",), priority=9),
+        Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
+        # outcomes
+        Transition("caught_it", ("judged", "ongoing"), ("caught",), tests={"stopped": 1}, priority=7),
+        Transition("stop_late", ("abort", "ongoing", "judged"), ("aborted",), inhibitors={"stopped": 1}, priority=9),
+        Transition("miss", ("judged", "ongoing"), ("missed",), inhibitors={"stopped": 1}, priority=6),
+        # the one chance
+        Transition("catch", ("ready",), ("grasped",), tests={"reachable": 1, "now_or_never": 1},
+                   emits=Command("catch", direction="ball_direction"), priority=5),
+        Transition("lose", ("ready", "ongoing"), ("past",), tests={"behind": 1}, priority=4),
+        Transition("relax", ("ready", "ongoing"), ("over",), inhibitors={"coming": 1, "reachable": 1}, priority=3),
+        # into the way
+        Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=2),
+        Transition("dash", ("ready",), ("acted",), tests={"way_distance": CLOSE},
+                   emits=Command("dash", power="power", direction="way_direction"), priority=1),
+        Transition("hold", ("ready",), ("acted",)),
+        Transition("tick", ("acted",), ("ready",), delay=1),
+        Transition("judge", ("grasped",), ("judged",), delay=1),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``caught``, ``over``, ``past``, ``missed`` and ``aborted``."""
