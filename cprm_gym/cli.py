@@ -144,8 +144,8 @@ def conformance(
     """Replay recordings of a real server and compare; exit status 1 when anything differs."""
     from .simulator.conformance import run as replay
 
-    with said_plainly(), complaints.status(f"replaying {len(paths)} paths ..."):
-        report = replay(paths)
+    with said_plainly(), complaints.status("replaying ...") as status:
+        report = replay(paths, lambda result, done, total: status.update(f"{done} of {total} files replayed"))
     typer.echo(report.to_json() if as_json else report.text())
     if not report.ok:
         raise typer.Exit(1)

@@ -68,7 +68,7 @@ def replay_statistics(recording: Recording, result: Result) -> None:
 
 
 def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The recordings and matches among `paths`, directories searched through.
+    """The recordings and matches among `paths`, directories searched through (for game logs with a command log beside them).
 
     Raises
     ------
@@ -79,7 +79,7 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
     for given in paths:
         path = Path(given)
         if path.is_dir():
-            inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS + _MATCHES))
+            inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS) or _is_match(file))
             if not inside:
                 raise LogError(f"{path}: no recordings (*{', *'.join(_RECORDINGS)}) or matches (*{', *'.join(_MATCHES)}) in it")
             found += inside
@@ -92,17 +92,34 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
     return found
 
 
-def run(paths: Iterable[str | os.PathLike[str]]) -> Report:
+def _is_match(path: Path) -> bool:
+    """Whether a file is a game log whose command log lies beside it."""
+    if not path.name.endswith(_MATCHES):
+        return False
+    stem = path.name[: path.name.rindex(".rcg")]
+    return any(path.with_name(stem + suffix).exists() for suffix in (".rcl", ".rcl.gz"))
+
+
+def run(paths: Iterable[str | os.PathLike[str]], on_result: Callable[[Result, int, int], object] | None = None) -> Report:
     """Replay files and directories of files.
 
     Parameters
     ----------
     paths : iterable of path
         Recordings (``.jsonl.gz``), game logs (``.rcg.gz``, whose command log ``.rcl.gz`` lies beside them), or directories.
+    on_result : callable, optional
+        Called with (result, files done, files in all) after each file.
 
     Raises
     ------
     LogError
         When a path does not exist or a file cannot be read.
     """
-    return Report([replay_match(path) if path.name.endswith(_MATCHES) else replay_scenario(path) for path in files_in(paths)])
+    files = files_in(paths)
+    report = Report([])
+    for done, path in enumerate(files, 1):
+        result = replay_match(path) if path.name.endswith(_MATCHES) else replay_scenario(path)
+        report.results.append(result)
+        if on_result is not None:
+            on_result(result, done, len(files))
+    return report
