@@ -255,6 +255,8 @@ class ParameterSet:
 
     def _message(self, head: str, version: int | None, alphabetical: bool, digits: int = 6) -> str:
         """``(head (name value)...)`` with the parameters that a client of protocol `version` is told (None: all)."""
+        if version is not None and version < 8:
+            raise ParameterError(f"clients of protocol 8 and newer are told names and values, got version {version!r}")
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
         if alphabetical:
             fields = tuple(sorted(fields, key=lambda f: f.name))

@@ -235,6 +235,7 @@ class Simulator(Officials):
         if self._pool is None or len(self.world) == 1:
             kernel(self.world, self.packed, *arguments, 0, len(self.world))
             return
+        kernel = getattr(kernel, "entry", kernel)   # made here, once, not by several threads
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
         tasks = [
             self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop))

@@ -114,6 +114,12 @@ def test_clients_are_told_what_their_protocol_knows():
     assert PlayerType().to_text(0, 19).endswith("(land_focus_dist_noise_rate 0.00125))")
 
 
+def test_the_positional_texts_of_protocol_7_are_refused():
+    for write in (ServerParameters().to_text, PlayerParameters().to_text, lambda version: PlayerType().to_text(1, version)):
+        with pytest.raises(ParameterError, match="protocol 8 and newer"):
+            write(7)
+
+
 def test_player_text_is_read_back():
     parameters = PlayerParameters(player_types=7, random_seed=12)
     assert PlayerParameters.from_text(parameters.to_text()) == parameters
