@@ -251,8 +251,8 @@ def _hfo_high(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarra
     opponents = _others(m, np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1)))
     team_index = _mates(core, preset.mates - 1)
     tx, ty, there = _others(m, team_index)
-    wide, far = (lambda v: v / 26.25 - 1.0), (lambda v: v / 34.0)
-    parts = [wide(x), far(y), m["body"] / math.pi, np.where(seen, wide(m["ball_x"]), 0.0), np.where(seen, far(m["ball_y"]), 0.0)]
+    parts = [_along(x), _across(y), m["body"] / math.pi]
+    parts += [np.where(seen, _along(m["ball_x"]), 0.0), np.where(seen, _across(m["ball_y"]), 0.0)]
     parts += [np.where(with_ball, 1.0, -1.0), _near(_GOAL - x, -y), np.arctan2(-y, _GOAL - x) / math.pi]
     parts += [_goal_opening(x, y, *opponents), _nearest(x, y, *opponents)]
     team = range(preset.mates - 1)
@@ -261,11 +261,20 @@ def _hfo_high(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarra
     parts += [np.where(there[..., k], _pass_opening(x, y, tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
     for k in team:
         numbers = (team_index[:, k] + 1) / 11.0
-        parts += [np.where(there[..., k], v, 0.0) for v in (wide(tx[..., k]), far(ty[..., k]), numbers)]
+        parts += [np.where(there[..., k], v, 0.0) for v in (_along(tx[..., k]), _across(ty[..., k]), numbers)]
     ox, oy, known = opponents
     for k in range(preset.opponents):
-        parts += [np.where(known[..., k], v, 0.0) for v in (wide(ox[..., k]), far(oy[..., k]), (k + 1) / 11.0)]
+        parts += [np.where(known[..., k], v, 0.0) for v in (_along(ox[..., k]), _across(oy[..., k]), (k + 1) / 11.0)]
     return [*parts, preset.action_possible(core), m["stamina"] / 4000.0 - 1.0]
+
+
+def _along(x: np.ndarray) -> np.ndarray:
+    """x in the half field, -1 at the halfway line, 1 at the goal line."""
+    return x / 26.25 - 1.0
+
+
+def _across(y: np.ndarray) -> np.ndarray:
+    return y / 34.0
 
 
 def _goal_opening(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -1,0 +1,165 @@
+"""Agents x worlds as one batch for stable-baselines3, without any wrapper in between.
+
+    from cprm_gym.wrappers.sb3 import SoccerVecEnv
+    model = PPO("MlpPolicy", SoccerVecEnv("GoToBall", worlds=16, action_mode="discrete", observation="hfo_low"))
+
+All controlled agents of all worlds are entries of one `VecEnv`, so one policy is shared by all of them (parameter sharing). Entry
+``world * agents + agent``. `MaskablePPO` finds the masks of the macro view.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..envs.core import SoccerCore
+from ..envs.tasks import make_task
+from ..envs.tasks.base import Task
+from ..errors import CprmError, ParameterError
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError as error:
+    raise CprmError("cprm_gym.wrappers.sb3 needs stable-baselines3: pip install 'cprm-gym[rl]'") from error
+
+
+class SoccerVecEnv(VecEnv):  # type: ignore[misc]
+    """A task as a `VecEnv` of stable-baselines3: one entry per world and controlled agent.
+
+    Parameters
+    ----------
+    task : str or Task
+    worlds : int
+        Worlds of the batch.
+    action_mode : str
+        ``discrete`` (PPO), ``box`` (SAC, TD3, PPO) or ``macro`` (PPO, DQN with one agent, MaskablePPO). stable-baselines3 knows no
+        hybrid actions.
+    task_options : dict, optional
+        Fields of the task.
+    seed : int
+        Of the first reset; `VecEnv.seed` changes it.
+    **options
+        As for `SoccerCore`: ``controlled``, ``others``, ``include``, ``observation``, ``flatten``, ``reward``, ``threads`` ...
+
+    Raises
+    ------
+    ParameterError
+        For the hybrid view.
+    """
+
+    def __init__(
+        self, task: str | Task, worlds: int = 1, action_mode: str = "discrete", task_options: dict[str, Any] | None = None,
+        seed: int = 0, **options: Any,
+    ) -> None:  # fmt: skip
+        if action_mode == "hybrid":
+            raise ParameterError("SoccerVecEnv: stable-baselines3 has no Dict actions; action_mode is discrete, box or macro")
+        made = make_task(task, **(task_options or {})) if isinstance(task, str) else task
+        self.core = SoccerCore(made, worlds, view=action_mode, **options)
+        self.worlds, self.agents = worlds, len(self.core.agents)
+        self.render_mode: str | None = None
+        super().__init__(worlds * self.agents, self.core.observation_space(), self.core.view.space)
+        self._seed: int | None = seed
+        self._actions: Any = None
+        self._returns = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, np.int64)
+
+    # ------------------------------------------------------------------ the cycle
+
+    def reset(self) -> Any:
+        """Start episodes in all worlds."""
+        self.core.reset(self._seed)
+        self._seed = None
+        self._returns[:], self._lengths[:] = 0.0, 0
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        return self._observation()
+
+    def step_async(self, actions: Any) -> None:
+        """Note the actions, (worlds * agents, ...)."""
+        actions = np.asarray(actions)
+        self._actions = actions.reshape(self.worlds, self.agents, *actions.shape[1:])
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Play one cycle; worlds that end begin anew, their last observations stand in ``info["terminal_observation"]``."""
+        step = self.core.step(self._actions)
+        rewards = step.reward.reshape(-1).astype(np.float32)
+        over = step.terminated | step.truncated
+        dones = np.repeat(over, self.agents)
+        self._returns += rewards
+        self._lengths += 1
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if over.any():
+            last = self._observation()
+            for i in np.flatnonzero(dones):
+                w = i // self.agents
+                infos[i] = {
+                    "terminal_observation": {k: v[i] for k, v in last.items()} if isinstance(last, dict) else last[i],
+                    "TimeLimit.truncated": bool(step.truncated[w]),
+                    "episode": {"r": float(self._returns[i]), "l": int(self._lengths[i]), "t": 0.0},
+                    "is_success": bool(step.success[w]),
+                    "status": self.core.task.statuses[step.status[w]],
+                }
+            self._returns[dones], self._lengths[dones] = 0.0, 0
+            self.core.reset(None, over)
+        return self._observation(), rewards, dones, infos
+
+    def _observation(self) -> Any:
+        output = self.core.output
+        if isinstance(output, np.ndarray):
+            return output.reshape(self.num_envs, *output.shape[2:]).copy()
+        return {k: v.reshape(self.num_envs, *v.shape[2:]).copy() for k, v in output.items()}
+
+    # ------------------------------------------------------------------ what stable-baselines3 asks
+
+    def action_masks(self) -> np.ndarray:
+        """(worlds * agents, macros) bool: what can be done now.
+
+        Raises
+        ------
+        CprmError
+            For another view than macro.
+        """
+        mask = self.core.action_mask
+        if mask is None:
+            raise CprmError("action_masks: only the macro view has masks; make the environment with action_mode='macro'")
+        return mask.reshape(self.num_envs, -1)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed of the next reset."""
+        self._seed = seed
+        return [seed] * self.num_envs
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def has_attr(self, attr_name: str) -> bool:
+        """Whether the environment has an attribute; ``action_masks`` only in the macro view."""
+        if attr_name == "action_masks":
+            return self.core.action_mask is not None
+        return hasattr(self, attr_name)
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The attribute, once per entry."""
+        return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Set an attribute of the whole batch."""
+        setattr(self, attr_name, value)
+
+    def env_method(self, method_name: str, *arguments: Any, indices: Any = None, **options: Any) -> list[Any]:
+        """Call a method for entries; ``action_masks`` gives each its own mask."""
+        chosen = list(self._get_indices(indices))
+        if method_name == "action_masks":
+            masks = self.action_masks()
+            return [masks[i] for i in chosen]
+        result = getattr(self, method_name)(*arguments, **options)
+        return [result] * len(chosen)
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """Nothing is wrapped here; episodes are monitored without a wrapper."""
+        return [False] * len(list(self._get_indices(indices)))
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """There are no pictures of a batch."""
+        return [None] * self.num_envs

@@ -1,0 +1,92 @@
+"""Rewards as arguments."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.envs import soccer_v0
+from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.rewards import POTENTIALS, HausknechtStone
+from cprm_gym.envs.single import SoccerEnv
+from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import ParameterError, UnknownName
+
+
+def play(core, cycles, seed=0):
+    core.reset(seed)
+    draws = np.random.default_rng(seed)
+    for _ in range(cycles):
+        kinds = draws.integers(1, 4, (core.worlds, len(core.agents)))
+        params = draws.uniform(-1, 1, (core.worlds, len(core.agents), 4))
+        params[..., 2:] = 0.0
+        yield core.step({"type": kinds, "params": params})
+
+
+def test_shaping_terms_telescope_to_potentials():
+    gamma = 0.9
+    core = SoccerCore(make_task("HFO2v1", max_cycles=1000), 6, reward=tuple(POTENTIALS), reward_gamma=gamma)
+    core.reset(3)
+    start = {name: potential(core).copy() for name, potential in POTENTIALS.items()}
+    sums = dict.fromkeys(POTENTIALS, 0.0)
+    alive = np.ones(6, bool)
+    factor, cycles = 1.0, 25
+    for step in play(core, cycles, seed=3):
+        alive &= ~step.terminated
+        for name in POTENTIALS:
+            sums[name] = sums[name] + factor * step.terms[name]
+        factor *= gamma
+        assert step.reward == pytest.approx(sum(step.terms.values()))
+    assert alive.any()
+    for name, potential in POTENTIALS.items():
+        expected = factor * potential(core) - start[name]
+        assert sums[name][alive] == pytest.approx(expected[alive], abs=1e-9)
+
+
+def test_after_the_end_the_potential_is_zero():
+    env = SoccerEnv(action_mode="hybrid", near=5.0, far=5.1, rolling=0.0, reward="to_ball", reward_gamma=1.0)
+    env.reset(seed=0)
+    w = env.core.sim.world
+    w["pos"][0, 1] = w["pos"][0, 0] - [1.3, 0.0]
+    w["body"][0, 0] = w["body_staged"][0, 0] = 0.0
+    env.core.reward.begin(env.core, np.array([0]))
+    _, reward, terminated, _, info = env.step({"type": 1, "params": np.array([1, 0, 0, 0], np.float32)})
+    assert terminated
+    assert info["reward_terms"]["to_ball"] == pytest.approx(0.13)
+    assert reward == pytest.approx(1.13)
+
+
+def test_weights_and_functions():
+    plain, heavy = (SoccerCore(make_task("GoToBall"), 3, reward=r) for r in ({"to_ball": 1.0}, {"to_ball": 3.0}))
+    for a, b in zip(play(plain, 10), play(heavy, 10)):
+        assert 3.0 * a.terms["to_ball"] == pytest.approx(b.terms["to_ball"])
+    counted = SoccerCore(make_task("GoToBall"), 3, reward=lambda core, outcome: {"time": -np.ones((3, 1)), "end": 10 * outcome.reward})
+    for step in play(counted, 5):
+        assert (step.terms["time"] == -1).all()
+        assert step.reward == pytest.approx(step.terms["time"] + step.terms["end"])
+    env = soccer_v0.parallel_env(task="HFO2v1", reward=HausknechtStone(), action_mode="discrete")
+    env.reset(seed=1)
+    infos = env.step({a: np.array([1, 4, 11, 0]) for a in env.agents})[4]
+    assert set(infos["left_1"]["reward_terms"]) == {"move_to_ball", "kickable", "ball_to_goal", "goal"}
+
+
+def test_the_reward_of_the_literature_pays_the_first_touch_once():
+    core = SoccerCore(make_task("HFO1v0"), 1, reward=HausknechtStone())
+    core.reset(1)
+    w = core.sim.world
+    total = 0.0
+    for _ in range(4):
+        w["pos"][0, 1], w["vel"][0, :2] = w["pos"][0, 0] - [0.6, 0.0], 0.0
+        total += core.step({"type": np.zeros((1, 1), int), "params": np.zeros((1, 1, 4))}).terms["kickable"][0, 0]
+    assert total == 1.0
+
+
+def test_errors_name_the_terms():
+    with pytest.raises(UnknownName, match=r"unknown reward term 'to_bal'. Did you mean 'to_ball'\? Known: ball_to_goal, facing_ball"):
+        SoccerEnv(reward="to_bal")
+    with pytest.raises(ParameterError, match="weight is nan"):
+        SoccerEnv(reward={"to_ball": float("nan")})
+    with pytest.raises(ParameterError, match="expected None, names of terms, names with weights or a function, got int"):
+        SoccerEnv(reward=3)
+    env = SoccerEnv(reward=lambda core, outcome: np.zeros(2))
+    env.reset(seed=0)
+    with pytest.raises(ParameterError, match=r"'reward' has shape \(2,\), expected \(1, 1\)"):
+        env.step([0, 0, 0, 0])
