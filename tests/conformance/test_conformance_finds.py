@@ -19,6 +19,8 @@ def altered(tmp_path: Path, name: str, alter: Callable[[list[dict]], None], case
     with gzip.open(DATA / f"{name}.jsonl.gz", "rt") as lines:
         records = [json.loads(line) for line in lines]
     records = records[: None if cases is None else cases + 1]
+    for record in records if cases is not None else ():
+        record["steps"] = record.get("steps", [])[:6]
     alter(records)
     path = tmp_path / "altered.jsonl"
     path.write_text("\n".join(json.dumps(record) for record in records))
