@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..architecture.cprm import CPRM, Cluster, Observe
-from ..architecture.petri import Belief, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ..architecture.petri import Belief, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from ..architecture.prm.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
@@ -40,6 +40,8 @@ GOAL_X = -52.5
 """The own goal line."""
 SIDE_ON = 80.0
 """Degrees between body and ball while waiting."""
+BOX_X, BOX_Y = -37.0, 19.0
+"""The own penalty area, where he may use his hands, m."""
 DEEPEST = -52.0
 """How far back a shot is met, m."""
 
@@ -53,16 +55,23 @@ KINEMATICS = (
     # its way: unit vector, what is left of it up to the point closest to him, that point
     Math("ball_speed", "hypot(ball_vx, ball_vy)"),
     Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
+    # a ball that lies free near the goal: he is there before the opponents
+    Math("rival_gap", "hypot(ball_x - rival_x, ball_y - rival_y)"),
+    Math("loose", f"1 if ball_speed < 1 and {GOAL_X} < ball_x and ball_x < {BOX_X} and abs(ball_y) < {BOX_Y} and ball_distance < rival_gap + 1 else 0"),
+    Math("run", "ball_distance / 0.9"),
+    Math("roll", "(1 - exp(-0.0619 * run)) / 0.06"),
     Math("along", "max(0, -(dx * ux + dy * uy))"),
     Math("foot_x", "ball_x + along * ux"),
-    Math("meet_x", f"max(foot_x, {DEEPEST})"),
-    Math("meet_y", f"ball_y + along * uy if foot_x >= {DEEPEST} or ball_vx > -0.1 else ball_y + ball_vy / ball_vx * ({DEEPEST} - ball_x)"),
+    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} and not loose else 0"),
+    Math("meet_x", f"max(foot_x, {DEEPEST}) if shot else max(ball_x + roll * ball_vx, {DEEPEST})"),
+    Math("meet_y", "ball_y + roll * ball_vy if not shot else ball_y + along * uy if foot_x >= "
+         f"{DEEPEST} or ball_vx > -0.1 else ball_y + ball_vy / ball_vx * ({DEEPEST} - ball_x)"),
     Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
     Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
     # is it coming: it crosses the goal line near the goal, and rolls that far
     Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
     Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
-    Math("coming", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
+    Math("coming", "1 if shot or loose else 0"),
     Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
     # the guarding place: between ball and goal
     Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
@@ -81,17 +90,18 @@ KINEMATICS = (
 TRANSITIONS = (
     Transition("open_eyes", ("shut",), ("eyes.begin",)),
     Transition("set_out", ("guard",), ("post.begin",)),
-    Transition("be_there", ("post.in_place",), ("watching",)),
+    Transition("be_there", ("post.in_place",), ("watching",), delay=1),
+    # a cycle passes before he changes his mind, so that no reading can drive him round in circles within an instant
     Transition("give_way", ("post.aborted",), ("watching",)),
     Transition("alarm", outputs=("post.abort",), tests=("post.ongoing", "eyes.ball_coming"), inhibitors=("post.abort", "post.begin"), priority=3),
     Transition("leap", ("watching",), ("save.begin",), tests=("eyes.ball_coming",), priority=4),
     Transition("pick_up", ("watching",), ("away.begin",), tests={"at_hand": 1}, priority=2),
     Transition("follow", ("watching",), ("guard",), tests={"displaced": 1}, priority=1),
     Transition("hold", ("save.caught",), ("away.begin",)),
-    Transition("calm_down", ("save.over",), ("guard",)),
-    Transition("let_past", ("save.past",), ("guard",)),
-    Transition("drop", ("save.missed",), ("guard",)),
-    Transition("break_off", ("save.aborted",), ("guard",)),
+    Transition("calm_down", ("save.over",), ("guard",), delay=1),
+    Transition("let_past", ("save.past",), ("guard",), delay=1),
+    Transition("drop", ("save.missed",), ("guard",), delay=1),
+    Transition("break_off", ("save.aborted",), ("guard",), delay=1),
     Transition("cleared", ("away.cleared",), ("guard",)),
     Transition("stuck", ("away.failed",), ("guard",)),
     Transition("leave", ("away.aborted",), ("guard",)),
@@ -128,6 +138,8 @@ def goalie_net(ball: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
             Place("shut", capacity=1, tokens=1), Place("guard", capacity=1, tokens=1), Place("watching", capacity=1),
             *ball, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
+            *((Belief("rival_x", variable="watched_1.x", value=40.0), Belief("rival_y", variable="watched_1.y")) if attended
+              else (Continuous("rival_x", 40.0), Continuous("rival_y"))),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             *KINEMATICS,
         ),

@@ -48,17 +48,18 @@ BALL_MODEL = Model("ball", classes=(BALL,))
 
 # ------------------------------------------------------------------ what a goalie tracks, in the frame of his team's pitch
 
-PITCH_X = Bins((*(float(x) for x in range(-54, -30)), -28.0, -26.0, -24.0, -21.0, -18.0, -14.0, -9.0), unit="m", clip=True)
-"""Towards the opponent's goal: a metre wide in front of the own goal (the line is at -52.5)."""
-PITCH_Y = Bins((-24.0, -18.0, -14.0, -11.0, *(float(y) for y in range(-9, 10)), 11.0, 14.0, 18.0, 24.0), unit="m", clip=True)
-"""Across the pitch: a metre wide in front of the goal (posts at 7.01)."""
+PITCH_X = Bins((*(-53.5 + 0.5 * k for k in range(20)), *(float(x) for x in range(-43, -27)), -26.0, -24.0, -21.0, -18.0, -14.0, -9.0),
+               unit="m", clip=True)
+"""Towards the opponent's goal: half a metre wide in front of the own goal (the line is at -52.5)."""
+PITCH_Y = Bins((-24.0, -18.0, -14.0, -11.0, *(-9.0 + 0.5 * k for k in range(37)), 11.0, 14.0, 18.0, 24.0), unit="m", clip=True)
+"""Across the pitch: half a metre wide in front of the goal (posts at 7.01)."""
 SPEED_X = Bins((-3.1, -2.8, -2.5, -2.2, -1.95, -1.7, -1.5, -1.3, -1.1, -0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.4, 1.0, 3.0), unit="m/cycle", clip=True)
 """Of the ball, towards the opponent's goal; ``ball_speed_max`` is 3."""
 SPEED_Y = Bins((-2.4, -1.7, -1.35, -1.1, -0.9, -0.75, -0.6, -0.48, -0.36, -0.24, -0.12, -0.04,
                 0.04, 0.12, 0.24, 0.36, 0.48, 0.6, 0.75, 0.9, 1.1, 1.35, 1.7, 2.4), unit="m/cycle", clip=True)  # fmt: skip
 """Of the ball, across."""
-COARSE_X = Bins((-53.0, -48.0, -44.0, -40.0, -36.0, -32.0, -28.0, -24.0, -20.0, -14.0, -5.0, 10.0), unit="m", clip=True)
-COARSE_Y = Bins((-34.0, -22.0, -14.0, -9.0, -5.0, -1.5, 1.5, 5.0, 9.0, 14.0, 22.0, 34.0), unit="m", clip=True)
+COARSE_X = Bins((*(-53.0 + 2.0 * k for k in range(16)), -18.0, -14.0, -5.0, 10.0), unit="m", clip=True)
+COARSE_Y = Bins((-34.0, -22.0, *(-16.0 + 2.0 * k for k in range(17)), 22.0, 34.0), unit="m", clip=True)
 FACING = Labels(("goal", "aside", "away"))
 """Whether an opponent's body points to the own goal (within 40 degrees), aside of it, or away from it (over 110)."""
 
@@ -86,8 +87,8 @@ TRACKED_BALL = PRMClass(
         Attribute("vy", SPEED_Y, parents=(prev("vy"),), initial=Uniform(),
                   cpd=Noise(f"{BALL_DECAY} * prev.vy", sd=f"0.01 + {_ROLL} * abs(prev.vy)", floor=_TOUCHED)),
         # observed, in cycles with a look at it
-        Attribute("seen_x", PITCH_X, parents=("x",), cpd=Noise("x", sd=f"0.15 + {QUANTUM} * abs(x - {KEEPER_X})", floor=1e-3)),
-        Attribute("seen_y", PITCH_Y, parents=("y",), cpd=Noise("y", sd=f"0.15 + {QUANTUM} * abs(y)", floor=1e-3)),
+        Attribute("seen_x", PITCH_X, parents=("x",), cpd=Noise("x", sd=f"0.1 + {QUANTUM} * abs(x - {KEEPER_X})", floor=1e-3)),
+        Attribute("seen_y", PITCH_Y, parents=("y",), cpd=Noise("y", sd=f"0.12 + {QUANTUM} * abs(y)", floor=1e-3)),
         Attribute("seen_vx", SPEED_X, parents=("vx",), cpd=Noise("vx", sd=f"0.03 + {QUANTUM} * abs(vx)", floor=1e-3)),
         Attribute("seen_vy", SPEED_Y, parents=("vy",), cpd=Noise("vy", sd=f"0.03 + {QUANTUM} * abs(vy)", floor=1e-3)),
     ),

@@ -42,8 +42,8 @@ CATCH_BALL = PetriNet(
         Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
         Continuous("coming"), Continuous("behind"),
         Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
-        Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 105 else 0"),
-        Math("now_or_never", "1 if next_distance > ball_distance - 0.1 or ball_distance < 0.8 else 0"),
+        Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 110 else 0"),
+        Math("now_or_never", "1 if ball_distance < 1 or next_distance > ball_distance - 0.15 else 0"),
         Math("off", "abs(way_direction)"),
         Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
         Math("moment", "clip(way_direction * (1 + 5 * speed), -180, 180)"),
