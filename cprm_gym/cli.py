@@ -83,8 +83,8 @@ def benchmark(
         report = summarise(plan, results)
         written = report.write(folder)
     console.print(report.to_table())
-    for line in report.errors:
-        complaints.print(f"[red]error:[/red] {escape(line)}", highlight=False, soft_wrap=True)
+    for message in report.errors:
+        complaints.print(f"[red]error:[/red] {escape(message)}", highlight=False, soft_wrap=True)
     for path in written:
         console.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if not any(p.suffix == ".png" for p in written):
