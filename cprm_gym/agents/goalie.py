@@ -45,6 +45,29 @@ BOX_X, BOX_Y = -37.0, 19.0
 DEEPEST = -52.0
 """How far back a shot is met, m."""
 
+RUN, START = 0.95, 1.5
+"""A running player's metres a cycle, and the cycles that the goalie loses by turning and getting up speed."""
+DARE = 8.0
+"""Cycles by which an opponent may be nearer to a free ball for the goalie still to go for it."""
+
+
+def race(who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
+    """Places ``{who}_time``, ``{who}_x`` and ``{who}_y``: when and where somebody at (x, y) meets the rolling ball."""
+    places: list[Math] = []
+    at = ("ball_x", "ball_y")
+    for k in ("_1", "_2", "_3", ""):
+        way = f"hypot({at[0]} - {x}, {at[1]} - {y})"
+        now, last = f"{who}_time{k}", places[-3].name if places else ""
+        needed = time.format(way=way)
+        places += [
+            Math(now, f"0.5 * ({last} + {needed})" if last else needed),
+            Math(f"{who}_x{k}", f"ball_x + ball_vx * (1 - exp(-0.0619 * {now})) / 0.06"),
+            Math(f"{who}_y{k}", f"ball_y + ball_vy * (1 - exp(-0.0619 * {now})) / 0.06"),
+        ]
+        at = (places[-2].name, places[-1].name)
+    return tuple(places)
+
+
 KINEMATICS = (
     # where the ball is from the goalie
     Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
@@ -55,16 +78,16 @@ KINEMATICS = (
     # its way: unit vector, what is left of it up to the point closest to him, that point
     Math("ball_speed", "hypot(ball_vx, ball_vy)"),
     Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
-    # a ball that lies free near the goal: he is there before the opponents
-    Math("rival_gap", "hypot(ball_x - rival_x, ball_y - rival_y)"),
-    Math("loose", f"1 if ball_speed < 1 and {GOAL_X} < ball_x and ball_x < {BOX_X} and abs(ball_y) < {BOX_Y} and ball_distance < rival_gap + 1 else 0"),
-    Math("run", "ball_distance / 0.9"),
-    Math("roll", "(1 - exp(-0.0619 * run)) / 0.06"),
+    # who is first at a ball that nobody holds: a few steps of "where is it when I am there" for him and for the nearest opponent
+    *race("own", "x", "y", f"{START} + {{way}} / {RUN}"),
+    *race("rival", "watched_x", "watched_y", f"max({{way}} - 0.8, 0) / {RUN}"),
+    Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
+    Math("loose", f"1 if in_box and not shot and own_time < rival_time + {DARE} else 0"),
     Math("along", "max(0, -(dx * ux + dy * uy))"),
     Math("foot_x", "ball_x + along * ux"),
-    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} and not loose else 0"),
-    Math("meet_x", f"max(foot_x, {DEEPEST}) if shot else max(ball_x + roll * ball_vx, {DEEPEST})"),
-    Math("meet_y", "ball_y + roll * ball_vy if not shot else ball_y + along * uy if foot_x >= "
+    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
+    Math("meet_x", f"max(foot_x, {DEEPEST}) if shot else max(own_x, {DEEPEST})"),
+    Math("meet_y", "own_y if not shot else ball_y + along * uy if foot_x >= "
          f"{DEEPEST} or ball_vx > -0.1 else ball_y + ball_vy / ball_vx * ({DEEPEST} - ball_x)"),
     Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
     Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
@@ -117,13 +140,14 @@ FUSED = {
 """What the skills read is what is derived here."""
 
 
-def goalie_net(ball: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie") -> PetriNet:
+def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie") -> PetriNet:
     """The goalie's net.
 
     Parameters
     ----------
-    ball : tuple of places
-        ``ball_x``, ``ball_y``, ``ball_vx``, ``ball_vy``: belief places, or inputs for a goalie without a model.
+    seen : tuple of places
+        ``ball_x``, ``ball_y``, ``ball_vx``, ``ball_vy``, and ``watched_x``, ``watched_y`` of the opponent nearest to the ball: belief
+        places (`BELIEVED`), or inputs for a goalie without a model.
     attended : int
         Opponents who are watched; 0 for a net without object places.
     """
@@ -136,10 +160,8 @@ def goalie_net(ball: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
         name,
         places=(
             Place("shut", capacity=1, tokens=1), Place("guard", capacity=1, tokens=1), Place("watching", capacity=1),
-            *ball, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
+            *seen, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
-            *((Belief("rival_x", variable="watched_1.x", value=40.0), Belief("rival_y", variable="watched_1.y")) if attended
-              else (Continuous("rival_x", 40.0), Continuous("rival_y"))),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             *KINEMATICS,
         ),
@@ -149,8 +171,11 @@ def goalie_net(ball: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
     )  # fmt: skip
 
 
-BELIEVED = tuple(Belief(f"ball_{name}", variable=f"ball.{name}") for name in ("x", "y", "vx", "vy"))
-"""The ball as it is believed to be."""
+FAR = 40.0
+"""Where the nearest opponent is while none is watched, m."""
+BALL = tuple(Belief(f"ball_{name}", variable=f"ball.{name}") for name in ("x", "y", "vx", "vy"))
+BELIEVED = (*BALL, Belief("watched_x", variable="watched_1.x", value=FAR), Belief("watched_y", variable="watched_1.y"))
+"""The ball, and the opponent nearest to it, as they are believed to be."""
 
 
 def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
@@ -172,7 +197,7 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
     ]
     return CPRM(
         "goalie",
-        net=goalie_net(BELIEVED, watched),
+        net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched),
         model=GOALIE_MODEL,
         objects={"ball": "Ball", **{o: "Opponent" for o in names}},
         observations=(
