@@ -384,7 +384,10 @@ def _team_text(team: str) -> str:
 
 
 def command_text(record: Any) -> str:
-    """The text of a `COMMAND` record: its body command first, then the free ones. Empty when it says nothing."""
+    """The text of a `COMMAND` record: its body command first, then the free ones. Empty when it says nothing.
+
+    A command with numbers that are not finite cannot be said, and the simulator ignores it: it is left out.
+    """
     commands = []
     kinds = {kind: name for name, kind in _NUMERIC_KINDS.items()}
     kind = int(record["kind"])
@@ -409,7 +412,14 @@ def command_text(record: Any) -> str:
         commands.append(PlayerCommand("attentionto", (team, int(record["attention_unum"]))))
     if record["say_length"]:
         commands.append(PlayerCommand("say", (bytes(record["say"][: record["say_length"]]).decode("ascii"),)))
-    return "".join(format_command(command) for command in commands)
+    return "".join(map(_said, commands))
+
+
+def _said(command: PlayerCommand) -> str:
+    try:
+        return format_command(command)
+    except CommandError:
+        return ""
 
 
 # --- the trainer

@@ -73,7 +73,7 @@ def _place(
     """Position and velocity of one object: inside the envelope, and one the continuation of the other."""
     pos: npt.NDArray[np.float64] = np.array(values[:2])
     vel: npt.NDArray[np.float64] = np.array(values[2:4])
-    if near_post(pos, 4.0, width):
+    if near_post(pos, 4.2 if number == BALL else 1.8, width):
         result.chance += 1
         return
     if hit is None:

@@ -154,6 +154,15 @@ def test_what_cannot_be_said_is_refused():
         format_command(PlayerCommand("dash_legs", (NAN,) * 4))
 
 
+def test_numbers_that_cannot_be_said_are_left_out_of_the_text():
+    record = nothing()
+    record["kind"], record["a"], record["b"] = CommandKind.DASH, math.inf, 0.0
+    record["turn_neck"] = 30.0
+    assert command_text(record[0]) == "(turn_neck 30)"
+    record["kind"], record["a"] = CommandKind.TURN, NAN
+    assert command_text(record[0]) == "(turn_neck 30)"
+
+
 def test_trainer_commands_are_lists():
     assert parse_trainer("(start)") == ("start", ())
     assert parse_trainer("(move (ball) 1. -2.5 0 3 4)") == ("move", (("ball",), 1.0, -2.5, 0.0, 3.0, 4.0))
