@@ -13,7 +13,7 @@ wrong then leaves a token in an error place that nobody takes.
 from __future__ import annotations
 
 from ..architecture.cprm import CPRM
-from ..architecture.petri import Command, Input, Math, PetriNet, Place, Transition
+from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.tasks import Task
 from .percepts import field_percepts
 from .play import SoccerAgent
@@ -28,8 +28,14 @@ IN_RANGE = 20.0
 """Metres from the goal at which he shoots."""
 LEAD = 6.0
 """Metres that a pass goes ahead of the team-mate."""
+ARRIVING = 0.6
+"""m / cycle that a pass should have left when it arrives."""
 LANE = 5.5
 """Metres from the middle at which each runs forward on his side."""
+ONSIDE = 0.5
+"""Metres by which the team-mate must be behind the ball for a pass, beyond the halfway line."""
+PATIENCE = 40
+"""Cycles for which he waits for that."""
 COMING = 0.35
 """m / cycle at which a ball that comes nearer counts as coming."""
 FORGOTTEN = 6.0
@@ -54,14 +60,16 @@ _PLACES = (
     # whose ball it is: how much nearer to it the team-mate is
     Math("mate_gap", "hypot(mate_x - ball_x, mate_y - ball_y)"),
     Math("mine", "mate_gap - ball_distance"), Math("his", "ball_distance - mate_gap"),
+    Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),  # metres by which the team-mate is behind the ball; 50 where it does not matter
     Math("ball_speed", "hypot(vx, vy)"),
     Math("coming", f"1 if approach > {COMING} and ball_age < 5 else 0"),
     # where the pass goes: ahead of the team-mate and a little inwards
     Math("pass_x", f"min(mate_x + {LEAD}, 47) - me_x"), Math("pass_y", "0.8 * mate_y - me_y"),
+    Continuous("softly", ARRIVING),
     Math("pass_distance", "max(1, hypot(pass_x, pass_y))"),
     Math("pass_direction", "norm_deg(degrees(atan2(pass_y, pass_x)) - facing) if hypot(pass_x, pass_y) > 0.01 else 0"),
     # where he waits for it: ahead of the ball, but beyond the halfway line behind it, so as never to be offside
-    Math("wait_x", "min(max(ball_x - 2, min(ball_x + 7, -2)), 46)"), Math("wait_y", f"{LANE} if me_y >= mate_y else {-LANE}"),
+    Math("wait_x", "min(max(ball_x - 3, min(ball_x + 7, -2)), 46)"), Math("wait_y", f"{LANE} if me_y >= mate_y else {-LANE}"),
     Math("off_place", "hypot(wait_x - me_x, wait_y - me_y)"),
     Math("gaze", "mate_direction if passing.ongoing >= 1 and ball_distance < 1.3 else ball_direction if ball_age < 15 else 0"),
     Math("off_axis", "abs(ball_direction)"),
@@ -74,11 +82,12 @@ _PRIMARY = (
     Transition("his_first", ("intend",), ("advance.begin", "watch.begin"), inhibitors={"mine": 0.0}, delay=4),
     Transition("arrive", ("go.at_ball",), ("on_ball",)),
     Transition("try_goal", ("on_ball",), ("shoot.begin",), inhibitors={"goal_distance": IN_RANGE}),
-    Transition("play_on", ("on_ball",), ("passing.begin",), tests={"goal_distance": IN_RANGE}),
+    Transition("play_on", ("on_ball",), ("passing.begin",), tests={"goal_distance": IN_RANGE, "onside": ONSIDE}),
+    Transition("play_anyway", ("on_ball",), ("passing.begin",), delay=PATIENCE),
     Transition("go_on", ("passing.passed",), ("advance.begin", "watch.begin")),
     Transition("stand", ("advance.arrived",), ("in_place",)),
-    Transition("move_up", ("in_place",), ("advance.begin",), tests={"off_place": 3.0}, delay=1),
-    Transition("face", ("in_place",), ("faced",), tests={"off_axis": 60.0}, inhibitors={"off_place": 3.0},
+    Transition("move_up", ("in_place",), ("advance.begin",), tests={"off_place": 1.8}, delay=1),
+    Transition("face", ("in_place",), ("faced",), tests={"off_axis": 60.0}, inhibitors={"off_place": 1.8},
                emits=Command("turn", moment="face_moment"), priority=-1),
     Transition("faced_it", ("faced",), ("in_place",), delay=1),
     Transition("hold", (), ("advance.abort",), tests=("advance.ongoing", "watch.ball_coming"), inhibitors=("advance.abort",), priority=1),
@@ -108,10 +117,12 @@ _RECOVERY = (
     Transition("turn_round", ("search",), ("searched",), tests={"off_axis": 60.0}, inhibitors={"ball_age": FORGOTTEN},
                emits=Command("turn", moment="face_moment")),
     Transition("look_again", ("searched",), ("search",), delay=1),
-    Transition("fetch", ("search",), ("go.begin",), tests={"mine": -3.0}, inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0}),
-    Transition("leave_it", ("search",), ("advance.begin", "watch.begin"), inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": -3.0}),
+    Transition("fetch", ("search",), ("go.begin",), tests={"mine": 0.0}, inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0}),
+    Transition("leave_it", ("search",), ("advance.begin", "watch.begin"), inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": 0.0}),
     Transition("lost", ("go.lost_ball",), ("search",)),
     Transition("yield", (), ("go.abort",), tests={"go.ongoing": 1, "his": 3.0}, inhibitors=("go.abort",), delay=YIELD),
+    Transition("after_you", ("on_ball",), ("search",), tests={"his": 0.3}, delay=3),
+    Transition("rolled_away", ("on_ball",), ("search",), tests={"ball_distance": 2.0}),
     Transition("yielded", ("go.aborted",), ("search",)),
 )  # fmt: skip
 """Errors passed up are taken here, and aborts passed down: each path ends in a safe state."""
@@ -125,7 +136,7 @@ def passer_net(recovering: bool = True) -> PetriNet:
         places=places,
         modules={"passing": PASS_BALL, "advance": ADVANCE, "watch": WATCH_BALL, "receive": RECEIVE, "go": GO_TO_BALL_REFLEX, "shoot": SHOOT},
         fuse={"advance.place_x": "wait_x", "advance.place_y": "wait_y", "passing.target_distance": "pass_distance",
-              "passing.target_direction": "pass_direction", "watch.ball_direction": "ball_direction", "watch.coming": "coming"},
+              "passing.target_direction": "pass_direction", "passing.arriving": "softly", "watch.ball_direction": "ball_direction", "watch.coming": "coming"},
         transitions=_PRIMARY + (_RECOVERY if recovering else ()),
     )  # fmt: skip
 

@@ -97,6 +97,9 @@ def field_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
 
     percepts["me.x"], percepts["me.y"], percepts["me.facing"] = x, y, np.degrees(facing)
     ball_x, ball_y, vx, vy = (memory[:, 0, k] for k in range(4))
+    # what was seen of its motion before it hit the body is no longer true (SIMULATOR.md 3.4: the velocity is multiplied by -0.1)
+    bounced = (body[:, BodyFeature.COLLIDED_BALL] > 0) & (age[:, 0] > 0)
+    vx, vy = np.where(bounced, -0.1 * vx, vx), np.where(bounced, -0.1 * vy, vy)
     distance, direction = polar(ball_x, ball_y)
     percepts["ball.x"], percepts["ball.y"], percepts["ball.age"] = ball_x, ball_y, age[:, 0]
     percepts["ball.reckoned_distance"], percepts["ball.reckoned_direction"] = distance, direction

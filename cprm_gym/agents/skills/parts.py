@@ -49,16 +49,18 @@ def life(states: Sequence[str] = ("ready", "acted"), counters: Sequence[str] = (
     )
 
 
-def within_module(instance: str, outcomes: Sequence[str], running: str, ends: str = "aborted") -> tuple[Transition, ...]:
+def within_module(instance: str, outcomes: Sequence[str], running: str, counters: Sequence[str] = ()) -> tuple[Transition, ...]:
     """How a skill that works through a module answers `abort`: it aborts the module, and ends when the module has ended, however.
 
-    Needs a place ``stopping_<instance>``. `outcomes` are those of the module, `running` is marked while it works.
+    Needs a place ``stopping_<instance>``. `outcomes` are those of the module, `running` is marked while it works; `counters` are
+    set to 0.
     """
     stopping = f"stopping_{instance}"
     return (
         Transition(f"stop_{running}", ("abort", running), (stopping, f"{instance}.abort"), tests=("ongoing",), priority=9),
         *(
-            Transition(f"stopped_{instance}_{outcome}", (stopping, "ongoing", f"{instance}.{outcome}"), (ends,), priority=2)
+            Transition(f"stopped_{instance}_{outcome}", (stopping, "ongoing", f"{instance}.{outcome}"), ("aborted",),
+                       sets=dict.fromkeys(counters, 0), priority=2)
             for outcome in outcomes
         ),
     )

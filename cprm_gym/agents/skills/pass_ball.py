@@ -2,6 +2,7 @@
 
     begin --> [start] --> ongoing + ready
     ready & ball drifted away ---> [drift] --> failed
+    ready & ball still rolling --> [stop] ---> trapping: trap.begin; trap.kicked, then a look -> ready    (a kick that stops it)
     ready & mate not seen lately > [seek] ---> acted          turns the body, looking for him
     ready & mate seen, aside ----> [face] ---> acted + turns  at most two turns: the second, smaller one is the more precise
     ready & mate seen, faced ----> [pass] ---> kicking: kick.begin
@@ -15,7 +16,7 @@
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
-from .kick import KICK
+from .kick import KICK, REACH
 from .parts import interface, interface_places, life, within_module
 
 DRIFTED = 1.5
@@ -26,6 +27,8 @@ FACING = 10.0
 """Degrees within which he faces him."""
 TURNS = 2
 """Turns that he makes at most."""
+ROLLING = 0.25
+"""m / cycle at which the ball would roll away while he turns."""
 SEEKS = 12
 """Looks around for a team-mate, beyond which there is none."""
 MOVED = 1.6
@@ -33,29 +36,36 @@ MOVED = 1.6
 WATCH = 8
 """Cycles within which it must have."""
 
-_PORTS = interface("passed", "failed", parameters=("target_distance", "target_direction", "mate_age"))
+_PORTS = interface("passed", "failed", parameters=("target_distance", "target_direction", "mate_age", "arriving"))
 
 PASS_BALL = PetriNet(
     "pass_ball",
     ports=_PORTS,
     places=(
-        *interface_places(_PORTS, "ready", "acted", "kicking", "watching", "stopping_kick"),
+        *interface_places(_PORTS, "ready", "acted", "kicking", "watching", "trapping", "settling", "stopping_kick", "stopping_trap"),
         Place("turns", capacity=TURNS), Place("seeks", capacity=SEEKS),
         Input("target_distance", observes="mate.distance"), Input("target_direction", observes="mate.direction"),
         Input("mate_age", observes="mate.age"), Input("distance", observes="ball.reckoned_distance"), Input("speed", observes="body.speed"),
         Continuous("arriving", 0.9), Continuous("sweep", 60.0),
+        Continuous("no_speed", 0.0), Input("fresh", observes="body.fresh"), Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"),
+        Math("rolling", "hypot(vx, vy)"),
         Math("off_axis", "abs(target_direction)"),
         Math("moment", "clip(target_direction * (1 + 5 * speed), -180, 180)"),
         Math("seek_moment", "clip(sweep * (1 + 5 * speed), -180, 180)"),
     ),
-    modules={"kick": KICK},
-    fuse={"kick.target_distance": "target_distance", "kick.target_direction": "target_direction", "kick.arriving": "arriving"},
+    modules={"kick": KICK, "trap": KICK},
+    fuse={"kick.target_distance": "target_distance", "kick.target_direction": "target_direction", "kick.arriving": "arriving",
+          "trap.at_most": "no_speed"},
     transitions=(
-        *life(("ready", "acted", "watching"), ("turns", "seeks")),
+        *life(("ready", "acted", "watching", "settling"), ("turns", "seeks")),
         *within_module("kick", ("kicked", "failed", "aborted"), "kicking"),
+        *within_module("trap", ("kicked", "aborted"), "trapping", ("turns", "seeks")),  # in reach when it begins, so it does not fail
         Transition("drift", ("ready", "ongoing"), ("failed",), tests={"distance": DRIFTED}, sets={"turns": 0, "seeks": 0}, priority=7),
         Transition("nobody", ("ready", "ongoing"), ("failed",), tests={"mate_age": RECENT, "seeks": SEEKS}, sets={"turns": 0, "seeks": 0},
                    priority=6),
+        Transition("stop", ("ready",), ("trapping", "trap.begin"), tests={"rolling": ROLLING, "fresh": 1}, inhibitors={"distance": REACH}, priority=5),
+        Transition("trapped", ("trapping", "trap.kicked"), ("settling",), priority=5),
+        Transition("see_it_lie", ("settling",), ("ready",), tests={"fresh": 1}, priority=5),
         Transition("seek", ("ready",), ("acted", "seeks"), tests={"mate_age": RECENT}, emits=Command("turn", moment="seek_moment"), priority=4),
         Transition("face", ("ready",), ("acted", "turns"), tests={"off_axis": FACING}, inhibitors={"mate_age": RECENT},
                    emits=Command("turn", moment="moment"), priority=3),

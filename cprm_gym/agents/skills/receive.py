@@ -6,8 +6,8 @@
     ready & its way passes me by ----------> [turn | dash] -> acted
     ready & it comes to me ----------------> [face | wait] -> acted
 
-    (ball) . . . . x . . .>       x: where its way comes nearest to him, or where it will lie, if that is before
-                   |              he runs there, then faces the ball and lets it come
+    (ball) . . . . x . . .>       x: where its way comes nearest to him; where it will be, if he is later than the
+                   |              ball; or where it will lie. He runs there, then faces the ball and lets it come
                   (me)
 """
 
@@ -23,10 +23,24 @@ ASIDE = 0.6
 """Metres that the ball may pass beside him and still be in reach."""
 STALE = 12.0
 """Cycles without a sight of the ball after which it is missed."""
+DECAY = -0.0619
+"""Natural logarithm of ``ball_decay`` (0.94)."""
 COMING = 0.12
 """m / cycle below which the ball does not come."""
 PATIENCE = 4
 """Cycles in a row in which it does not come after which it is missed."""
+
+RUN = 0.8
+"""m / cycle that he makes on the way to the ball."""
+BEHIND = 3.0
+"""Metres up to which he runs after a ball that has passed him."""
+
+
+def _further(before: str, after: str) -> tuple[Math, Math]:
+    """Where the ball is on its way (`after`, metres) when he has run to where he would meet it at `before`."""
+    time = f"1 + hypot(ball_x + {before} * vx / ball_speed, ball_y + {before} * vy / ball_speed) / {RUN}"
+    return Math(f"time_to_{before}", time), Math(after, f"max(nearest, ball_speed / {ROLL} * (1 - exp({DECAY} * time_to_{before})))")
+
 
 _PORTS = interface("received", "missed")
 
@@ -41,8 +55,11 @@ RECEIVE = PetriNet(
         Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"), Input("speed", observes="body.speed"),
         Math("ball_x", "distance * cos(radians(direction))"), Math("ball_y", "distance * sin(radians(direction))"),
         Math("ball_speed", "max(0.001, hypot(vx, vy))"),
-        Math("along", f"clip(-(ball_x * vx + ball_y * vy) / ball_speed, 0, ball_speed / {ROLL})"),  # metres of its way to x
+        # metres of its way to where it comes nearest; he may be there too late, then: to where it is when he meets it, in two steps
+        Math("nearest", f"clip(-(ball_x * vx + ball_y * vy) / ball_speed, 0, ball_speed / {ROLL})"),
+        *_further("nearest", "sooner"), *_further("sooner", "along"),
         Math("x", "ball_x + along * vx / ball_speed"), Math("y", "ball_y + along * vy / ball_speed"),
+        Math("coming", f"approach if distance > {BEHIND} else ball_speed"),
         Math("aside", "hypot(x, y)"),
         Math("bearing", "degrees(atan2(y, x)) if aside > 0.001 else 0"),
         Math("off_course", "abs(bearing)"),
@@ -56,8 +73,8 @@ RECEIVE = PetriNet(
         Transition("take", ("ready", "ongoing"), ("received",), inhibitors={"distance": TAKEN, "age": 3}, sets={"astray": 0}, priority=7),
         Transition("miss", ("ready", "ongoing"), ("missed",), tests={"age": STALE}, sets={"astray": 0}, priority=6),
         Transition("give_up", ("ready", "ongoing"), ("missed",), tests={"astray": PATIENCE}, sets={"astray": 0}, priority=6),
-        Transition("come", ("ready",), ("ready",), tests={"approach": COMING, "astray": 1}, sets={"astray": 0}, priority=5),
-        Transition("idle", ("ready",), ("acted", "astray"), inhibitors={"approach": COMING}, priority=4),
+        Transition("come", ("ready",), ("ready",), tests={"coming": COMING, "astray": 1}, sets={"astray": 0}, priority=5),
+        Transition("idle", ("ready",), ("acted", "astray"), inhibitors={"coming": COMING}, priority=4),
         Transition("turn", ("ready",), ("acted",), tests={"aside": ASIDE, "off_course": 20.0}, emits=Command("turn", moment="moment"),
                    priority=3),
         Transition("dash", ("ready",), ("acted",), tests={"aside": ASIDE}, inhibitors={"off_course": 20.0},
