@@ -9,7 +9,7 @@ import math
 import os
 from collections.abc import Sequence
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -41,13 +41,16 @@ class HasWorlds(Protocol):
 
 
 def number(value: float) -> str:
-    """C's ``%g``: six significant digits, ``-0`` for a negative zero."""
-    return f"{value:g}"
+    """C's ``%g``: six significant digits, ``-0`` for a negative zero; 0 for what is not known (NaN)."""
+    return "0" if value != value else f"{value:g}"
 
 
 def quantised(value: float, step: float) -> str:
     """`value` on the grid of `step` (ties to even), as `number`."""
-    return f"{np.rint(value / step) * step:g}"
+    if not math.isfinite(value):
+        return number(value)
+    steps = round(value / step)
+    return f"{steps * step if steps else math.copysign(0.0, value):g}"
 
 
 def view_cone(world: Any, player: int, parameters: ServerParameters) -> float:
@@ -178,12 +181,12 @@ class GameLogWriter:
             self._write_team(frame.time)
         self._last = frame
         if self.version == 6:
-            players = " ".join(_text_player(row) for row in frame.players)
+            players = " ".join(map(_text_player, _shown(frame.players)))
             ball = " ".join(quantised(value, POSITION_STEP) for value in frame.ball)
             self._file.write(f"(show {frame.time} ((b) {ball}) {players})\n")
             return
         ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))
-        players = ",".join(_json_player(row) for row in frame.players)
+        players = ",".join(map(_json_player, _shown(frame.players)))
         self._file.write(f'{{"show":{{{_json_time(frame.time, frame.stoppage)},"ball":{{{ball}}},"players":[{players}]}}}},\n')
 
     def message(self, text: str, board: int = 1, time: int | None = None, stoppage: int = 0) -> None:
@@ -262,47 +265,81 @@ def _angle(value: float) -> str:
     return quantised(value, ANGLE_STEP)
 
 
-def _position(values: Any) -> str:
-    return " ".join(quantised(value, POSITION_STEP) for value in values)
+def _position(values: Sequence[float]) -> list[str]:
+    return [quantised(value, POSITION_STEP) for value in values]
 
 
-def _text_player(row: Any) -> str:
+class _Shown(NamedTuple):
+    """One row of `PLAYER_FRAME` as plain numbers, fields in the same order."""
+
+    side: int
+    unum: int
+    type: int
+    state: int
+    pos: Sequence[float]
+    vel: Sequence[float]
+    body: float
+    neck: float
+    point: Sequence[float]
+    view_quality: int
+    view_width: float
+    focus: Sequence[float]
+    stamina: float
+    effort: float
+    recovery: float
+    capacity: float
+    attention: int
+    counts: Sequence[int]
+
+    @property
+    def letter(self) -> str:
+        return "l" if self.side == LEFT else "r"
+
+    @property
+    def quality(self) -> str:
+        return "l" if self.view_quality == 2 else "h"
+
+    @property
+    def target(self) -> tuple[str, int] | None:
+        """Side and number of whom the player attends to."""
+        side, unum = divmod(self.attention - 1, 11)
+        return (_SIDES[side], unum + 1) if self.attention else None
+
+
+def _shown(players: npt.NDArray[Any]) -> list[_Shown]:
+    return [_Shown(*row) for row in players.tolist()]
+
+
+def _text_player(row: _Shown) -> str:
     """``((l 1) TYPE STATE x y vx vy body neck [px py] (v h W) (fp D A) (s S E R K) [(f l 2)] (c ...))``."""
-    state = f"0x{int(row['state']):x}" if row["state"] else "0"
-    parts = [
-        f"(({'l' if row['side'] == LEFT else 'r'} {row['unum']})", str(row["type"]), state,
-        _position(row["pos"]), _position(row["vel"]), _angle(row["body"]), _angle(row["neck"]),
-    ]
-    if not math.isnan(row["point"][0]):
-        parts.append(_position(row["point"]))
-    parts.append(f"(v {'l' if row['view_quality'] == 2 else 'h'} {_angle(row['view_width'])})")
-    focus = np.nan_to_num(row["focus"])
-    parts.append(f"(fp {_position(focus)})")
-    parts.append("(s " + " ".join(number(row[name]) for name in ("stamina", "effort", "recovery", "capacity")) + ")")
-    if row["attention"]:
-        side, unum = divmod(int(row["attention"]) - 1, 11)
-        parts.append(f"(f {_SIDES[side]} {unum + 1})")
-    parts.append("(c " + " ".join(str(max(count, 0)) for count in row["counts"]) + "))")
-    return " ".join(parts)
+    state = f"0x{row.state:x}" if row.state else "0"
+    motion = [*_position(row.pos), *_position(row.vel), _angle(row.body), _angle(row.neck)]
+    if not math.isnan(row.point[0]):
+        motion += _position(row.point)
+    energy = " ".join(map(number, (row.stamina, row.effort, row.recovery, row.capacity)))
+    attention = "(f {} {}) ".format(*row.target) if row.target else ""
+    counts = " ".join(str(max(count, 0)) for count in row.counts)
+    return (
+        f"(({row.letter} {row.unum}) {max(row.type, 0)} {state} {' '.join(motion)} (v {row.quality} {_angle(row.view_width)}) "
+        f"(fp {' '.join(_position(row.focus))}) (s {energy}) {attention}(c {counts}))"
+    )
 
 
-def _json_player(row: Any) -> str:
+def _json_player(row: _Shown) -> str:
     """A player of a JSON log: as in the text, without the focus point."""
-    x, y = _position(row["pos"]).split()
-    vx, vy = _position(row["vel"]).split()
+    (x, y), (vx, vy) = _position(row.pos), _position(row.vel)
     items = [
-        f'"side":"{"l" if row["side"] == LEFT else "r"}","unum":{row["unum"]},"type":{row["type"]},"state":{row["state"]}',
-        f'"x":{x},"y":{y},"vx":{vx},"vy":{vy},"body":{_angle(row["body"])},"neck":{_angle(row["neck"])}',
+        f'"side":"{row.letter}","unum":{row.unum},"type":{max(row.type, 0)},"state":{row.state}',
+        f'"x":{x},"y":{y},"vx":{vx},"vy":{vy},"body":{_angle(row.body)},"neck":{_angle(row.neck)}',
     ]
-    if not math.isnan(row["point"][0]):
-        px, py = _position(row["point"]).split()
-        items.append(f'"px":{px},"py":{py}')
-    items.append(f'"vq":"{"l" if row["view_quality"] == 2 else "h"}","vw":{_angle(row["view_width"])}')
-    items += [f'"{name}":{number(row[name])}' for name in ("stamina", "effort", "recovery", "capacity")]
-    if row["attention"]:
-        side, unum = divmod(int(row["attention"]) - 1, 11)
-        items.append(f'"fside":"{_SIDES[side]}","fnum":{unum + 1}')
-    items += [f'"{name}":{max(count, 0)}' for name, count in zip(LOG_COUNTS, row["counts"])]
+    if not math.isnan(row.point[0]):
+        items.append('"px":{},"py":{}'.format(*_position(row.point)))
+    items.append(f'"vq":"{row.quality}","vw":{_angle(row.view_width)}')
+    energy = (row.stamina, row.effort, row.recovery, row.capacity)
+    items += [f'"{name}":{number(value)}' for name, value in zip(("stamina", "effort", "recovery", "capacity"), energy)]
+    if row.target:
+        items.append('"fside":"{}","fnum":{}'.format(*row.target))
+    items += [f'"{name}":{max(count, 0)}' for name, count in zip(LOG_COUNTS, row.counts)]
     return "{" + ",".join(items) + "}"
 
 

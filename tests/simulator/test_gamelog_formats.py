@@ -112,6 +112,17 @@ def test_version_6_and_json_of_one_game_hold_the_same_frames(tmp_path):
                 np.testing.assert_array_equal(text.players[name], other.players[name])
 
 
+def test_an_old_log_can_be_written_anew_what_it_does_not_tell_being_zero(tmp_path):
+    path = tmp_path / "new.rcg"
+    with GameLogWriter(path) as writer:
+        for frame in GameLogReader(FORMATS / "v1.rcg"):
+            writer.write(frame)
+    assert b"nan" not in path.read_bytes()
+    frames = list(GameLogReader(path))
+    assert [frame.time for frame in frames] == [1, 2, 3, 4, 5]
+    np.testing.assert_array_equal(frames[0].players["vel"], 0.0)
+
+
 def test_messages_include_the_result_behind_the_last_frame():
     texts = [message.text for message in GameLogReader(FORMATS / "v6.rcg").messages()]
     assert texts[0] == "Recv L_1: (init L (version 19) (goalie))"
