@@ -3,6 +3,7 @@
     begin --> [start] --> ongoing + ready
     ready & ball drifted away ---> [drift] --> failed
     ready & ball still rolling --> [stop] ---> trapping: trap.begin; trap.kicked, then a look -> ready    (a kick that stops it)
+    ready & just out of reach ---> [step] ---> acted          a step towards the ball, whichever way he faces
     ready & mate not seen lately > [seek] ---> acted          turns the body, looking for him
     ready & mate seen, aside ----> [face] ---> acted + turns  at most two turns: the second, smaller one is the more precise
     ready & mate seen, faced ----> [pass] ---> kicking: kick.begin
@@ -19,7 +20,7 @@ from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Pl
 from .kick import KICK, REACH
 from .parts import interface, interface_places, life, within_module
 
-DRIFTED = 1.5
+DRIFTED = 1.8
 """Metres at which the ball has drifted away."""
 RECENT = 4.0
 """Cycles within which the team-mate must have been seen."""
@@ -49,6 +50,8 @@ PASS_BALL = PetriNet(
         Continuous("arriving", 0.9), Continuous("sweep", 60.0),
         Continuous("no_speed", 0.0), Input("fresh", observes="body.fresh"), Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"),
         Math("rolling", "hypot(vx, vy)"),
+        Input("direction", observes="ball.reckoned_direction"),
+        Math("step_power", "clip(100 * (distance - 0.7 - speed) / 0.6, 10, 60)"),
         Math("off_axis", "abs(target_direction)"),
         Math("moment", "clip(target_direction * (1 + 5 * speed), -180, 180)"),
         Math("seek_moment", "clip(sweep * (1 + 5 * speed), -180, 180)"),
@@ -63,9 +66,11 @@ PASS_BALL = PetriNet(
         Transition("drift", ("ready", "ongoing"), ("failed",), tests={"distance": DRIFTED}, sets={"turns": 0, "seeks": 0}, priority=7),
         Transition("nobody", ("ready", "ongoing"), ("failed",), tests={"mate_age": RECENT, "seeks": SEEKS}, sets={"turns": 0, "seeks": 0},
                    priority=6),
-        Transition("stop", ("ready",), ("trapping", "trap.begin"), tests={"rolling": ROLLING, "fresh": 1}, inhibitors={"distance": REACH}, priority=5),
+        Transition("stop", ("ready",), ("trapping", "trap.begin"), tests={"rolling": ROLLING}, inhibitors={"distance": REACH}, priority=5),
         Transition("trapped", ("trapping", "trap.kicked"), ("settling",), priority=5),
         Transition("see_it_lie", ("settling",), ("ready",), tests={"fresh": 1}, priority=5),
+        Transition("step", ("ready",), ("acted",), tests={"distance": REACH}, emits=Command("dash", power="step_power", direction="direction"),
+                   priority=5),
         Transition("seek", ("ready",), ("acted", "seeks"), tests={"mate_age": RECENT}, emits=Command("turn", moment="seek_moment"), priority=4),
         Transition("face", ("ready",), ("acted", "turns"), tests={"off_axis": FACING}, inhibitors={"mate_age": RECENT},
                    emits=Command("turn", moment="moment"), priority=3),
