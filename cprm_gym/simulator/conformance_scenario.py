@@ -356,9 +356,9 @@ class ScenarioReplay:
         if "state" in step:
             state = step["state"]
             compare_state(result, row.case, row.cycle, world, state, self._tolerance(row), skip)
-            for key, extra in state.get("ex", {}).items():
+            for key in state["pl"]:
                 if ROW[key] + 1 not in skip:
-                    duration = self.parameters.point_to_duration
+                    extra, duration = state.get("ex", {}).get(key, {}), self.parameters.point_to_duration
                     compare_arm(result, row.case, row.cycle, key, extra, world, ROW[key], duration)
         for key, values in (step.get("hid") or {}).items():
             if ROW[key] + 1 not in skip:
