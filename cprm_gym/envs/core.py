@@ -203,7 +203,7 @@ class SoccerCore:
             goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
         )
         counts = (task.left, task.right)
-        self.macros = Macros(self.sim, self.players, counts) if view == MACRO else None
+        self.macros = Macros(self.sim, self.players, counts, task.region, task.full_state) if view == MACRO else None
         self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(view)
         self.scripted = self._scripted_players(task.others if others is None else others, counts)
         self.cycle = np.zeros(worlds, np.int64)
@@ -224,7 +224,7 @@ class SoccerCore:
         self._memories: Memories | None = None
         if "memory" in self.include or observation in VECTORS:
             active = np.isin(np.arange(1, PLAYERS + 1), self.players)
-            self._memories = self.macros.memories if self.macros else Memories(self.sim, active)
+            self._memories = self.macros.memories if self.macros else Memories(self.sim, active, task.full_state)
         if "memory" in self.include:
             self.observation["self"] = np.zeros((*shape, len(SelfFeature)), np.float32)
             self.observation["memory"] = np.zeros((*shape, PLAYERS + 1, MEMORY_FEATURES), np.float32)
@@ -254,7 +254,9 @@ class SoccerCore:
         for name in sides:
             if name not in POLICIES:
                 raise unknown_name("scripted policy", str(name), POLICIES)
-        return ScriptedPlayers(self.sim, policies, counts) if any(name != "hold" for name in policies.values()) else None
+        if all(name == "hold" for name in policies.values()):
+            return None
+        return ScriptedPlayers(self.sim, policies, counts, self.task.region, self.task.full_state)
 
     @property
     def action_mask(self) -> np.ndarray | None:
@@ -320,7 +322,7 @@ class SoccerCore:
             When the actions do not fit the view.
         """
         if self.macros is not None:
-            self.macros.act(action, self._commands)
+            self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
         elif self.agents:
             self.view.commands(action, self._commands, self._rows)
         if self.scripted is not None:
@@ -357,6 +359,7 @@ class SoccerCore:
         )  # fmt: skip
         if self.macros is not None:
             self.macros.observe(see, body, self._commands, fresh_start)
+            self.task.restrict(self.macros.names, self.macros.mask)
         elif self._memories is not None:
             self._memories.update(see, body, self._commands, fresh_start)
         if "memory" in o and self._memories is not None:

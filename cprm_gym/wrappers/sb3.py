@@ -9,7 +9,7 @@ All controlled agents of all worlds are entries of one `VecEnv`, so one policy i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -163,3 +163,115 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
     def get_images(self) -> Sequence[np.ndarray | None]:
         """There are no pictures of a batch."""
         return [None] * self.num_envs
+
+
+class ParallelVecEnv(VecEnv):  # type: ignore[misc]
+    """Several copies of any PettingZoo parallel environment as a `VecEnv`: one entry per copy and agent, one policy for all.
+
+    Parameters
+    ----------
+    make : callable
+        Gives a new parallel environment whose agents have equal spaces and stay to the end.
+    copies : int
+    seed : int
+        Of the first resets; copy k starts with ``seed + k``.
+
+    Raises
+    ------
+    ParameterError
+        When the agents have different spaces.
+    """
+
+    def __init__(self, make: Callable[[], Any], copies: int = 1, seed: int = 0) -> None:
+        self.envs = [make() for _ in range(copies)]
+        self.agents: list[str] = list(self.envs[0].possible_agents)
+        first = self.agents[0]
+        spaces = self.envs[0].observation_space(first), self.envs[0].action_space(first)
+        for agent in self.agents:
+            if (self.envs[0].observation_space(agent), self.envs[0].action_space(agent)) != spaces:
+                raise ParameterError(f"ParallelVecEnv: {agent} has other spaces than {first}; one policy needs equal ones")
+        self.render_mode: str | None = None
+        super().__init__(copies * len(self.agents), *spaces)
+        self.seed(seed)
+        self._actions: Any = None
+        self._totals = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, np.int64)
+
+    def _start(self, copy: int) -> list[Any]:
+        seen, _ = self.envs[copy].reset(seed=self._seeds[copy])
+        self._seeds[copy] = None
+        return [seen[a] for a in self.agents]
+
+    def reset(self) -> Any:
+        """Start episodes in all copies."""
+        self._totals[:], self._lengths[:] = 0.0, 0
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        return _together([o for k in range(len(self.envs)) for o in self._start(k)])
+
+    def step_async(self, actions: Any) -> None:
+        """Note the actions, (copies * agents, ...)."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Play one cycle in every copy; copies that end begin anew."""
+        seen: list[Any] = []
+        rewards, dones = np.zeros(self.num_envs, np.float32), np.zeros(self.num_envs, bool)
+        infos: list[dict[str, Any]] = []
+        for k, env in enumerate(self.envs):
+            begin = k * len(self.agents)
+            o, r, terminated, truncated, info = env.step({a: self._actions[begin + i] for i, a in enumerate(self.agents)})
+            rows = slice(begin, begin + len(self.agents))
+            rewards[rows] = [r[a] for a in self.agents]
+            self._totals[rows] += rewards[rows]
+            self._lengths[rows] += 1
+            here = [dict(info[a]) for a in self.agents]
+            now = [o[a] for a in self.agents]
+            if not env.agents:
+                dones[rows] = True
+                for i, a in enumerate(self.agents):
+                    here[i]["terminal_observation"] = o[a]
+                    here[i]["TimeLimit.truncated"] = bool(truncated[a] and not terminated[a])
+                    here[i]["episode"] = {"r": float(self._totals[begin + i]), "l": int(self._lengths[begin + i]), "t": 0.0}
+                self._totals[rows], self._lengths[rows] = 0.0, 0
+                now = self._start(k)
+            seen += now
+            infos += here
+        return _together(seen), rewards, dones, infos
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seeds of the next resets."""
+        self._seeds: list[int | None] = [None if seed is None else seed + k for k in range(len(self.envs))]
+        return self._seeds
+
+    def close(self) -> None:
+        """Close the copies."""
+        for env in self.envs:
+            env.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The attribute of each entry's copy."""
+        return [getattr(self.envs[i // len(self.agents)], attr_name) for i in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Set an attribute of the entries' copies."""
+        for i in self._get_indices(indices):
+            setattr(self.envs[i // len(self.agents)], attr_name, value)
+
+    def env_method(self, method_name: str, *arguments: Any, indices: Any = None, **options: Any) -> list[Any]:
+        """Call a method of each entry's copy."""
+        return [getattr(self.envs[i // len(self.agents)], method_name)(*arguments, **options) for i in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """Episodes are monitored without a wrapper."""
+        return [False] * len(list(self._get_indices(indices)))
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """What the copies render, once per copy."""
+        return [env.render() for env in self.envs]
+
+
+def _together(observations: list[Any]) -> Any:
+    """Observations of all entries, stacked."""
+    if isinstance(observations[0], dict):
+        return {k: np.stack([o[k] for o in observations]) for k in observations[0]}
+    return np.stack(observations)

@@ -14,7 +14,8 @@ from .kernels import macros as kernels
 from .memory import Memories
 from .scripted import FORMATION
 
-FIXED = ("noop", "reorient", "go_to_ball", "intercept", "move_to", "dribble", "shoot", "hold", "defend_goal", "catch")
+FIXED = ("noop", "reorient", "go_to_ball", "intercept", "move_to", "dribble", "shoot", "hold", "defend_goal", "catch",
+         "receive")  # fmt: skip
 """The macros that do not name another player."""
 
 
@@ -33,6 +34,10 @@ class Macros:
         Object numbers of the agents.
     counts : (int, int)
         Players of the left and right side.
+    region : (float, float)
+        Half length and half width of where `receive` gets open, m.
+    full_state : bool
+        The memories hold the truth (`Memories`).
 
     Attributes
     ----------
@@ -42,7 +47,10 @@ class Macros:
         What can be done now; always at least ``noop`` and ``reorient``.
     """
 
-    def __init__(self, simulator: Simulator, players: np.ndarray, counts: tuple[int, int]) -> None:
+    def __init__(
+        self, simulator: Simulator, players: np.ndarray, counts: tuple[int, int], region: tuple[float, float] = (52.5, 34.0),
+        full_state: bool = False,
+    ) -> None:  # fmt: skip
         self.simulator = simulator
         self.players = np.asarray(players, np.int64)
         left = self.players <= 11
@@ -54,7 +62,8 @@ class Macros:
             self._mates = np.full(len(self.players), self._mates.max())
         active = np.zeros(PLAYERS, bool)
         active[self.players - 1] = True
-        self.memories = Memories(simulator, active)
+        self.memories = Memories(simulator, active, full_state)
+        self._region = float(region[0]), float(region[1])
         self.mask: np.ndarray = np.zeros((simulator.worlds, len(self.players), len(self.names)), bool)
         self._fresh: np.ndarray = np.zeros((simulator.worlds, PLAYERS), bool)
 
@@ -89,5 +98,6 @@ class Macros:
             bad = int(array[(array < 0) | (array >= len(self.names))][0])
             raise CommandError(f"action 'macro': {bad} is none; allowed are 0 to {len(self.names) - 1}: {', '.join(self.names)}")
         kernels.act(
-            self.simulator.world, self.memories.records, self.players, array.astype(np.int64), self._mates, FORMATION, self._fresh, commands
-        )
+            self.simulator.world, self.memories.records, self.players, array.astype(np.int64), self._mates, FORMATION, *self._region,
+            self._fresh, commands,
+        )  # fmt: skip

@@ -42,14 +42,17 @@ class Memories:
     simulator : Simulator
     active : (22,) bool array
         Whose memory is kept.
+    full_state : bool
+        Everybody knows the truth, without noise, as in HFO's and keepaway's full state mode.
 
     Attributes
     ----------
     records : (W, 22) array of MEMORY
     """
 
-    def __init__(self, simulator: Simulator, active: np.ndarray) -> None:
+    def __init__(self, simulator: Simulator, active: np.ndarray, full_state: bool = False) -> None:
         self.simulator = simulator
+        self.full_state = full_state
         self.active = np.asarray(active, bool)
         self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
         self._all = np.arange(simulator.worlds)
@@ -72,6 +75,9 @@ class Memories:
         worlds : (n,) int array, optional
             Which worlds; all if not given.
         """
+        if self.full_state:
+            kernels.know(self.simulator.world, self._all if worlds is None else worlds, self.records, self.active, body)
+            return
         marks = self.simulator.landmarks(self._landmarks)
         chosen = self._all if worlds is None else worlds
         kernels.update(

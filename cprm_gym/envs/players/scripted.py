@@ -10,6 +10,7 @@ from ...errors import UnknownName, unknown_name
 from ...simulator.senses import See
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS, CommandKind, Stream
+from .kernels import keepers as keeper_kernels
 from .kernels import team as team_kernels
 from .memory import Memories
 
@@ -17,7 +18,12 @@ STRENGTHS: Mapping[str, int] = {"weak": 0, "medium": 1, "strong": 2}
 """Scripted teams by name."""
 SIMPLE = ("hold", "random", "chase")
 """The simplest players: do nothing, act at random, run at the ball and kick it forward."""
-POLICIES = (*SIMPLE, *STRENGTHS)
+KEEPAWAY: Mapping[str, int] = {
+    "keep_random": keeper_kernels.KEEP_RANDOM, "keep_hold": keeper_kernels.KEEP_HOLD, "keep_hand": keeper_kernels.KEEP_HAND,
+    "take": keeper_kernels.TAKE,
+}  # fmt: skip
+"""Keepers that pass at random, always hold or follow hand-written rules, and takers, of keepaway (`kernels.keepers`)."""
+POLICIES = (*SIMPLE, *STRENGTHS, *KEEPAWAY)
 
 FORMATION = np.array(
     [
@@ -38,6 +44,10 @@ class ScriptedPlayers:
         Object number 1..22 -> one of `POLICIES`.
     counts : (int, int)
         Players of the left and right side.
+    region : (float, float)
+        Half length and half width of where keepers stay, m.
+    full_state : bool
+        The players know the truth (`Memories`).
 
     Raises
     ------
@@ -45,7 +55,10 @@ class ScriptedPlayers:
         For a policy or player that does not exist.
     """
 
-    def __init__(self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int]) -> None:
+    def __init__(
+        self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int], region: tuple[float, float] = (52.5, 34.0),
+        full_state: bool = False,
+    ) -> None:  # fmt: skip
         for player, name in policies.items():
             if name not in POLICIES:
                 raise unknown_name("scripted policy", name, POLICIES)
@@ -59,9 +72,15 @@ class ScriptedPlayers:
         self._strengths = np.array([STRENGTHS.get(policies[k + 1], 0) for k in thinking], np.int64)
         self._chasers = np.array([k for k in thinking if policies[k + 1] == "chase"], np.int64)
         self._random = np.array([k - 1 for k, name in policies.items() if name == "random"], np.int64)
+        keepers = [k - 1 for k, name in policies.items() if name in KEEPAWAY]
+        self._keepers = np.array(keepers, np.int64)
+        self._kinds = np.array([KEEPAWAY[policies[k + 1]] for k in keepers], np.int64)
+        self._lucky = bool((self._kinds == keeper_kernels.KEEP_RANDOM).any())
+        self._luck = np.zeros((simulator.worlds, len(keepers)))
+        self._region = float(region[0]), float(region[1])
         active = np.zeros(PLAYERS, bool)
-        active[thinking] = True
-        self.memories = Memories(simulator, active) if thinking else None
+        active[thinking + keepers] = True
+        self.memories = Memories(simulator, active, full_state) if thinking or keepers else None
 
     @property
     def needs_senses(self) -> bool:
@@ -85,9 +104,17 @@ class ScriptedPlayers:
         """
         if self.memories is not None:
             self.memories.update(see, body, commands)
-            team_kernels.act(
-                self.simulator.world, self.memories.records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands
-            )
+            records = self.memories.records
+            if len(self._rows):
+                team_kernels.act(
+                    self.simulator.world, records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands
+                )
+            if len(self._keepers):
+                if self._lucky:
+                    self._luck[...] = self.simulator.uniforms(None, len(self._keepers), Stream.RESETS)
+                keeper_kernels.act(
+                    self.simulator.world, records, self._keepers, self._kinds, self.counts, *self._region, self._luck, see.fresh, commands
+                )
         if len(self._random):
             self._act_at_random(commands)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,8 @@ class Task:
         Cycles until the episode is truncated.
     rules : Rules
         Referee modules that are on.
+    full_state : bool
+        The memories behind scripted players, macros and memory presets hold the truth instead of what was perceived.
     """
 
     name: str = ""
@@ -63,6 +65,7 @@ class Task:
     max_cycles: int = 200
     rules: Rules = Rules.NONE
     parameters: ServerParameters = field(default_factory=ServerParameters)
+    full_state: bool = False
     statuses: tuple[str, ...] = ("IN_GAME", "SUCCESS", "OUT_OF_TIME")
     task_features: tuple[tuple[str, float, float], ...] = ()
 
@@ -81,6 +84,18 @@ class Task:
     def outcome(self, core: SoccerCore) -> Outcome:
         """Reward, end and success of the cycle just played in every world."""
         raise TypeError(f"task {self.name!r} does not say what an outcome is")
+
+    @property
+    def region(self) -> tuple[float, float]:
+        """Half length and half width of where the game takes place, m."""
+        return 52.5, 34.0
+
+    def restrict(self, names: tuple[str, ...], mask: np.ndarray) -> None:
+        """Take macros out of `mask`, (W, A, macros), that have no place in this task; by default none."""
+
+    def decide(self, names: tuple[str, ...], mask: np.ndarray, action: Any) -> Any:
+        """The macros carried out when the agents choose `action`; by default those."""
+        return action
 
     def features(self, core: SoccerCore, out: np.ndarray) -> None:
         """Write the ``task`` part of the observation, (W, A, len(task_features)); by default there is none."""

@@ -21,7 +21,7 @@ class GoToBall(Task):
 
     Description
     -----------
-    One player, one ball, no referee. The player does not know where the ball is, nor where he is.
+    One player (or several: ``left=2``), one ball, no referee. A player does not know where the ball is, nor where he is.
 
     Actions
     -------
@@ -33,17 +33,17 @@ class GoToBall(Task):
 
     Rewards
     -------
-    1 in the cycle in which the ball becomes kickable, else 0.
+    1 in the cycle in which the ball becomes kickable for one of the players, else 0; shared.
 
     Start
     -----
     The player stands anywhere on the pitch looking anywhere; the ball is at `near` to `far` metres in a direction drawn
     uniformly among those that keep it on the pitch. With probability `rolling` it moves, at up to `speed` m / cycle in a direction in
-    which it comes to rest on the pitch.
+    which it comes to rest on the pitch. Further players stand at a distance drawn in the same way.
 
     End
     ---
-    Terminated when the ball is kickable for the player; truncated after `max_cycles`.
+    Terminated when the ball is kickable for a player; truncated after `max_cycles`.
 
     References
     ----------
@@ -81,9 +81,16 @@ class GoToBall(Task):
         core.sim.world["mode"][worlds] = PlayMode.play_on
         core.place_ball(worlds, ball, velocity)
         core.place_player(worlds, 1, player[row, pick], 360.0 * u[row, pick, 7] - 180.0)
+        for number in range(2, self.left + 1):
+            v = core.draw(worlds, 3)
+            away, angle = self.near + (self.far - self.near) * v[:, 0], 2 * math.pi * v[:, 1]
+            place = ball + away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            core.place_player(worlds, number, np.clip(place, -limit, limit), 360.0 * v[:, 2] - 180.0)
 
     def outcome(self, core: SoccerCore) -> Outcome:
         """Done when the player can kick the ball."""
         reached = core.kickable(1)
-        reward = reached.astype(np.float64)[:, None]
+        for number in range(2, self.left + 1):
+            reached |= core.kickable(number)
+        reward = reached.astype(np.float64)[:, None].repeat(len(core.agents), axis=1)
         return Outcome(reward, reached, reached, reached.astype(np.int64), {"reached": reward})

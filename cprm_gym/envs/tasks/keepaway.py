@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +27,8 @@ class Keepaway(Task):
 
     Actions
     -------
-    Any action view; the literature decides between ``hold`` and ``pass_k`` (``action_mode="macro"``) when a keeper has the ball.
+    Any action view. In the macro view with `automatic` (default) the decisions are those of the literature: ``hold`` or ``pass_k`` for
+    the keeper who can kick the ball, and ``receive`` (go to the ball if fastest, else get open) for the others, whatever they choose.
 
     Observations
     ------------
@@ -56,11 +57,33 @@ class Keepaway(Task):
     left: int = 3
     right: int = 2
     controlled: str = "left"
-    others: str | tuple[str, str] = "chase"
+    others: str | tuple[str, str] = ("keep_hand", "take")
     max_cycles: int = 1000
     statuses: tuple[str, ...] = ("IN_GAME", "TAKEN", "OUT", "OUT_OF_TIME")
     size: float = 20.0
     takes: int = 4
+    automatic: bool = True
+
+    @property
+    def region(self) -> tuple[float, float]:
+        """The square."""
+        return self.size / 2, self.size / 2
+
+    def restrict(self, names: tuple[str, ...], mask: np.ndarray) -> None:
+        """Leave ``hold`` and ``pass_k`` to who has the ball, ``receive`` to the others."""
+        if self.automatic:
+            with_ball = mask[..., names.index("hold")].copy()
+            for k, name in enumerate(names):
+                if name == "hold" or name.startswith("pass_"):
+                    mask[..., k] &= with_ball
+                else:
+                    mask[..., k] = ~with_ball if name == "receive" else False
+
+    def decide(self, names: tuple[str, ...], mask: np.ndarray, action: Any) -> Any:
+        """Who has no ball receives."""
+        if not self.automatic or np.shape(action) != mask.shape[:2]:
+            return action
+        return np.where(mask[..., names.index("receive")], names.index("receive"), action)
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Keepers at three corners, takers at the fourth (SIMULATOR.md 7.13); who stands where is drawn."""

@@ -9,6 +9,7 @@ import math
 
 from ....simulator.state import CommandKind, PlayMode
 from . import kernel
+from .keepers import hold, receive
 from .memory import D2R, NEVER, norm
 from .motion import (
     CATCH_REACH,
@@ -18,7 +19,6 @@ from .motion import (
     chase,
     clear,
     kick_to,
-    kick_velocity,
     kickable,
     look_to,
     pass_speed,
@@ -29,12 +29,12 @@ from .motion import (
 from .team import best_shot, dribble, home
 
 CATCH, MOVE, PLAY_ON = int(CommandKind.CATCH), int(CommandKind.MOVE), int(PlayMode.play_on)
-NOOP, REORIENT, GO_TO_BALL, INTERCEPT, MOVE_TO, DRIBBLE, SHOOT, HOLD, DEFEND_GOAL, CATCH_BALL, FIRST_PASS = range(11)
+NOOP, REORIENT, GO_TO_BALL, INTERCEPT, MOVE_TO, DRIBBLE, SHOOT, HOLD, DEFEND_GOAL, CATCH_BALL, RECEIVE, FIRST_PASS = range(12)
 
 
 @kernel
 def applicable(w, m, i, mates, opponents, mask):
-    """Which macros can be done now; `mask` has 10 + mates + opponents entries."""
+    """Which macros can be done now; `mask` has 11 + mates + opponents entries."""
     with_ball = kickable(m)
     sees = m.ball_age < 10
     mask[NOOP] = True
@@ -49,6 +49,7 @@ def applicable(w, m, i, mates, opponents, mask):
     mask[CATCH_BALL] = (
         w.goalie[i] == 1 and w.mode == PLAY_ON and w.catch_ban[i] == 0 and m.ball_age <= 1 and ball_distance(m) < CATCH_REACH + 0.3
     )
+    mask[RECEIVE] = not with_ball
     own = i % 11
     for k in range(mates):
         other = k if k < own else k + 1
@@ -58,7 +59,7 @@ def applicable(w, m, i, mates, opponents, mask):
 
 
 @kernel
-def perform(w, m, c, i, macro, mates, formation, fresh):
+def perform(w, m, c, i, macro, mates, formation, half_x, half_y, fresh):
     """The command of one cycle of a macro."""
     clear(c)
     if not m.free:
@@ -96,6 +97,9 @@ def perform(w, m, c, i, macro, mates, formation, fresh):
         c.kind = CATCH
         c.a = norm(math.atan2(m.ball_y - m.y, m.ball_x - m.x) - m.body) / D2R
         return
+    elif macro == RECEIVE:
+        receive(m, c, me, mates + 1, half_x, half_y, fresh)
+        return
     elif macro < FIRST_PASS + mates:
         k = macro - FIRST_PASS
         other = k if k < me else k + 1
@@ -104,23 +108,6 @@ def perform(w, m, c, i, macro, mates, formation, fresh):
     else:
         mark(m, c, 11 + macro - FIRST_PASS - mates)
     look_to(m, c, m.ball_x, m.ball_y)
-
-
-@kernel
-def hold(m, c):
-    """Keep the ball: stop it on the side away from the nearest opponent."""
-    best, gap = -1, 100.0
-    for k in range(11, 22):
-        if m.age[k] <= 20:
-            d = math.sqrt((m.px[k] - m.x) ** 2 + (m.py[k] - m.y) ** 2)
-            if d < gap:
-                best, gap = k, d
-    angle = m.body
-    if best >= 0:
-        angle = math.atan2(m.y - m.py[best], m.x - m.px[best])
-    # where the ball should lie in the next cycle, seen from where the player will be
-    x, y = m.x + m.vx + 0.7 * math.cos(angle), m.y + m.vy + 0.7 * math.sin(angle)
-    kick_velocity(m, c, x - m.ball_x, y - m.ball_y)
 
 
 @kernel
@@ -146,7 +133,7 @@ def masks(worlds, memory, players, mates, opponents, out):
 
 
 @kernel
-def act(worlds, memory, players, macros, mates, formation, fresh, commands):
+def act(worlds, memory, players, macros, mates, formation, half_x, half_y, fresh, commands):
     """Commands of one cycle of the macros (W, A) of the players; ``commands`` (W, 22)."""
     for n in range(worlds.shape[0]):
         w = worlds[n]
@@ -155,4 +142,4 @@ def act(worlds, memory, players, macros, mates, formation, fresh, commands):
             if w.enabled[i]:
                 m = memory[n, i]
                 m.left = 1 if i < 11 else 0
-                perform(w, m, commands[n, i], i, macros[n, k], mates[k], formation, fresh[n, i])
+                perform(w, m, commands[n, i], i, macros[n, k], mates[k], formation, half_x, half_y, fresh[n, i])

@@ -24,7 +24,7 @@ PLAYERS = 22
 STAMINA, EFFORT = int(BodyColumn.STAMINA), int(BodyColumn.EFFORT)
 SPEED, SPEED_DIRECTION = int(BodyColumn.SPEED), int(BodyColumn.SPEED_DIRECTION)
 HEAD, TACKLED, CHARGED = int(BodyColumn.HEAD_ANGLE), int(BodyColumn.TACKLE_EXPIRES), int(BodyColumn.FOUL_CHARGED)
-TURN, DASH = int(CommandKind.TURN), int(CommandKind.DASH)
+TURN, KICK = int(CommandKind.TURN), int(CommandKind.KICK)
 BALL_DECAY, PLAYER_DECAY = 0.94, 0.4
 D2R = PI / 180.0
 LINE_NORMAL = np.array([0.0, PI, 0.0, -0.5 * PI, 0.5 * PI])
@@ -92,9 +92,26 @@ def face_from_marks(m, side, marks, levels):
 
 
 @kernel
+def own_kick(m, sent):
+    """What the own kick did to the ball's velocity (SIMULATOR.md 4.2, default type), if it was in reach as remembered."""
+    dx, dy = m.ball_x - m.x, m.ball_y - m.y
+    distance = math.sqrt(dx * dx + dy * dy)
+    if m.ball_age > 2 or distance > 1.085:
+        return
+    aside = abs(norm(math.atan2(dy, dx) - m.body))
+    rate = 0.027 * max(0.0, 1.0 - 0.25 * aside / PI - 0.25 * (distance - 0.385) / 0.7)
+    angle = m.body + sent.b * D2R
+    push = min(2.7, rate * min(100.0, max(0.0, sent.a)))
+    m.ball_vx += push * math.cos(angle)
+    m.ball_vy += push * math.sin(angle)
+
+
+@kernel
 def predict(m, body, sent, inertia):
     """Carry the picture on by one cycle: own turn and way, the ball's roll, everybody's age."""
     before = m.body
+    if sent.kind == KICK and m.free:
+        own_kick(m, sent)
     if sent.kind == TURN and m.free:
         moment = min(180.0, max(-180.0, sent.a)) * D2R
         before = norm(before + moment / (1.0 + inertia * math.sqrt(m.vx * m.vx + m.vy * m.vy)))
@@ -211,6 +228,34 @@ def update(
                     take_ball(m, ball[n, i], ball_level[n, i])
                 take_players(m, me, side, players[n, i], players_level[n, i])
             m.px[me], m.py[me], m.age[me] = m.x, m.y, 0
+
+
+@kernel
+def know(worlds, chosen, memory, active, body):
+    """The truth in everybody's memory, in the own team's frame."""
+    for c in range(chosen.shape[0]):
+        n = chosen[c]
+        w = worlds[n]
+        for i in range(PLAYERS):
+            if not active[i] or not w.enabled[i]:
+                continue
+            m = memory[n, i]
+            side = 1.0 if i < 11 else -1.0
+            turned = 0.0 if side > 0 else PI
+            m.x, m.y = side * w.pos[i + 1, 0], side * w.pos[i + 1, 1]
+            m.vx, m.vy = side * w.vel[i + 1, 0], side * w.vel[i + 1, 1]
+            m.body, m.neck = norm(w.body[i] + turned), w.neck[i]
+            m.face = norm(m.body + m.neck)
+            m.stamina, m.effort, m.located = w.stamina[i], w.effort[i], 1
+            m.free = body[n, i, TACKLED] <= 0.0 and body[n, i, CHARGED] <= 0.0
+            m.ball_x, m.ball_y = side * w.pos[0, 0], side * w.pos[0, 1]
+            m.ball_vx, m.ball_vy, m.ball_age = side * w.vel[0, 0], side * w.vel[0, 1], 0
+            for j in range(PLAYERS):
+                k = own_number(j, side)
+                if w.enabled[j]:
+                    m.px[k], m.py[k], m.age[k] = side * w.pos[j + 1, 0], side * w.pos[j + 1, 1], 0
+                else:
+                    m.age[k] = NEVER
 
 
 @kernel

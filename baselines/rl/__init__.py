@@ -1,0 +1,1 @@
+"""Reinforcement learning with stable-baselines3 on the environments of cprm_gym."""
