@@ -1,0 +1,237 @@
+"""Things that go wrong, on purpose: to measure how agents recover (dissertation §4, "simulated interruptions").
+
+A `Disturbance` is a value that says what happens; a `Disturber` makes it happen in a batch of worlds, once per episode, at a cycle drawn
+for each world from (seed, number of the world) alone: every controller meets the same one.
+
+    disturber = Disturber(core, BallDisplaced(), seed=0)
+    core.reset(0); disturber.reset()
+    while ...:
+        disturber()                 # before each step
+        core.step(actions)
+    disturber.struck                # cycle in which each world was struck, -1 where it has not been
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..envs.core import SoccerCore
+from ..errors import ParameterError
+
+EDGE = 1.0
+"""Metres that displaced things stay away from the lines."""
+HALF_LENGTH, HALF_WIDTH = 52.5, 34.0
+DRAWS = 8
+"""Numbers drawn for each world and episode."""
+NO_SIGHT = -10
+"""Value of ``see_counter`` at which no see message is due."""
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """Base: what strikes once in an episode.
+
+    Parameters
+    ----------
+    first, last : int
+        The cycle in which it strikes is drawn from ``first ... last``.
+
+    Raises
+    ------
+    ParameterError
+        When the cycles are not in order.
+    """
+
+    first: int = 40
+    last: int = 200
+    name: ClassVar[str] = ""
+    lasts: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.first <= self.last:
+            raise ParameterError(f"{type(self).__name__}: first {self.first} and last {self.last}: needs 0 <= first <= last")
+
+    @property
+    def duration(self) -> int:
+        """Cycles for which it works."""
+        return self.lasts
+
+    def ready(self, core: SoccerCore, worlds: np.ndarray) -> np.ndarray:
+        """Which of the worlds that are due it can strike now, (n,) bool; the others are struck as soon as it can."""
+        return np.ones(len(worlds), bool)
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """One cycle of it, before the step.
+
+        Parameters
+        ----------
+        worlds : (n,) int array
+        draws : (n, DRAWS) numbers in [0, 1), the same in every cycle of an episode
+        age : (n,) int array
+            Cycles since it struck, 0 in the first.
+        """
+        raise ParameterError(f"disturbance {type(self).__name__} does not say what it does")
+
+
+def _displacement(draws: np.ndarray, near: float, far: float) -> np.ndarray:
+    """(n, 2) vectors `near` to `far` metres long in any direction."""
+    length, angle = near + (far - near) * draws[:, 0], 2.0 * np.pi * draws[:, 1]
+    return np.stack([length * np.cos(angle), length * np.sin(angle)], axis=1)
+
+
+def _on_pitch(position: np.ndarray) -> np.ndarray:
+    limit = np.array([HALF_LENGTH - EDGE, HALF_WIDTH - EDGE])
+    return np.clip(position, -limit, limit)
+
+
+@dataclass(frozen=True)
+class BallDisplaced(Disturbance):
+    """The ball lies elsewhere all at once, at rest, `near` to `far` metres from where it was."""
+
+    near: float = 3.0
+    far: float = 8.0
+    name: ClassVar[str] = "ball displaced"
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Moves the ball."""
+        core.place_ball(worlds, _on_pitch(core.sim.world["pos"][worlds, 0] + _displacement(draws, self.near, self.far)))
+
+
+@dataclass(frozen=True)
+class PlayerDisplaced(Disturbance):
+    """One of the agents stands elsewhere all at once, looking anywhere, `near` to `far` metres from where he was."""
+
+    near: float = 3.0
+    far: float = 8.0
+    name: ClassVar[str] = "player displaced"
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Moves an agent drawn among those controlled."""
+        chosen = core.players[(draws[:, 2] * len(core.players)).astype(np.int64)]
+        for player in core.players:
+            here = chosen == player
+            place = core.sim.world["pos"][worlds[here], player] + _displacement(draws[here], self.near, self.far)
+            core.place_player(worlds[here], int(player), _on_pitch(place), 360.0 * draws[here, 3] - 180.0)
+
+
+@dataclass(frozen=True)
+class BlindSpell(Disturbance):
+    """Nobody sees anything for `cycles` cycles: no see message comes; what is felt of the own body goes on."""
+
+    cycles: int = 20
+    name: ClassVar[str] = "blind spell"
+
+    @property
+    def duration(self) -> int:
+        """`cycles`."""
+        return self.cycles
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Keeps the eyes from opening."""
+        core.sim.world["see_counter"][worlds] = NO_SIGHT
+        over = worlds[age == self.cycles - 1]
+        core.sim.world["see_counter"][over] = 0
+
+
+@dataclass(frozen=True)
+class NoiseBurst(Disturbance):
+    """For `cycles` cycles ball and players are pushed about, by accelerations of up to `ball` and `player` m / cycle in any direction."""
+
+    cycles: int = 10
+    ball: float = 0.5
+    player: float = 0.2
+    name: ClassVar[str] = "noise burst"
+
+    @property
+    def duration(self) -> int:
+        """`cycles`."""
+        return self.cycles
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Adds to the velocities; the directions turn irregularly with the drawn numbers and the cycle."""
+        velocity = core.sim.world["vel"]
+        for thing in (0, *core.players):
+            size = self.ball if thing == 0 else self.player
+            # a fresh direction and length in every cycle, from the drawn numbers alone
+            angle = 2.0 * np.pi * np.modf(997.0 * draws[:, 4] * (age + 1) + 331.0 * thing * draws[:, 5])[0]
+            length = size * np.modf(613.0 * draws[:, 6] * (age + 1) + 127.0 * thing * draws[:, 7])[0]
+            velocity[worlds, thing, 0] += length * np.cos(angle)
+            velocity[worlds, thing, 1] += length * np.sin(angle)
+
+
+@dataclass(frozen=True)
+class BallStopped(Disturbance):
+    """A rolling ball runs into something that nobody sees and lies still, once it is faster than `speed` m / cycle and out of reach."""
+
+    speed: float = 0.5
+    away: float = 2.0
+    name: ClassVar[str] = "ball stopped"
+
+    def ready(self, core: SoccerCore, worlds: np.ndarray) -> np.ndarray:
+        """While it rolls, `away` metres from every agent."""
+        world = core.sim.world
+        rolls = np.hypot(*world["vel"][worlds, 0].T) > self.speed
+        for player in core.players:
+            gap = world["pos"][worlds, player] - world["pos"][worlds, 0]
+            rolls &= np.hypot(gap[:, 0], gap[:, 1]) > self.away
+        return rolls
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Takes the ball's velocity."""
+        core.sim.world["vel"][worlds, 0] = 0.0
+
+
+DISTURBANCES: dict[str, Disturbance] = {
+    d.name: d for d in (BallDisplaced(), PlayerDisplaced(), BlindSpell(), NoiseBurst(), BallStopped())
+}
+"""One of each kind with its default sizes, by name."""
+
+
+class Disturber:
+    """Makes a disturbance happen in the worlds of a core.
+
+    Parameters
+    ----------
+    core : SoccerCore
+    disturbance : Disturbance
+    seed : int
+        World k of the core depends on (seed, ``core.sim.first_world + k``) and on how many episodes it has begun, nothing else.
+
+    Attributes
+    ----------
+    struck : (W,) int array
+        Cycle of the episode in which the world was struck; -1 while it has not been.
+    """
+
+    def __init__(self, core: SoccerCore, disturbance: Disturbance, seed: int = 0) -> None:
+        self.core = core
+        self.disturbance = disturbance
+        first = core.sim.first_world
+        self._streams = [np.random.default_rng(np.random.SeedSequence([seed, first + k])) for k in range(core.worlds)]
+        self.struck = np.full(core.worlds, -1, np.int64)
+        self._due = np.zeros(core.worlds, np.int64)
+        self._draws = np.zeros((core.worlds, DRAWS))
+        self.reset()
+
+    def reset(self, worlds: np.ndarray | None = None) -> None:
+        """Draw anew for the worlds that begin an episode, (W,) bool or (n,) int; all if not given."""
+        chosen = np.arange(self.core.worlds) if worlds is None else np.asarray(worlds)
+        chosen = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
+        for k in chosen:
+            self._draws[k] = self._streams[k].random(DRAWS)
+            self._due[k] = self._streams[k].integers(self.disturbance.first, self.disturbance.last + 1)
+        self.struck[chosen] = -1
+
+    def __call__(self) -> None:
+        """Disturb the worlds whose time has come; to be called before every step."""
+        cycle = self.core.cycle
+        waiting = np.flatnonzero((self.struck < 0) & (cycle >= self._due))
+        if len(waiting):
+            hit = waiting[self.disturbance.ready(self.core, waiting)]
+            self.struck[hit] = cycle[hit]
+        active = np.flatnonzero((self.struck >= 0) & (cycle - self.struck < self.disturbance.duration))
+        if len(active):
+            self.disturbance.strike(self.core, active, self._draws[active], cycle[active] - self.struck[active])
