@@ -45,9 +45,11 @@ BOX_X, BOX_Y = -37.0, 19.0
 DEEPEST = -52.0
 """How far back a shot is met, m."""
 
-RUN, START = 0.95, 1.5
+RUN, START = 0.95, 0.7
 """A running player's metres a cycle, and the cycles that the goalie loses by turning and getting up speed."""
-DARE = 8.0
+HASTE = 1.0
+"""Cycles that he loses on the way to a shot."""
+DARE = 20.0
 """Cycles by which an opponent may be nearer to a free ball for the goalie still to go for it."""
 
 
@@ -68,6 +70,13 @@ def race(who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
     return tuple(places)
 
 
+def late(way: str) -> tuple[Math, ...]:
+    """Place ``late_{way}``: cycles by which he comes too late to where the ball is after that many metres of its way."""
+    reach = f"hypot(dx + {way} * ux, dy + {way} * uy)"
+    roll = f"-log(max(0.02, 1 - 0.06 * {way} / max(ball_speed, 0.05))) / 0.0619"
+    return (Math(f"late_{way}", f"{HASTE} + max(0, {reach} - 0.8) / {RUN} - ({roll})"),)
+
+
 KINEMATICS = (
     # where the ball is from the goalie
     Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
@@ -83,17 +92,21 @@ KINEMATICS = (
     *race("rival", "watched_x", "watched_y", f"max({{way}} - 0.8, 0) / {RUN}"),
     Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
     Math("loose", f"1 if in_box and not shot and own_time < rival_time + {DARE} else 0"),
+    # where to meet a shot: at the point closest to him if he is there in time, else half-way on to the goal line, or at the line
     Math("along", "max(0, -(dx * ux + dy * uy))"),
-    Math("foot_x", "ball_x + along * ux"),
-    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
-    Math("meet_x", f"max(foot_x, {DEEPEST}) if shot else max(own_x, {DEEPEST})"),
-    Math("meet_y", "own_y if not shot else ball_y + along * uy if foot_x >= "
-         f"{DEEPEST} or ball_vx > -0.1 else ball_y + ball_vy / ball_vx * ({DEEPEST} - ball_x)"),
+    Math("to_deepest", f"max(0, (ball_x - {DEEPEST}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
+    Math("first", "min(along, to_deepest)"), Math("second", "0.5 * (first + to_deepest)"),
+    *late("first"), *late("second"), *late("to_deepest"),
+    Math("way", "first if late_first <= 0 else second if late_second <= 0 else to_deepest "
+         "if late_to_deepest < min(late_first, late_second) else second if late_second < late_first else first"),
+    Math("meet_x", f"ball_x + way * ux if shot else max(own_x, {DEEPEST})"),
+    Math("meet_y", "ball_y + way * uy if shot else own_y"),
     Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
     Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
     # is it coming: it crosses the goal line near the goal, and rolls that far
     Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
     Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
+    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
     Math("coming", "1 if shot or loose else 0"),
     Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
     # the guarding place: between ball and goal
