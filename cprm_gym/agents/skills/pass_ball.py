@@ -61,8 +61,8 @@ PASS_BALL = PetriNet(
           "trap.at_most": "no_speed"},
     transitions=(
         *life(("ready", "acted", "watching", "settling"), ("turns", "seeks")),
-        *within_module("kick", ("kicked", "failed", "aborted"), "kicking"),
-        *within_module("trap", ("kicked", "aborted"), "trapping", ("turns", "seeks")),  # in reach when it begins, so it does not fail
+        *within_module("kick", ("kicked", "aborted"), "kicking"),
+        *within_module("trap", ("kicked", "aborted"), "trapping", ("turns", "seeks")),  # in reach when they begin, so they do not fail
         Transition("drift", ("ready", "ongoing"), ("failed",), tests={"distance": DRIFTED}, sets={"turns": 0, "seeks": 0}, priority=7),
         Transition("nobody", ("ready", "ongoing"), ("failed",), tests={"mate_age": RECENT, "seeks": SEEKS}, sets={"turns": 0, "seeks": 0},
                    priority=6),
@@ -76,7 +76,6 @@ PASS_BALL = PetriNet(
                    emits=Command("turn", moment="moment"), priority=3),
         Transition("pass", ("ready",), ("kicking", "kick.begin"), inhibitors={"mate_age": RECENT}, sets={"turns": 0, "seeks": 0}, priority=2),
         Transition("watch", ("kicking", "kick.kicked"), ("watching",), priority=5),
-        Transition("miss", ("kicking", "ongoing", "kick.failed"), ("failed",), priority=5),
         Transition("see_off", ("watching", "ongoing"), ("passed",), tests={"distance": MOVED}, priority=5),
         Transition("stuck", ("watching", "ongoing"), ("failed",), inhibitors={"distance": MOVED}, delay=WATCH),
     ),

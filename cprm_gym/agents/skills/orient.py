@@ -1,0 +1,39 @@
+"""orient: turn until the ball is ahead; first part of the approach to a ball that lies still (dissertation Fig. 3.1).
+
+    begin --> [start] --> ongoing + ready
+    ready & ahead ----------> [face] ----> facing
+    ready & TURNS turned ---> [give_up] -> failed
+    ready & aside ----------> [turn] ----> acted + turns
+
+    (me)->        (ball)  the moment makes up for inertia: a body that moves turns by 1 / (1 + 5 speed) of it
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Command, Input, Math, PetriNet, Place, Transition
+from .parts import interface, interface_places, life
+
+AHEAD = 5.0
+"""Degrees within which the ball counts as ahead."""
+TURNS = 8
+"""Turns after which he gives up."""
+
+_PORTS = interface("facing", "failed")
+
+ORIENT = PetriNet(
+    "orient",
+    ports=_PORTS,
+    places=(
+        *interface_places(_PORTS, "ready", "acted"), Place("turns", capacity=TURNS),
+        Input("bearing", observes="ball.reckoned_direction"), Input("speed", observes="body.speed"), Input("age", observes="ball.age"),
+        Math("off_axis", "abs(bearing) if age < 10 else 180"),
+        Math("moment", "clip((bearing if age < 10 else 60) * (1 + 5 * speed), -180, 180)"),
+    ),
+    transitions=(
+        *life(counters=("turns",)),
+        Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD}, sets={"turns": 0}, priority=7),
+        Transition("give_up", ("ready", "ongoing"), ("failed",), tests={"turns": TURNS}, sets={"turns": 0}, priority=6),
+        Transition("turn", ("ready",), ("acted", "turns"), tests={"off_axis": AHEAD}, emits=Command("turn", moment="moment"), priority=3),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``facing``, ``failed`` and ``aborted``."""

@@ -1,0 +1,50 @@
+"""slow: close with the ball and come to rest beside it; last part of the approach (dissertation Fig. 3.1, Appendix A, Fig. A.2).
+
+    begin --> [start] --> ongoing + ready
+    ready & there, and slow --> [stop_there] -> there
+    ready & ball far again ---> [lose] -------> strayed
+    ready & off axis ---------> [turn] -------> acted       moment: the whole angle
+    ready & on axis ----------> [brake] ------> acted       power: the body rolls out where the way left ends
+
+    With decay g = 0.4 and a felt speed s (after decay) an acceleration a lets the body roll (s + a) / (1 - g) metres, so
+    a = (1 - g) d - s. It may be negative: he dashes backwards.
+"""
+
+from __future__ import annotations
+
+from ...architecture.petri import Command, Input, Math, PetriNet, Transition
+from .accelerate import CLOSE
+from .parts import interface, interface_places, life
+
+BESIDE = 0.75
+"""Metres from the ball at which he wants to stand."""
+THERE = 0.95
+"""Metres at which he is there."""
+STILL = 0.1
+"""m / cycle below which he counts as standing."""
+OFF_AXIS = 15.0
+"""Degrees at which he turns."""
+
+_PORTS = interface("there", "strayed")
+
+SLOW = PetriNet(
+    "slow",
+    ports=_PORTS,
+    places=(
+        *interface_places(_PORTS, "ready", "acted"),
+        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction"),
+        Input("speed", observes="body.speed"), Input("speed_direction", observes="body.speed_direction"),
+        Math("ahead_speed", "speed * cos(radians(speed_direction))"),
+        Math("off_axis", "abs(bearing) if distance > 1 else 0"), Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
+        Math("power", f"clip((0.6 * (distance - {BESIDE}) - ahead_speed) / 0.006, -100, 100)"),
+    ),
+    transitions=(
+        *life(),
+        Transition("stop_there", ("ready", "ongoing"), ("there",), inhibitors={"distance": THERE, "speed": STILL}, priority=7),
+        Transition("lose", ("ready", "ongoing"), ("strayed",), tests={"distance": 2 * CLOSE}, priority=6),
+        Transition("turn", ("ready",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="moment"), priority=3),
+        Transition("brake", ("ready",), ("acted",), inhibitors={"off_axis": OFF_AXIS}, emits=Command("dash", power="power", direction=0.0),
+                   priority=3),
+    ),
+)  # fmt: skip
+"""The skill as a module; its outcomes are ``there``, ``strayed`` and ``aborted``."""
