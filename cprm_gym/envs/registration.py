@@ -17,7 +17,7 @@ TASK_NAMES = (
 
 
 def register_all() -> tuple[str, ...]:
-    """Register all tasks; a second call changes nothing.
+    """Register all tasks, and the little world of Appendix A; a second call changes nothing.
 
     Returns
     -------
@@ -35,6 +35,11 @@ def register_all() -> tuple[str, ...]:
                 vector_entry_point="cprm_gym.envs.vector:SoccerVectorEnv",
                 kwargs={"task": name},
             )
+    small = f"{NAMESPACE}/SlowApproach-v0"
+    ids.append(small)
+    if small not in gymnasium.registry:
+        world = "cprm_gym.envs.tasks.slow_approach"
+        gymnasium.register(small, entry_point=f"{world}:SlowApproachEnv", vector_entry_point=f"{world}:SlowApproachVectorEnv")
     _register_with_pettingzoo()
     return tuple(ids)
 

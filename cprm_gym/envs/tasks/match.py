@@ -58,7 +58,7 @@ class Soccer(Task):
     right_goalie: int = 1
     controlled: str = "all"
     others: str | tuple[str, str] = "medium"
-    max_cycles: int = 6100
+    max_cycles: int = 9000
     rules: Rules = Rules.ALL
     statuses: tuple[str, ...] = ("IN_GAME", "TIME_UP", "OUT_OF_TIME")
     parameters: ServerParameters = field(default_factory=lambda: FULL_TIME)

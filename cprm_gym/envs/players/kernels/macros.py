@@ -76,7 +76,7 @@ def perform(w, m, c, i, macro, mates, formation, half_x, half_y, fresh):
     elif macro == INTERCEPT:
         chase(m, c, 100.0)
     elif macro == MOVE_TO:
-        x, y = home(m, formation, me, 4.0)
+        x, y = home(m, formation, me, 4.0, True)
         if run_to(m, c, x, y, 80.0, 1.0):
             turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
     elif macro == DRIBBLE:

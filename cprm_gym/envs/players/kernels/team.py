@@ -39,6 +39,8 @@ KICK_OFF_L, GOAL_KICK_R = int(PlayMode.kick_off_l), int(PlayMode.goal_kick_r)
 INDIRECT_L, INDIRECT_R = int(PlayMode.indirect_free_kick_l), int(PlayMode.indirect_free_kick_r)
 GOAL_KICK_L = int(PlayMode.goal_kick_l)
 WAITING, PLAYING, OURS, THEIRS, DEAD = 0, 1, 2, 3, 4
+FORWARD = -12.0
+"""x in the formation from which on a player is a forward, m."""
 LOST = 6
 """Cycles without seeing the ball after which it is searched for."""
 
@@ -69,14 +71,15 @@ def rank_to_ball(m, me, count):
 
 
 @kernel
-def home(m, formation, me, attack):
-    """(x, y): the player's place in the formation, shifted with the ball."""
+def home(m, formation, me, attack, onside):
+    """(x, y): the player's place in the formation, shifted with the ball, behind the offside line if `onside`."""
     fx, fy = formation[me, 0], formation[me, 1]
     bx, by = (m.ball_x, m.ball_y) if m.ball_age < NEVER else (0.0, 0.0)
     x = fx + 0.55 * (bx + 10.0) + attack
     y = fy * 0.85 + 0.35 * by
     deepest = -46.0 if fx < -30.0 else -38.0
-    x = min(x, max(offside_line(m) - 1.0, deepest))
+    if onside:
+        x = min(x, max(offside_line(m) - 1.0, deepest))
     return min(44.0, max(deepest, x)), min(32.0, max(-32.0, y))
 
 
@@ -260,7 +263,7 @@ def play(w, m, c, me, count, strength, goalie, formation, fresh):
         return
     m.search = 0
     if state == DEAD:
-        x, y = home(m, formation, me, 0.0)
+        x, y = home(m, formation, me, 0.0, True)
         run_to(m, c, x, y, 40.0, 2.0)
         look_to(m, c, m.ball_x, m.ball_y)
         return
@@ -294,7 +297,10 @@ def play(w, m, c, me, count, strength, goalie, formation, fresh):
 def position(m, c, me, strength, formation, state):
     """Without the ball: go to the place in the formation, keep the distance at their kicks, mark in the own half."""
     attack = 4.0 if strength == 2 and m.ball_x > 0.0 else 0.0
-    x, y = home(m, formation, me, attack)
+    x, y = home(m, formation, me, attack, strength >= 2)
+    if strength >= 1 and formation[me, 0] > FORWARD and m.ball_x > -15.0:
+        # forwards wait for the pass at the last defenders; only the strong team minds the offside line well
+        x = max(x, min(m.ball_x + 22.0, offside_line(m) + (-0.7 if strength >= 2 else 1.0)))
     if state == THEIRS:
         dx, dy = x - m.ball_x, y - m.ball_y
         d = math.sqrt(dx * dx + dy * dy)
