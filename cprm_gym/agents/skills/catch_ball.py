@@ -4,6 +4,7 @@
     ready --> [turn | dash | hold] --> acted --(one cycle)--> ready     into the ball's way
     ready & within reach -> [catch] --> grasped                         the one chance
     grasped --> [caught] --> caught      or, a cycle later, [miss] --> missed
+    ready & rolling past, out of reach -> [tackle] --> grasped
     ready & no danger ----> [over] --> over
     ready & ball behind --> [past] --> past
     abort ----------------> [stop] --> aborted
@@ -23,6 +24,8 @@ STRAFE = 2.2
 """Metres up to which the goalie does not turn first."""
 AHEAD = 40.0
 """Degrees within which he runs on without turning."""
+WORTH = 0.5
+"""Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach a ball that rolls past."""
 CLOSE = 0.12
 """Metres from the ball's way at which he stands."""
 
@@ -31,7 +34,7 @@ CATCH_BALL = PetriNet(
     ports=Ports(
         begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
         answers={"abort": ("aborted", "caught", "missed")}, within=2,
-        parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind"),
+        parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank"),
     ),
     places=(
         Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),
@@ -40,10 +43,13 @@ CATCH_BALL = PetriNet(
         Continuous("ball_distance", 99.0), Continuous("ball_direction"),  # now: metres, degrees from the body
         Continuous("next_distance", 99.0),  # from the ball, a cycle later
         Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
-        Continuous("coming"), Continuous("behind"),
+        Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
         Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
         Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 110 else 0"),
         Math("now_or_never", "1 if ball_distance < 1 or next_distance > ball_distance - 0.15 else 0"),
+        Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
+        Math("chance", "1 - min(1, (ahead / 2) ** 6 + (aside / 1.25) ** 6) if ahead > 0 else 0"),
+        Math("last_chance", f"1 if chance > {WORTH} and not reachable and next_distance > ball_distance - 0.1 else 0"),
         Math("off", "abs(way_direction)"),
         Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
         Math("moment", "clip(way_direction * (1 + 5 * speed), -180, 180)"),
@@ -61,6 +67,8 @@ CATCH_BALL = PetriNet(
         # the one chance
         Transition("catch", ("ready",), ("grasped",), tests={"reachable": 1, "now_or_never": 1},
                    emits=Command("catch", direction="ball_direction"), priority=5),
+        Transition("tackle", ("ready",), ("grasped",), tests={"last_chance": 1, "coming": 1},
+                   emits=Command("tackle", direction="flank", foul=0.0), priority=5),
         Transition("lose", ("ready", "ongoing"), ("past",), tests={"behind": 1}, priority=4),
         Transition("relax", ("ready", "ongoing"), ("over",), inhibitors={"coming": 1, "reachable": 1}, priority=3),
         # into the way
