@@ -151,6 +151,57 @@ def conformance(
         raise typer.Exit(1)
 
 
+@app.command()
+def demo(
+    name: Annotated[str, typer.Argument(help="striker, goalie or passers.")],
+    record: Annotated[Path | None, typer.Option(help="Write a film (.mp4 or .gif) instead of showing it here.")] = None,
+    seed: Annotated[int, typer.Option(help="Which world.")] = 0,
+    every: Annotated[int, typer.Option(help="Without a terminal: cycles between two pictures.")] = 25,
+) -> None:
+    """Show a demonstration: the field, the markings of the nets, what the players believe."""
+    import time
+
+    from rich.columns import Columns
+    from rich.console import Group
+    from rich.live import Live
+    from rich.panel import Panel
+    from rich.text import Text
+
+    from .agents.demos import Recorder, Scene, panel, play
+    from .envs.rendering import text_picture
+
+    def shown(scene: Scene) -> Group:
+        panels = [Panel(Text("\n".join(panel(player)[1:])), title=panel(player)[0], width=46) for player in scene.players]
+        width = max(40, min(106, console.width - 2))
+        return Group(Text(text_picture(scene.world, width, width // 3)), Columns(panels), Text(f"cycle {scene.cycle}  {scene.status}"))
+
+    with said_plainly():
+        if every < 1:
+            raise CprmError(f"--every {every}: allowed is 1 and more")
+        last: Scene | None = None
+        if record is not None:
+            film = Recorder(record)
+            try:
+                for last in play(name, seed):
+                    film.add(last)
+            except BaseException:
+                film.discard()
+                raise
+            film.close()
+            console.print(f"wrote {record}", highlight=False, soft_wrap=True)
+        elif console.is_terminal:
+            with Live(console=console, auto_refresh=False) as live:
+                for last in play(name, seed):
+                    live.update(shown(last), refresh=True)
+                    time.sleep(0.1)
+        else:
+            for last in play(name, seed):
+                if last.cycle % every == 0:
+                    console.print(shown(last))
+    if last is not None:
+        console.print(f"{name}, seed {seed}: {last.status.replace('_', ' ').lower()}", highlight=False)
+
+
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 

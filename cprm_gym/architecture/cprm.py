@@ -306,6 +306,8 @@ class Controller:
         self._trace = trace
         self._percepts: Percepts = {}
         self._evidence: dict[str, Any] = {}
+        self.posteriors: list[Any] = [None] * len(self.filters)
+        """Of the last inference: one result for all agents, or one for each; None before the first."""
         self._active: list[tuple[str, ...]] = [()] * len(self.filters)
         self._cycle = np.zeros(copies, np.int64)
 
@@ -373,6 +375,7 @@ class Controller:
         if len(self.filters) == 1:
             self._active = [self.relations(0)]
             result = self.filters[0].step(evidence, active=self._active[0])
+            self.posteriors = [result]
             values = {name: view(result[self._held(variable, 0)], self._variables[self._held(variable, 0)])
                       for name, variable, view in self._beliefs if self._held(variable, 0)}  # fmt: skip
             self.executor.believe(values)
@@ -384,6 +387,7 @@ class Controller:
             self._active[k] = self.relations(k)
             own = {name: value[k : k + 1] for name, value in evidence.items()}
             result = one.step(own, active=self._active[k])
+            self.posteriors[k] = result
             for name, variable, view in self._beliefs:
                 held = self._held(variable, k)
                 table[name][k] = float(view(result[held], self._variables[held])[0]) if held else self._default_of(name)

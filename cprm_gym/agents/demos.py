@@ -1,0 +1,229 @@
+"""The three demonstrations, shown: the field, what the nets are doing, what the players believe (``cprm-gym demo``).
+
+`play` yields a `Scene` per cycle; `panel` says one player's part of it in words, `Recorder` writes pictures of it into a film.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..architecture.petri import PetriNet, instances
+from ..envs.controller import check_action
+from ..envs.core import SoccerCore
+from ..envs.rendering import Viewer
+from ..envs.spaces import SelfFeature
+from ..envs.tasks import make_task
+from ..errors import CprmError, unknown_name
+from .play import SoccerAgent
+from .registry import make_controller
+
+DEMOS: Mapping[str, str] = {"striker": "KickOffShot", "goalie": "Goalie", "passers": "PassAndAdvance"}
+"""Demonstration -> task."""
+AFTERWARDS = 15
+"""Cycles shown after the end."""
+POINTS = 60
+"""Most points that show a belief."""
+PANEL = 430
+"""Width of the panel beside the field in films, pixels."""
+FADE = 20.0
+"""Cycles without a sight of the ball after which a reckoned place hardly counts."""
+
+
+@dataclass(frozen=True)
+class Player:
+    """One agent of a scene.
+
+    Attributes
+    ----------
+    name : str
+        ``left_1``.
+    number : int
+        Object number.
+    agent : SoccerAgent
+    points : (n, 3) array
+        x, y (server's frame) and weight of where he believes the ball to be.
+    """
+
+    name: str
+    number: int
+    agent: SoccerAgent
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One cycle of a demonstration.
+
+    Attributes
+    ----------
+    cycle : int
+    status : str
+        Of the task.
+    world : record of WORLD
+    players : tuple of Player
+    success : bool
+    """
+
+    cycle: int
+    status: str
+    world: np.void
+    players: tuple[Player, ...]
+    success: bool
+
+
+def play(name: str, seed: int = 0) -> Iterator[Scene]:
+    """Play a demonstration, one scene a cycle.
+
+    Raises
+    ------
+    UnknownName
+        Listing the demonstrations.
+    """
+    if name not in DEMOS:
+        raise unknown_name("demonstration", name, DEMOS)
+    task = make_task(DEMOS[name])
+    agents: list[Any] = []
+    core = SoccerCore(task, 1, seed=seed)
+    agents = [make_controller(task, agent) for agent in core.agents]
+    needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
+    core = SoccerCore(task, 1, seed=seed, include=needs)
+    observation = core.reset(seed)
+    for i, agent in enumerate(agents):
+        agent.reset({key: value[:, i] for key, value in observation.items()}, seed)
+    status, success, rest = task.statuses[0], False, AFTERWARDS
+    while rest > 0:
+        views = [{key: value[:, i] for key, value in observation.items()} for i in range(len(agents))]
+        actions = [check_action(core.agents[i], agent.act(views[i]), 1) for i, agent in enumerate(agents)]
+        players = tuple(
+            Player(core.agents[i], int(core.players[i]), agent, believed_ball(agent, views[i]) * [core.sides[i], core.sides[i], 1.0])
+            for i, agent in enumerate(agents)
+        )
+        yield Scene(int(core.cycle[0]), status, core.sim.world[0].copy(), players, success)
+        step = core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
+        if rest < AFTERWARDS or step.terminated[0] or step.truncated[0]:
+            if rest == AFTERWARDS:
+                status, success = task.statuses[int(step.status[0])], bool(step.success[0])
+            rest -= 1
+
+
+def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(n, 3) x, y in the own team's frame and weight: the posterior where the model has the ball's place, else the reckoned place."""
+    controller = agent.controller
+    if controller is not None and controller.filters and controller.posteriors[0] is not None:
+        posterior, variables = controller.posteriors[0], controller._variables
+        if "ball.x" in variables and "ball.y" in variables:
+            return _grid(posterior["ball.x"][0], variables["ball.x"].edges, posterior["ball.y"][0], variables["ball.y"].edges)
+    age = float(observation["memory_age"][0, 0])
+    return np.array([[*observation["memory"][0, 0, :2], max(0.1, 1.0 - age / FADE)]])
+
+
+def _grid(px: np.ndarray, x_edges: Any, py: np.ndarray, y_edges: Any) -> np.ndarray:
+    """The likeliest cells of two marginals, the likeliest with weight 1."""
+    x, y = (0.5 * (np.asarray(e[:-1]) + np.asarray(e[1:])) for e in (x_edges, y_edges))
+    weight = np.outer(px, py)
+    best = np.argsort(weight, axis=None)[::-1][:POINTS]
+    i, j = np.unravel_index(best, weight.shape)
+    return np.stack([x[i], y[j], weight[i, j] / weight.max()], axis=1)
+
+
+def panel(player: Player) -> list[str]:
+    """What a player's net and beliefs are, in lines: active modules by depth, other marked places, beliefs, commands."""
+    controller = player.agent.controller
+    if controller is None:
+        return [player.name]
+    net, executor = player.agent.cprm.net, controller.executor
+    marked = {name for name, tokens in zip(executor.net.place_names, executor.marking[0]) if tokens > 0}
+    lines = [f"{player.name}: {net.name}", "net"]
+    lines += _active(net, executor, marked)
+    own = [p.name for p in net.places if p.name in marked and type(p).__name__ in ("Place", "ObjectPlace")]
+    lines.append("  marked: " + (", ".join(own) or "-"))
+    beliefs = [f"{p.name} {executor.read(p.name)[0]:.2f}" for p in executor.belief_places]
+    x, y, _ = player.points[0]
+    lines += ["beliefs", f"  ball at {x:.1f}, {y:.1f}"]
+    lines += [f"  {entry}" for entry in beliefs[:8]]
+    lines.append("commands")
+    for name, values in executor._commands.of(0).items():
+        lines.append(f"  {name} " + ", ".join(f"{key} {value:.0f}" for key, value in values.items()))
+    return lines
+
+
+def _active(net: PetriNet, executor: Any, marked: set[str]) -> list[str]:
+    """The modules at work, indented by depth, each with its marked inner places."""
+    lines = []
+    for path, instance in instances(net).items():
+        ongoing = instance.net.ports.ongoing
+        if path and ongoing and instance.places[ongoing] in marked:
+            inside = [p.name for p in instance.net.places if type(p).__name__ == "Place" and instance.places[p.name] in marked]
+            inside = [p for p in inside if p != ongoing]
+            lines.append(f"{'  ' * (path.count('.') + 1)}{path.rpartition('.')[2]} [{', '.join(inside)}]")
+    return lines
+
+
+class Recorder:
+    """Writes scenes into a film, ``.mp4`` or ``.gif``, which appears when it is closed.
+
+    Raises
+    ------
+    CprmError
+        For another kind of file, or when what writes films is not installed.
+    """
+
+    def __init__(self, path: str | Path, fps: int = 10) -> None:
+        self.path = Path(path)
+        if self.path.suffix not in (".mp4", ".gif"):
+            raise CprmError(f"--record {self.path}: allowed are files that end in .mp4 and .gif")
+        try:
+            imageio = import_module("imageio.v2")
+        except ImportError:
+            raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
+        self.viewer = Viewer("rgb_array")
+        self._temporary = self.path.with_name(f".{self.path.stem}.part{self.path.suffix}")
+        options = {"macro_block_size": 2} if self.path.suffix == ".mp4" else {"loop": 0}
+        try:
+            self._writer = imageio.get_writer(self._temporary, fps=fps, **options)
+        except OSError as error:
+            raise CprmError(f"--record {self.path}: cannot be written: {error.strerror or error}") from None
+
+    def add(self, scene: Scene) -> np.ndarray:
+        """One picture: the field with view cones and beliefs, the panels beside it; also returned, (H, W, 3) uint8."""
+        belief = np.concatenate([player.points for player in scene.players])
+        field = self.viewer.draw(scene.world, tuple(player.number for player in scene.players), belief)
+        assert isinstance(field, np.ndarray)
+        picture = np.concatenate([field, self._panel(scene, field.shape[0])], axis=1)
+        picture = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+        self._writer.append_data(picture)
+        return picture
+
+    def _panel(self, scene: Scene, height: int) -> np.ndarray:
+        pygame = self.viewer._pygame
+        surface = pygame.Surface((PANEL, height))
+        surface.fill((20, 34, 26))
+        y = 12
+        for player in scene.players:
+            for k, line in enumerate(panel(player)):
+                heading = k == 0 or not line.startswith(" ")
+                font = self.viewer._font(26 if k == 0 else 21)
+                text = font.render(line, True, (246, 205, 70) if k == 0 else (150, 190, 165) if heading else (235, 242, 235))
+                surface.blit(text, (14, y))
+                y += 26 if k == 0 else 19
+            y += 14
+        end = self.viewer._font(26).render(scene.status.replace("_", " ").lower(), True, (246, 205, 70))
+        surface.blit(end, (14, height - 32))
+        return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
+
+    def close(self) -> None:
+        """Finish the film."""
+        self._writer.close()
+        os.replace(self._temporary, self.path)
+
+    def discard(self) -> None:
+        """Give up; nothing is left behind."""
+        self._writer.close()
+        self._temporary.unlink(missing_ok=True)
