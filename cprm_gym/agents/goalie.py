@@ -111,7 +111,7 @@ KINEMATICS = (
     Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
     # the guarding place: between ball and goal
     Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
-    Math("out", "clip(0.12 * goal_distance + 0.6, 1, 4)"),
+    Math("out", "clip(0.3 * goal_distance + 1, 1, 8)"),
     Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
     Math("post_distance", "hypot(post_x - x, post_y - y)"),
     Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),

@@ -4,7 +4,7 @@
     ready --> [turn | dash | hold] --> acted --(one cycle)--> ready     into the ball's way
     ready & within reach -> [catch] --> grasped                         the one chance
     grasped --> [caught] --> caught      or, a cycle later, [miss] --> missed
-    ready & rolling past, out of reach -> [tackle] --> grasped
+    ready & near, out of reach -> [tackle] --> grasped
     ready & no danger ----> [over] --> over
     ready & ball behind --> [past] --> past
     abort ----------------> [stop] --> aborted
@@ -25,7 +25,9 @@ STRAFE = 2.2
 AHEAD = 40.0
 """Degrees within which he runs on without turning."""
 WORTH = 0.5
-"""Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach a ball that rolls past."""
+"""Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach the ball."""
+LUNGE = 1.7
+"""Metres up to which he tackles."""
 CLOSE = 0.12
 """Metres from the ball's way at which he stands."""
 
@@ -46,10 +48,10 @@ CATCH_BALL = PetriNet(
         Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
         Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
         Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 110 else 0"),
-        Math("now_or_never", "1 if ball_distance < 1 or next_distance > ball_distance - 0.15 else 0"),
+        Math("now_or_never", "1 if ball_distance < 1.15 or next_distance > ball_distance - 0.15 else 0"),
         Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
         Math("chance", "1 - min(1, (ahead / 2) ** 6 + (aside / 1.25) ** 6) if ahead > 0 else 0"),
-        Math("last_chance", f"1 if chance > {WORTH} and not reachable and next_distance > ball_distance - 0.1 else 0"),
+        Math("last_chance", f"1 if chance > {WORTH} and not reachable and ball_distance < {LUNGE} else 0"),
         Math("off", "abs(way_direction)"),
         Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
         Math("moment", "clip(way_direction * (1 + 5 * speed), -180, 180)"),
