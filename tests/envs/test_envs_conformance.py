@@ -120,12 +120,12 @@ def test_pettingzoo_renders():
     render_test(lambda **kwargs: soccer_v0.env(**SMALL, **kwargs))
 
 
-@pytest.mark.parametrize("observation", ["raw", "hfo_low"])
+@pytest.mark.parametrize("observation", [{"flatten": True}, {"observation": "hfo_low"}], ids=["flat", "hfo_low"])
 @pytest.mark.parametrize("mode", ["discrete", "box", "macro"])
 @pytest.mark.parametrize("name", TASK_NAMES)
 def test_stable_baselines_accepts_every_task(name, mode, observation):
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
-    checker.check_env(gymnasium.make(f"cprm/{name}-v0", action_mode=mode, observation=observation, disable_env_checker=True).unwrapped)
+    checker.check_env(gymnasium.make(f"cprm/{name}-v0", action_mode=mode, **observation, disable_env_checker=True).unwrapped)
 
 
 @pytest.mark.parametrize("mode", ["discrete", "box"])

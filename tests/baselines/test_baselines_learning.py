@@ -1,0 +1,20 @@
+"""Each kind of learner learns something on an easy task. The command for people: python -m baselines.rl.go_to_ball"""
+
+import pytest
+
+pytest.importorskip("sb3_contrib")
+
+from baselines.rl.go_to_ball import learn
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("learner", ["ppo", "maskable_ppo", "sac", "shared_ppo"])
+def test_success_at_least_doubles(learner):
+    result = learn(learner, seed=1, episodes=200)
+    assert result.after >= 2 * result.before
+    assert result.after >= 0.1
+
+
+def test_maskable_ppo_doubles_its_success_in_a_few_seconds():
+    result = learn("maskable_ppo", steps=6000, seed=2, episodes=100)
+    assert result.after >= 2 * result.before
