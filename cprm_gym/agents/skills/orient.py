@@ -1,7 +1,8 @@
 """orient: turn until the ball is ahead; first part of the approach to a ball that lies still (dissertation Fig. 3.1).
 
     begin --> [start] --> ongoing + ready
-    ready & ahead ----------> [face] ----> facing
+    ready & seen ahead -----> [face] ----> facing         seen now: a turn is noisy, so he looks before he is sure
+    ready & thought ahead --> [wait] ----> acted
     ready & TURNS turned ---> [give_up] -> failed
     ready & aside ----------> [turn] ----> acted + turns
 
@@ -15,7 +16,7 @@ from .parts import interface, interface_places, life
 
 AHEAD = 5.0
 """Degrees within which the ball counts as ahead."""
-TURNS = 8
+TURNS = 12
 """Turns after which he gives up."""
 
 _PORTS = interface("facing", "failed")
@@ -31,9 +32,10 @@ ORIENT = PetriNet(
     ),
     transitions=(
         *life(counters=("turns",)),
-        Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD}, sets={"turns": 0}, priority=7),
+        Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD, "age": 1}, sets={"turns": 0}, priority=7),
         Transition("give_up", ("ready", "ongoing"), ("failed",), tests={"turns": TURNS}, sets={"turns": 0}, priority=6),
         Transition("turn", ("ready",), ("acted", "turns"), tests={"off_axis": AHEAD}, emits=Command("turn", moment="moment"), priority=3),
+        Transition("wait", ("ready",), ("acted",), priority=-1),
     ),
 )  # fmt: skip
 """The skill as a module; its outcomes are ``facing``, ``failed`` and ``aborted``."""

@@ -1,0 +1,238 @@
+"""Every skill alone: started where its precondition holds, judged by the world and not by what it says of itself.
+
+``python -m cprm_gym.benchmark.skills --episodes 1000`` prints the table.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..agents.percepts import field_percepts
+from ..agents.play import SoccerAgent
+from ..agents.skills.accelerate import ACCELERATE, CLOSE
+from ..agents.skills.advance import ADVANCE
+from ..agents.skills.approach import APPROACH
+from ..agents.skills.cruise import CRUISE
+from ..agents.skills.dribble import DRIBBLE
+from ..agents.skills.go_to_ball import GO_TO_BALL_REFLEX
+from ..agents.skills.kick import KICK
+from ..agents.skills.orient import ORIENT
+from ..agents.skills.pass_ball import PASS_BALL
+from ..agents.skills.receive import RECEIVE
+from ..agents.skills.setup import SETUP
+from ..agents.skills.shoot import SHOOT
+from ..agents.skills.slow import SLOW
+from ..architecture.cprm import CPRM
+from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
+from ..envs.core import SoccerCore
+from ..envs.tasks import Task, make_task
+from ..envs.tasks.base import Outcome
+from ..simulator.state import PlayMode
+from .statistics import wilson_interval
+
+REACH = 1.085
+"""Kickable distance, m."""
+SETTLE = 4
+"""Cycles in which he may look about him before he begins."""
+Start = Callable[[SoccerCore, np.ndarray, np.ndarray], None]
+Judge = Callable[[SoccerCore], np.ndarray]
+
+
+def alone(skill: PetriNet, constants: Mapping[str, float], whom: str = "ball") -> PetriNet:
+    """A net that begins the skill after `SETTLE` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done."""
+    done = str(skill.ports.done)
+    return PetriNet(
+        f"{skill.name} alone",
+        places=(
+            Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
+            Input("direction", observes="mate.direction" if whom == "mate" else "ball.reckoned_direction"),
+            Input("age", observes=f"{whom}.age"), Math("gaze", "direction if age < 15 else 0"),
+            *(Continuous(f"given_{k}", v) for k, v in constants.items()),
+        ),
+        modules={"skill": skill},
+        fuse={f"skill.{k}": f"given_{k}" for k in constants},
+        transitions=(
+            Transition("set_out", ("intend",), ("skill.begin",), delay=SETTLE),
+            Transition("finish", (f"skill.{done}",), ("done",)),
+            Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How a skill is tried.
+
+    Attributes
+    ----------
+    skill : PetriNet
+    start : callable
+        (core, worlds, (n, 6) draws) puts players and ball.
+    judge : callable
+        core -> (W,) bool: whether the world is as the skill promises.
+    criterion : str
+        The same in words.
+    constants : mapping
+        Parameters of the skill.
+    cycles : int
+        Cycles after which it is judged if it has not ended.
+    wait : int
+        Cycles between its end and the judgement.
+    any_time : bool
+        Whether it is enough that the judge agrees once.
+    task : str
+    """
+
+    skill: PetriNet
+    start: Start
+    judge: Judge
+    criterion: str
+    constants: Mapping[str, float] = field(default_factory=dict)
+    cycles: int = 150
+    wait: int = 0
+    any_time: bool = False
+    eyes: str = "ball"
+
+
+def _apart(core: SoccerCore) -> np.ndarray:
+    return core.distance(0, 1)
+
+
+def _bearing(core: SoccerCore) -> np.ndarray:
+    w = core.sim.world
+    d = w["pos"][:, 0] - w["pos"][:, 1]
+    angle = np.arctan2(d[:, 1], d[:, 0]) - w["body"][:, 0]
+    return np.degrees(np.abs((angle + np.pi) % (2 * np.pi) - np.pi))
+
+
+def _speed(core: SoccerCore) -> np.ndarray:
+    return np.hypot(*core.sim.world["vel"][:, 1].T)
+
+
+def _ball_at(near: float, far: float, aside: float, x: float = 0.0) -> Start:
+    """He stands around (x, 0) looking forward within `aside` degrees of the ball, which is `near` to `far` metres before him."""
+
+    def start(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+        place = np.stack([x + 4 * (u[:, 0] - 0.5), 20 * (u[:, 1] - 0.5)], axis=1)
+        angle, far_off = 2 * np.pi * (u[:, 2] - 0.5) * (1.0 if x == 0 else 0.2), near + (far - near) * u[:, 3]
+        core.place_player(worlds, 1, place, np.degrees(angle) + aside * (2 * u[:, 4] - 1))
+        core.place_ball(worlds, place + far_off[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+    return start
+
+
+def _ball_comes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """A ball 12 to 20 m away that rolls to within 12 degrees of him, and far enough."""
+    _ball_at(12.0, 20.0, 60.0)(core, worlds, u)
+    w = core.sim.world
+    d = w["pos"][worlds, 1] - w["pos"][worlds, 0]
+    gap = np.hypot(d[:, 0], d[:, 1])
+    angle = np.arctan2(d[:, 1], d[:, 0]) + np.radians(12.0) * (2 * u[:, 5] - 1)
+    speed = 0.06 * gap + 0.4 + 0.4 * u[:, 0]
+    core.place_ball(worlds, w["pos"][worlds, 0], (speed * np.stack([np.cos(angle), np.sin(angle)])).T)
+
+
+def _with_mate(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """The ball at his feet, the team-mate 8 to 18 m away in any direction."""
+    _ball_at(0.6, 0.8, 30.0)(core, worlds, u)
+    angle, far = 2 * np.pi * u[:, 5], 8.0 + 10.0 * u[:, 1]
+    place = core.sim.world["pos"][worlds, 1] + (far * np.stack([np.cos(angle), np.sin(angle)])).T
+    core.place_player(worlds, 2, place, np.degrees(angle) + 180.0)
+
+
+def _before_kick_off(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """The start of KickOffShot."""
+
+
+def _near_mate(core: SoccerCore) -> np.ndarray:
+    return core.distance(0, 2) < 2.0
+
+
+def _near_line(core: SoccerCore) -> np.ndarray:
+    """The ball flies within 7 degrees of the middle of the goal."""
+    w = core.sim.world
+    to_goal = np.array([52.5, 0.0]) - w["pos"][:, 0]
+    angle = np.arctan2(w["vel"][:, 0, 1], w["vel"][:, 0, 0]) - np.arctan2(to_goal[:, 1], to_goal[:, 0])
+    moving: np.ndarray = np.hypot(*w["vel"][:, 0].T) > 0.2
+    return moving & (np.abs(np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)) < 7.0)
+
+
+TRIALS: dict[str, Trial] = {
+    "setup": Trial(SETUP, _before_kick_off, lambda c: _apart(c) < REACH, "at the kick-off the ball is in reach"),
+    "orient": Trial(ORIENT, _ball_at(3, 25, 180), lambda c: _bearing(c) < 8, "ball within 8 degrees of ahead", cycles=20),
+    "accelerate": Trial(ACCELERATE, _ball_at(12, 25, 4), lambda c: _speed(c) > 0.25, "fast, before the ball is close", cycles=30),
+    "cruise": Trial(CRUISE, _ball_at(12, 25, 4), lambda c: np.abs(_apart(c) - CLOSE) < 1.3, "at the ball's neighbourhood"),
+    "slow": Trial(SLOW, _ball_at(2, 4, 4), lambda c: (_apart(c) < REACH) & (_speed(c) < 0.15), "standing with the ball in reach", cycles=60),
+    "approach": Trial(APPROACH, _ball_at(8, 25, 180), lambda c: (_apart(c) < REACH) & (_speed(c) < 0.15), "standing with the ball in reach"),
+    "go_to_ball": Trial(GO_TO_BALL_REFLEX, _ball_at(5, 25, 45), lambda c: _apart(c) < REACH, "ball in reach"),
+    "kick": Trial(KICK, _ball_at(0.6, 0.8, 60, 30.0), _near_line, "ball within 7 degrees of the aim", wait=1),
+    "pass_ball": Trial(PASS_BALL, _with_mate, _near_mate, "ball within 2 m of the team-mate", cycles=60, wait=40, any_time=True,
+                       eyes="mate"),
+    "dribble": Trial(DRIBBLE, _ball_at(0.6, 0.8, 30, 15.0), lambda c: _apart(c) < REACH, "near the goal, ball in reach", cycles=200),
+    "shoot": Trial(SHOOT, _ball_at(0.6, 0.8, 30, 35.0), lambda c: c.crossed_goal_line(True), "goal", wait=30, any_time=True),
+    "receive": Trial(RECEIVE, _ball_comes, lambda c: _apart(c) < REACH, "ball in reach", cycles=80),
+    "advance": Trial(ADVANCE, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
+                     "within 1.5 m of the place", constants={"place_x": 20.0, "place_y": 10.0}),
+}  # fmt: skip
+"""Skill -> how it is tried."""
+
+
+@dataclass(frozen=True)
+class _Stage(Task):
+    """A task without an end, whose start is that of a trial."""
+
+    start: Start = _before_kick_off
+
+    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+        """Play is on; the team-mate is far off unless the trial places him."""
+        core.sim.world["mode"][worlds] = PlayMode.play_on
+        core.place_player(worlds, 2, np.full((len(worlds), 2), -30.0), 0.0)
+        self.start(core, worlds, core.draw(worlds, 6))
+
+    def outcome(self, core: SoccerCore) -> Outcome:
+        """Nothing counts."""
+        nothing = np.zeros(core.worlds, bool)
+        return Outcome(np.zeros((core.worlds, len(core.agents))), nothing, nothing, np.zeros(core.worlds, np.int64), {})
+
+
+def measure(name: str, episodes: int = 1000, seed: int = 0) -> tuple[int, float]:
+    """(successes, mean cycles to the outcome) of a skill alone; success is its outcome *and* the judgement of the world."""
+    trial = TRIALS[name]
+    task = make_task("KickOffShot") if trial.start is _before_kick_off else _Stage(name="stage", left=2, start=trial.start)
+    task = replace(task, max_cycles=10_000, others="hold")
+    core = SoccerCore(task, episodes, seed=seed, include=("memory",))
+    observation = core.reset(seed)
+    agent = SoccerAgent(CPRM(name, alone(trial.skill, trial.constants, trial.eyes)), field_percepts, needs=("memory",))
+    agent.reset({k: v[:, 0] for k, v in observation.items()}, seed)
+    ended, good = np.full(episodes, -1), np.zeros(episodes, bool)
+    for cycle in range(trial.cycles + trial.wait):
+        action: dict[str, Any] = agent.act({k: v[:, 0] for k, v in observation.items()})
+        assert agent.controller is not None
+        fresh = (agent.controller.executor.read("done") > 0) & (ended < 0)
+        ended[fresh] = cycle
+        due = (ended >= 0) & (cycle - ended <= trial.wait) if trial.any_time else ended + trial.wait == cycle
+        good |= due & (ended >= 0) & trial.judge(core)
+        core.step({k: np.asarray(v)[:, None] for k, v in action.items()})
+    return int(good.sum()), float((ended[ended >= 0] - SETTLE).mean()) if (ended >= 0).any() else float("nan")
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description="Success of every skill alone.")
+    parser.add_argument("--episodes", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    print(f"{'skill':12}{'success (Wilson 95 %)':28}{'cycles':>8}  criterion")
+    for name, trial in TRIALS.items():
+        good, cycles = measure(name, options.episodes, options.seed)
+        low, high = wilson_interval(good, options.episodes)
+        print(f"{name:12}{good / options.episodes:6.1%} [{low:.1%}, {high:.1%}]{'':6}{cycles:8.1f}  {trial.criterion}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
