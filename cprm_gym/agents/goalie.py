@@ -129,7 +129,8 @@ TRANSITIONS = (
     Transition("be_there", ("post.in_place",), ("watching",), delay=1),
     # a cycle passes before he changes his mind, so that no reading can drive him round in circles within an instant
     Transition("give_way", ("post.aborted",), ("watching",)),
-    Transition("alarm", outputs=("post.abort",), tests=("post.ongoing", "eyes.ball_coming"), inhibitors=("post.abort", "post.begin"), priority=3),
+    Transition("alarm", outputs=("post.abort",), tests=("post.ongoing", "eyes.ball_coming"), inhibitors=("post.abort", "post.begin"),
+               priority=3),
     Transition("leap", ("watching",), ("save.begin",), tests=("eyes.ball_coming",), priority=4),
     Transition("pick_up", ("watching",), ("away.begin",), tests={"at_hand": 1}, priority=2),
     Transition("follow", ("watching",), ("guard",), tests={"displaced": 1}, priority=1),
@@ -212,7 +213,7 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
         "goalie",
         net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched),
         model=GOALIE_MODEL,
-        objects={"ball": "Ball", **{o: "Opponent" for o in names}},
+        objects={"ball": "Ball", **dict.fromkeys(names, "Opponent")},
         observations=(
             Observe("ball.seen_x", "ball.x", when="ball.seen"),
             Observe("ball.seen_y", "ball.y", when="ball.seen"),

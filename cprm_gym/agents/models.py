@@ -5,7 +5,7 @@ Distances in metres, directions in degrees relative to the player's body, one sl
 
 from __future__ import annotations
 
-from ..architecture.prm.cpds import Chance, Noise, Switch, Table, Uniform
+from ..architecture.prm.cpds import Chance, Noise, Prior, Switch, Table, Uniform
 from ..architecture.prm.domains import BOOL, Bins, Labels
 from ..architecture.prm.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
 
@@ -48,12 +48,17 @@ BALL_MODEL = Model("ball", classes=(BALL,))
 
 # ------------------------------------------------------------------ what a goalie tracks, in the frame of his team's pitch
 
-PITCH_X = Bins((*(-53.5 + 0.5 * k for k in range(20)), *(float(x) for x in range(-43, -27)), -26.0, -24.0, -21.0, -18.0, -14.0, -9.0),
-               unit="m", clip=True)
+PITCH_X = Bins(
+    (*(-53.5 + 0.5 * k for k in range(20)), *(float(x) for x in range(-43, -27)), -26.0, -24.0, -21.0, -18.0, -14.0, -9.0),
+    unit="m",
+    clip=True,
+)
 """Towards the opponent's goal: half a metre wide in front of the own goal (the line is at -52.5)."""
 PITCH_Y = Bins((-24.0, -18.0, -14.0, -11.0, *(-9.0 + 0.5 * k for k in range(37)), 11.0, 14.0, 18.0, 24.0), unit="m", clip=True)
 """Across the pitch: half a metre wide in front of the goal (posts at 7.01)."""
-SPEED_X = Bins((-3.1, -2.8, -2.5, -2.2, -1.95, -1.7, -1.5, -1.3, -1.1, -0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.4, 1.0, 3.0), unit="m/cycle", clip=True)
+SPEED_X = Bins(
+    (-3.1, -2.8, -2.5, -2.2, -1.95, -1.7, -1.5, -1.3, -1.1, -0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.4, 1.0, 3.0), unit="m/cycle", clip=True
+)
 """Of the ball, towards the opponent's goal; ``ball_speed_max`` is 3."""
 SPEED_Y = Bins((-2.4, -1.7, -1.35, -1.1, -0.9, -0.75, -0.6, -0.48, -0.36, -0.24, -0.12, -0.04,
                 0.04, 0.12, 0.24, 0.36, 0.48, 0.6, 0.75, 0.9, 1.1, 1.35, 1.7, 2.4), unit="m/cycle", clip=True)  # fmt: skip
@@ -66,7 +71,8 @@ FACING = Labels(("goal", "aside", "away"))
 BALL_DECAY = 0.94
 """Share of its speed that the ball keeps in a cycle (SIMULATOR.md 3.1)."""
 BALL_RAND = 0.05
-"""Noise of its motion as a share of its speed; one coordinate of a vector spread evenly in direction and length has sd ``BALL_RAND / sqrt(6)``."""
+"""Noise of its motion as a share of its speed: a vector spread evenly in direction and length, of which one coordinate has the standard
+deviation ``BALL_RAND / sqrt(6)``."""
 QUANTUM = 0.029
 """Standard deviation of a seen distance as its share: steps of 10 % (``quantize_step``), spread evenly (SIMULATOR.md 6.1.4)."""
 KEEPER_X = -50.0
@@ -100,7 +106,7 @@ OPPONENT = PRMClass(
     attributes=(
         Attribute("x", COARSE_X),
         Attribute("y", COARSE_Y),
-        Attribute("facing", FACING, cpd=(0.4, 0.35, 0.25)),
+        Attribute("facing", FACING, cpd=Prior((0.4, 0.35, 0.25))),
         Attribute("seen_x", COARSE_X, parents=("x",), cpd=Noise("x", sd=f"0.3 + {QUANTUM} * abs(x - {KEEPER_X})", floor=1e-3)),
         Attribute("seen_y", COARSE_Y, parents=("y",), cpd=Noise("y", sd=f"0.3 + {QUANTUM} * abs(y)", floor=1e-3)),
         Attribute("seen_facing", FACING, parents=("facing",), cpd=Table({"goal": (0.9, 0.09, 0.01), "aside": (0.08, 0.84, 0.08),
@@ -111,7 +117,7 @@ OPPONENT = PRMClass(
 
 ATTENDED = Relation(
     "attendedOpponent",
-    roles={"o": "Opponent"},
+    roles=(("o", "Opponent"),),
     changes=(
         Replace("o.x", parents=(prev("o.x"),), cpd=Noise("prev.o.x", sd=0.7)),
         Replace("o.y", parents=(prev("o.y"),), cpd=Noise("prev.o.y", sd=0.7)),
@@ -123,9 +129,10 @@ ATTENDED = Relation(
 
 POSSESSES = Relation(
     "possessesOpponent",
-    roles={"o": "Opponent", "b": "Ball"},
+    roles=(("o", "Opponent"), ("b", "Ball")),
     attributes=(
-        Attribute("shoot", BOOL, parents=("o.x", "o.facing"), cpd=Chance("clip((-18 - o.x) / 40, 0, 0.6) * (1 if o.facing < 0.5 else 0.2)")),
+        Attribute("shoot", BOOL, parents=("o.x", "o.facing"),
+                  cpd=Chance("clip((-18 - o.x) / 40, 0, 0.6) * (1 if o.facing < 0.5 else 0.2)")),
     ),
     changes=(
         Replace("b.vx", parents=(prev("b.vx"), "shoot"), cpd=Switch("shoot", {

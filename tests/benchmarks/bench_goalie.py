@@ -101,7 +101,8 @@ def show(name: str, result: dict[str, Any]) -> None:
     saved, shot = result["saved"], result["shot"]
     low, high = wilson_interval(int(saved.sum()), len(saved))
     parts = f"shots {saved[shot].mean():.3f}  shooters {saved[~shot].mean():.3f}"
-    print(f"{name:34s}{saved.mean():.3f} [{low:.3f}, {high:.3f}]  {parts}  {result['ms']:.3f} ms, inference {result['inference']:.3f} ms", flush=True)
+    speed = f"{result['ms']:.3f} ms, inference {result['inference']:.3f} ms"
+    print(f"{name:34s}{saved.mean():.3f} [{low:.3f}, {high:.3f}]  {parts}  {speed}", flush=True)
 
 
 def compare(name: str, a: dict[str, Any], b: dict[str, Any]) -> None:
@@ -114,7 +115,9 @@ def compare(name: str, a: dict[str, Any], b: dict[str, Any]) -> None:
 def main(episodes: int) -> None:
     """Print the tables."""
     task = Goalie()
-    print(f"{episodes} episodes, default noise, the same worlds; rate without a goal, 95 % Wilson interval; CPU per decision in batches of {BLOCK}")
+    print(
+        f"{episodes} episodes, default noise, the same worlds: rate without a goal, 95 % Wilson interval, CPU per decision (batches of {BLOCK})"
+    )
     cprm = play(lambda t: GoalieAgent(t.right), task, episodes)
     show("CPRM goalie", cprm)
     raw = play(lambda t: RawGoalie(t.right), task, episodes)
