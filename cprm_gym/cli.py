@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -200,6 +200,67 @@ def demo(
                     console.print(shown(last))
     if last is not None:
         console.print(f"{name}, seed {seed}: {last.status.replace('_', ' ').lower()}", highlight=False)
+
+
+@app.command()
+def play(
+    task: Annotated[str, typer.Option(help="What is played.")] = "Soccer11v11",
+    controller: Annotated[str | None, typer.Option(help="Who plays the task's agents; scripted players if not given.")] = None,
+    others: Annotated[str | None, typer.Option(help="Scripted policy of the others, or left,right.")] = None,
+    seed: Annotated[int, typer.Option(help="Which world.")] = 0,
+    cycles: Annotated[int | None, typer.Option(help="Stop after so many cycles.")] = None,
+    record: Annotated[Path | None, typer.Option(help="Write a film (.mp4, .gif) or a game log (.rcg, .rcg.gz).")] = None,
+    window: Annotated[bool, typer.Option("--window", help="Show it in a window.")] = False,
+) -> None:
+    """Play an episode of a task: in the terminal, in a window, as a film or as a game log."""
+    import time
+
+    from rich.live import Live
+    from rich.text import Text
+
+    from .benchmark.registry import load_controller
+    from .envs.play import Film
+    from .envs.play import play as episode
+    from .envs.rendering import Viewer, text_picture
+    from .envs.tasks import make_task
+
+    with said_plainly():
+        made = make_task(task)
+        factory = None if controller is None else load_controller(controller)
+        sides = None if others is None else _names(others)
+        chosen = sides[0] if sides is not None and len(sides) == 1 else sides
+        course = episode(made, factory, chosen, seed, cycles)
+        core, status = next(course)
+
+        def to_the_end(show: Callable[[], object]) -> str:
+            word = status
+            for _, now in course:
+                word = now
+                show()
+            return word
+
+        if record is not None:
+            with Film(record, core) as film:
+                film.add()
+                status = to_the_end(film.add)
+            console.print(f"wrote {record}", highlight=False, soft_wrap=True)
+        elif window:
+            viewer = Viewer("human")
+            status = to_the_end(lambda: viewer.draw(core.sim.world[0], tuple(core.players.tolist())[:3]))
+            viewer.close()
+        elif console.is_terminal:
+            with Live(console=console, auto_refresh=False) as live:
+
+                def show() -> None:
+                    live.update(Text(text_picture(core.sim.world[0], min(106, console.width - 2))), refresh=True)
+                    time.sleep(0.1)
+
+                status = to_the_end(show)
+        else:
+            status = to_the_end(lambda: None)
+            typer.echo(text_picture(core.sim.world[0]))
+        left, right = (int(goals) for goals in core.sim.world["score"][0])
+        console.print(f"{made.name}, seed {seed}: {status}, {int(core.cycle[0])} cycles, goals {left} : {right}", highlight=False)
 
 
 def _names(text: str) -> tuple[str, ...]:

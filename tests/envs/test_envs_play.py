@@ -1,0 +1,75 @@
+"""Films, game logs and the command that makes them."""
+
+import gymnasium
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from cprm_gym.cli import app
+from cprm_gym.envs.play import Film, play
+from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import UnknownName
+from cprm_gym.simulator.gamelog import GameLogReader
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".gif"])
+def test_play_records_films(tmp_path, ending):
+    path = tmp_path / f"game{ending}"
+    result = CliRunner().invoke(app, ["play", "--task", "Keepaway3v2", "--cycles", "8", "--record", str(path)])
+    assert result.exit_code == 0, result.output
+    pictures = [np.asarray(p) for p in imageio.get_reader(path)]
+    assert len(pictures) == 9
+    assert pictures[0].shape[:2] == (654, 920)
+    assert (pictures[0] != pictures[-1]).any()
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_play_records_game_logs(tmp_path):
+    path = tmp_path / "game.rcg"
+    result = CliRunner().invoke(app, ["play", "--cycles", "30", "--others", "strong,weak", "--record", str(path)])
+    assert result.exit_code == 0, result.output
+    assert "30 cycles" in result.output
+    frames = list(GameLogReader(path))
+    assert len(frames) >= 29
+    assert np.abs(frames[-1].players["pos"] - frames[0].players["pos"]).max() > 1.0
+
+
+def test_play_shows_the_pitch_and_refuses_other_names(tmp_path):
+    result = CliRunner().invoke(app, ["play", "--task", "GoToBall", "--controller", "fsm", "--seed", "3"])
+    assert result.exit_code == 0, result.output
+    assert "GoToBall, seed 3: SUCCESS" in result.output
+    for arguments, message in (
+        (["--task", "GoToBal"], "Did you mean 'GoToBall'"),
+        (["--record", str(tmp_path / "game.avi")], "allowed are files that end in .mp4, .gif, .rcg, .rcg.gz"),
+        (["--others", "strongest"], "Did you mean 'strong'"),
+        (["--controller", "fsmm"], "Did you mean 'fsm'"),
+    ):
+        result = CliRunner().invoke(app, ["play", "--cycles", "1", *arguments])
+        assert result.exit_code == 2
+        assert message in result.output
+
+
+def test_a_film_that_fails_leaves_nothing(tmp_path):
+    course = play(make_task("GoToBall"), cycles=3)
+    core, _ = next(course)
+    with pytest.raises(RuntimeError, match="enough"), Film(tmp_path / "a.gif", core) as film:
+        film.add()
+        raise RuntimeError("enough")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(UnknownName, match=r"record .*a\.webm"):
+        Film(tmp_path / "a.webm", core)
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:moviepy.*")
+def test_gymnasium_records_videos(tmp_path):
+    env = gymnasium.make("cprm/GoToBall-v0", render_mode="rgb_array", max_episode_steps=6)
+    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), episode_trigger=lambda episode: True, disable_logger=True)
+    env.reset(seed=1)
+    over = False
+    while not over:
+        _, _, terminated, truncated, _ = env.step([1, 4, 11, 0])
+        over = terminated or truncated
+    env.close()
+    (video,) = tmp_path.glob("*.mp4")
+    assert len(list(imageio.get_reader(video))) == 7
