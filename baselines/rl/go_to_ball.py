@@ -3,8 +3,8 @@
     python -m baselines.rl.go_to_ball                    all four, a table
     python -m baselines.rl.go_to_ball --learner sac      one of ppo, maskable_ppo, sac, shared_ppo
 
-The ball lies still 4 to 12 m away (10 to 20 m for macros) in any direction. Success is measured with the policy's own randomness before and after learning, on
-worlds that learning did not see.
+The ball lies still 4 to 12 m away (10 to 20 m for macros) in any direction. Success is measured with the policy's own randomness
+before and after learning, on worlds that learning did not see.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _sac(seed: int) -> tuple[Any, Any]:
     from stable_baselines3 import SAC
 
     env = SoccerVecEnv("GoToBall", worlds=32, action_mode="box", task_options=EASY, seed=seed, **SHAPED)
-    return SAC("MlpPolicy", env, learning_starts=1000, batch_size=256, train_freq=1, gradient_steps=8, gamma=0.95, learning_rate=1e-3,
+    return SAC("MlpPolicy", env, learning_starts=1000, batch_size=256, train_freq=1, gradient_steps=4, gamma=0.95, learning_rate=1e-3,
                policy_kwargs={"net_arch": [64, 64]}, seed=seed, device="cpu"), env  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def _shared_ppo(seed: int) -> tuple[Any, Any]:
 
 
 LEARNERS: dict[str, tuple[Callable[[int], tuple[Any, Any]], int]] = {
-    "ppo": (_ppo, 200_000), "maskable_ppo": (_maskable_ppo, 12_000), "sac": (_sac, 60_000), "shared_ppo": (_shared_ppo, 150_000),
+    "ppo": (_ppo, 200_000), "maskable_ppo": (_maskable_ppo, 12_000), "sac": (_sac, 40_000), "shared_ppo": (_shared_ppo, 150_000),
 }  # fmt: skip
 """Learners and how many agent-steps they get."""
 
