@@ -145,10 +145,10 @@ class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
         """
         if not self.agents:
             raise CprmError("step before reset: call reset() first; the episode has not begun or is over")
-        for agent in actions:
-            self._known(agent)
-        missing = [a for a in self.agents if a not in actions]
-        if missing:
+        if actions.keys() != self.observation_spaces.keys():
+            for agent in actions:
+                self._known(agent)
+            missing = [a for a in self.agents if a not in actions]
             raise UnknownName(f"actions: none given for {', '.join(missing)}; every controlled agent acts in every cycle")
         step = self.core.step(self._batch(actions))
         terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
@@ -159,9 +159,9 @@ class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
         terminations = dict.fromkeys(agents, terminated)
         truncations = dict.fromkeys(agents, truncated)
         infos = self._infos(int(step.status[0]), bool(step.success[0]))
-        terms = [(name, values[0].tolist()) for name, values in step.terms.items()]
-        for i, a in enumerate(agents):
-            infos[a]["reward_terms"] = {name: values[i] for name, values in terms}
+        names = tuple(step.terms)
+        for info, terms in zip(infos.values(), zip(*(values[0].tolist() for values in step.terms.values()))):
+            info["reward_terms"] = dict(zip(names, terms))
         if terminated or truncated:
             self.agents = []
         if self.render_mode == "human":

@@ -1,5 +1,7 @@
 """Films, game logs and the command that makes them."""
 
+import gc
+
 import gymnasium
 import imageio.v2 as imageio
 import numpy as np
@@ -12,12 +14,19 @@ from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.gamelog import GameLogReader
 
+# imageio leaves the pipes to its encoder to the garbage collector, which complains
+leaves_pipes = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+
 
 def pictures_of(path):
     with imageio.get_reader(path) as reader:
-        return [np.asarray(picture) for picture in reader]
+        pictures = [np.asarray(picture) for picture in reader]
+    del reader
+    gc.collect()
+    return pictures
 
 
+@leaves_pipes
 @pytest.mark.parametrize("ending", [".mp4", ".gif"])
 def test_play_records_films(tmp_path, ending):
     path = tmp_path / f"game{ending}"
@@ -66,6 +75,7 @@ def test_a_film_that_fails_leaves_nothing(tmp_path):
         Film(tmp_path / "a.webm", core)
 
 
+@leaves_pipes
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:moviepy.*")
 def test_gymnasium_records_videos(tmp_path):
     env = gymnasium.make("cprm/GoToBall-v0", render_mode="rgb_array", max_episode_steps=6)
