@@ -18,7 +18,6 @@ from ..architecture.petri import PetriNet, instances
 from ..envs.controller import check_action
 from ..envs.core import SoccerCore
 from ..envs.rendering import Viewer
-from ..envs.spaces import SelfFeature
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
 from .play import SoccerAgent

@@ -13,7 +13,7 @@ wrong then leaves a token in an error place that nobody takes.
 from __future__ import annotations
 
 from ..architecture.cprm import CPRM
-from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
+from ..architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.tasks import Task
 from .percepts import field_percepts
 from .play import SoccerAgent
@@ -47,7 +47,7 @@ YIELD = 10
 AFTER_SHOT = 30
 """Cycles after a shot in which the goal is expected."""
 
-_PLACES = (
+_PLACES: tuple[AnyPlace, ...] = (
     Place("intend", capacity=1, tokens=1),
     *(Place(name, capacity=1) for name in ("on_ball", "in_place", "faced", "taking", "over", "search", "searched")),
     Place("looking", capacity=1, tokens=1),
@@ -60,7 +60,8 @@ _PLACES = (
     # whose ball it is: how much nearer to it the team-mate is
     Math("mate_gap", "hypot(mate_x - ball_x, mate_y - ball_y)"),
     Math("mine", "mate_gap - ball_distance"), Math("his", "ball_distance - mate_gap"),
-    Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),  # metres by which the team-mate is behind the ball; 50 where it does not matter
+    # metres by which the team-mate is behind the ball; 50 where it does not matter
+    Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),
     Math("ball_speed", "hypot(vx, vy)"),
     Math("coming", f"1 if approach > {COMING} and ball_age < 5 else 0"),
     # where the pass goes: ahead of the team-mate and a little inwards
@@ -105,8 +106,8 @@ _RECOVERY = (
     Transition("shoot_again", ("shoot.failed",), ("search",)),
     Transition("no_goal", ("over",), ("search",), delay=AFTER_SHOT),
     Transition("not_caught", ("receive.missed",), ("searching", "watch.stop")),
-    Transition("unclaimed", ("in_place",), ("searching", "watch.stop"), tests={"mine": 0.0}, inhibitors={"ball_speed": 0.3, "ball_age": 4.0},
-               delay=UNCLAIMED),
+    Transition("unclaimed", ("in_place",), ("searching", "watch.stop"), tests={"mine": 0.0},
+               inhibitors={"ball_speed": 0.3, "ball_age": 4.0}, delay=UNCLAIMED),
     Transition("unclaimed_on_the_way", (), ("advance.abort", "fetching"), tests={"advance.ongoing": 1, "mine": 0.0},
                inhibitors={"ball_speed": 0.3, "ball_age": 4.0, "advance.abort": 1, "fetching": 1, "watch.ball_coming": 1}, delay=UNCLAIMED),
     Transition("fetch_now", ("fetching", "advance.aborted"), ("searching", "watch.stop"), priority=2),
@@ -118,7 +119,8 @@ _RECOVERY = (
                emits=Command("turn", moment="face_moment")),
     Transition("look_again", ("searched",), ("search",), delay=1),
     Transition("fetch", ("search",), ("go.begin",), tests={"mine": 0.0}, inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0}),
-    Transition("leave_it", ("search",), ("advance.begin", "watch.begin"), inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": 0.0}),
+    Transition("leave_it", ("search",), ("advance.begin", "watch.begin"),
+               inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": 0.0}),
     Transition("lost", ("go.lost_ball",), ("search",)),
     Transition("yield", (), ("go.abort",), tests={"go.ongoing": 1, "his": 3.0}, inhibitors=("go.abort",), delay=YIELD),
     Transition("after_you", ("on_ball",), ("search",), tests={"his": 0.3}, delay=3),
@@ -130,13 +132,15 @@ _RECOVERY = (
 
 def passer_net(recovering: bool = True) -> PetriNet:
     """The high level of a passer, with or without its recovery parts."""
-    places = _PLACES + ((Place("searching", capacity=1), Place("fetching", capacity=1)) if recovering else ())
+    extra: tuple[AnyPlace, ...] = (Place("searching", capacity=1), Place("fetching", capacity=1)) if recovering else ()
     return PetriNet(
         "passer" if recovering else "passer_without_recovery",
-        places=places,
-        modules={"passing": PASS_BALL, "advance": ADVANCE, "watch": WATCH_BALL, "receive": RECEIVE, "go": GO_TO_BALL_REFLEX, "shoot": SHOOT},
+        places=(*_PLACES, *extra),
+        modules={"passing": PASS_BALL, "advance": ADVANCE, "watch": WATCH_BALL, "receive": RECEIVE, "go": GO_TO_BALL_REFLEX,
+                 "shoot": SHOOT},
         fuse={"advance.place_x": "wait_x", "advance.place_y": "wait_y", "passing.target_distance": "pass_distance",
-              "passing.target_direction": "pass_direction", "passing.arriving": "softly", "watch.ball_direction": "ball_direction", "watch.coming": "coming"},
+              "passing.target_direction": "pass_direction", "passing.arriving": "softly", "watch.ball_direction": "ball_direction",
+              "watch.coming": "coming"},
         transitions=_PRIMARY + (_RECOVERY if recovering else ()),
     )  # fmt: skip
 

@@ -76,10 +76,11 @@ def field_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
     Returns
     -------
     dict of (N,) float64
-        ``me.x``, ``me.y``, ``me.facing`` (degrees); ``ball.reckoned_distance`` (m), ``ball.reckoned_direction``, ``ball.age`` (cycles since it was seen), ``ball.x``,
-        ``ball.y``, ``ball.speed_ahead`` and ``ball.speed_aside`` (m / cycle along the body and to its right), ``ball.approach`` (m / cycle at
-        which it comes nearer by its own motion); ``goal.distance``, ``goal.direction``; of the nearest team-mate ``mate.distance``,
-        ``mate.direction``, ``mate.age``, ``mate.x``, ``mate.y``; ``game.waiting`` (before a kick-off), ``game.playing``, ``game.ours`` (a set play
+        ``me.x``, ``me.y``, ``me.facing`` (degrees); ``ball.reckoned_distance`` (m), ``ball.reckoned_direction``, ``ball.age`` (cycles
+        since it was seen), ``ball.x``, ``ball.y``, ``ball.speed_ahead`` and ``ball.speed_aside`` (m / cycle along the body and to its
+        right), ``ball.approach`` (m / cycle at which it comes nearer by its own motion); ``goal.distance``, ``goal.direction``; of the
+        nearest team-mate ``mate.distance``, ``mate.direction``, ``mate.age``, ``mate.x``, ``mate.y``; ``game.waiting`` (before a
+        kick-off), ``game.playing``, ``game.ours`` (a set play
         of the own team).
     """
     percepts = ball_percepts(observation)

@@ -99,12 +99,10 @@ def machine_net(machine: StateMachine) -> PetriNet:
     for k, rule in enumerate(machine.rules):
         if rule.when:
             places.append(Math(f"guard_{k}", f"1 if {rule.when} else 0"))
-        transitions.append(
-            Transition(
-                f"rule_{k}", (rule.source,), (f"{rule.target}.entered",), tests={f"guard_{k}": 1} if rule.when else (),
-                emits=rule.emits, priority=len(machine.rules) - k,
-            )  # fmt: skip
-        )
+        guarded = {f"guard_{k}": 1.0} if rule.when else {}
+        entered = (f"{rule.target}.entered",)
+        priority = len(machine.rules) - k
+        transitions.append(Transition(f"rule_{k}", (rule.source,), entered, tests=guarded, emits=rule.emits, priority=priority))
     return PetriNet(machine.name, tuple(places), tuple(transitions))
 
 

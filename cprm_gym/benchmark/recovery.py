@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -63,9 +64,7 @@ class Recovery:
         return float(np.median(times)) if len(times) else float("nan")
 
 
-def measure(
-    factory: Factory, disturbance: Disturbance | None, episodes: int = 1000, seed: int = 0, task: str = "PassAndAdvance"
-) -> Recovery:
+def measure(factory: Factory, disturbance: Disturbance | None, episodes: int = 1000, seed: int = 0, task: Task | None = None) -> Recovery:
     """Play episodes with a disturbance (or none); every controller meets the same worlds and the same strikes.
 
     Parameters
@@ -74,11 +73,11 @@ def measure(
         (task, agent) -> controller, called once for each agent.
     disturbance : Disturbance, optional
     episodes, seed : int
-    task : str
+    task : Task, optional
+        PassAndAdvance by default.
     """
-    parts = [
-        _block(factory, disturbance, min(BLOCK, episodes - first), first, seed, make_task(task)) for first in range(0, episodes, BLOCK)
-    ]
+    task = task or make_task("PassAndAdvance")
+    parts = [_block(factory, disturbance, min(BLOCK, episodes - first), first, seed, task) for first in range(0, episodes, BLOCK)]
     return Recovery(*(np.concatenate([getattr(part, key) for part in parts]) for key in ("success", "struck", "time", "cycles")))
 
 
@@ -120,7 +119,7 @@ def main() -> None:
     print(f"{'disturbance':18}{'recovering':28}{'without':28}{'ball again':>14}{'without':>14}{'cycles':>8}{'without':>8}")
     for name, disturbance in ((("none", None)), *DISTURBANCES.items()):
         results = [
-            measure(lambda task, agent, r=recovering: make_controller(task, agent, r), disturbance, options.episodes, options.seed)
+            measure(partial(make_controller, recovering=recovering), disturbance, options.episodes, options.seed)
             for recovering in (True, False)
         ]
         cells = [f"{r.success.mean():6.1%} [{r.interval.low:.1%}, {r.interval.high:.1%}]" for r in results]

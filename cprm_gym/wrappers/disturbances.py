@@ -184,9 +184,7 @@ class BallStopped(Disturbance):
         core.sim.world["vel"][worlds, 0] = 0.0
 
 
-DISTURBANCES: dict[str, Disturbance] = {
-    d.name: d for d in (BallDisplaced(), PlayerDisplaced(), BlindSpell(), NoiseBurst(), BallStopped())
-}
+DISTURBANCES: dict[str, Disturbance] = {d.name: d for d in (BallDisplaced(), PlayerDisplaced(), BlindSpell(), NoiseBurst(), BallStopped())}
 """One of each kind with its default sizes, by name."""
 
 

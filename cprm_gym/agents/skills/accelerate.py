@@ -1,12 +1,12 @@
 """accelerate: dash at full power until fast, or until the ball is close; second part of the approach (dissertation Fig. 3.1).
 
-    begin --> [start] --> ongoing + ready
-    ready & ball close ----> [come_close] -> close        then slow must follow
-    ready & fast ----------> [reach_speed] > distant      then cruise can follow
-    ready & off course ----> [stray] ------> strayed
-    ready -----------------> [dash] -------> acted
+begin --> [start] --> ongoing + ready
+ready & ball close ----> [come_close] -> close        then slow must follow
+ready & fast ----------> [reach_speed] > distant      then cruise can follow
+ready & off course ----> [stray] ------> strayed
+ready -----------------> [dash] -------> acted
 
-    (me)=>=>=>      . . . . .     (ball)
+(me)=>=>=>      . . . . .     (ball)
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ ACCELERATE = PetriNet(
         Transition("come_close", ("ready", "ongoing"), ("close",), inhibitors={"distance": CLOSE}, priority=7),
         Transition("stray", ("ready", "ongoing"), ("strayed",), tests={"off_course": OFF_COURSE, "distance": CLOSE}, priority=6),
         Transition("reach_speed", ("ready", "ongoing"), ("distant",), tests={"speed": FAST, "distance": CLOSE}, priority=5),
-        Transition("dash", ("ready",), ("acted",), tests={"distance": CLOSE}, emits=Command("dash", power=100.0, direction=0.0), priority=3),
+        Transition("dash", ("ready",), ("acted",), tests={"distance": CLOSE}, emits=Command("dash", power=100.0, direction=0.0),
+                   priority=3),
     ),
 )  # fmt: skip
 """The skill as a module; its outcomes are ``distant`` (done), ``close``, ``strayed`` and ``aborted``."""

@@ -1,13 +1,13 @@
 """advance: run to a place on the pitch until told to stop (dissertation §4.3.2, Fig. 4.5).
 
-    begin --> [start] --> ongoing + ready
-    ready & there ------> [arrive] --> arrived
-    ready & off course -> [turn] ----> acted
-    ready & on course --> [dash] ----> acted
-    abort --------------> [stop] ----> aborted           the safe state: he stands still
+begin --> [start] --> ongoing + ready
+ready & there ------> [arrive] --> arrived
+ready & off course -> [turn] ----> acted
+ready & on course --> [dash] ----> acted
+abort --------------> [stop] ----> aborted           the safe state: he stands still
 
-    o--.            he turns back on course only when he is off it by more than a margin that grows near the place
-        `--> x      and dashes as hard as the way that is left and his stamina allow
+o--.            he turns back on course only when he is off it by more than a margin that grows near the place
+    `--> x      and dashes as hard as the way that is left and his stamina allow
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """approach: go to a ball that lies still and stop beside it (dissertation Fig. 3.1).
 
-    begin -> orient --facing--> accelerate --distant--> cruise --close--> slow --there--> arrived
-                |                  |   `------close--------------------->  ^
-                |                  strayed, cruise.strayed, slow.strayed -> orient (at most TRIES times)
-              failed -> failed
+begin -> orient --facing--> accelerate --distant--> cruise --close--> slow --there--> arrived
+            |                  |   `------close--------------------->  ^
+            |                  strayed, cruise.strayed, slow.strayed -> orient (at most TRIES times)
+          failed -> failed
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ APPROACH = PetriNet(
         Transition("brake", ("cruises", "cruise.close"), ("slows", "slow.begin"), priority=5),
         Transition("finish", ("slows", "ongoing", "slow.there"), ("arrived",), sets={"tries": 0}, priority=5),
         Transition("cannot_face", ("orients", "ongoing", "orient.failed"), ("failed",), sets={"tries": 0}, priority=5),
-        *(Transition(f"stray_{name}", (f"{name}s", f"{name}.strayed"), ("strayed",), priority=5) for name in ("accelerate", "cruise", "slow")),
+        *(
+            Transition(f"stray_{name}", (f"{name}s", f"{name}.strayed"), ("strayed",), priority=5)
+            for name in ("accelerate", "cruise", "slow")
+        ),
         Transition("try_again", ("strayed",), ("orients", "orient.begin", "tries"), inhibitors={"tries": TRIES}, delay=1),
         Transition("give_up", ("strayed", "ongoing"), ("failed",), tests={"tries": TRIES}, sets={"tries": 0}),
     ),

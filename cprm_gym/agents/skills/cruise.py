@@ -1,12 +1,12 @@
 """cruise: keep running, at a power that spares stamina, until the ball is close; third part of the approach (dissertation Fig. 3.1).
 
-    begin --> [start] --> ongoing + ready
-    ready & ball close -------> [come_close] -> close
-    ready & far off course ---> [stray] ------> strayed
-    ready & a little off -----> [correct] ----> acted      a small turn; the run rolls on
-    ready & on course --------> [dash] -------> acted
+begin --> [start] --> ongoing + ready
+ready & ball close -------> [come_close] -> close
+ready & far off course ---> [stray] ------> strayed
+ready & a little off -----> [correct] ----> acted      a small turn; the run rolls on
+ready & on course --------> [dash] -------> acted
 
-    (me)=> => =>  '  => => =>       (ball)
+(me)=> => =>  '  => => =>       (ball)
 """
 
 from __future__ import annotations

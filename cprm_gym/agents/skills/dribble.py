@@ -1,14 +1,14 @@
 """dribble: drive the ball before oneself until the goal is near (dissertation §2.2.7, Fig. 2.14).
 
-    begin --> [start] --> ongoing + ready
-    ready & goal near -----> [arrive] --> there
-    ready & ball in reach -> [push] ----> pushing:  kick.begin;  kick.kicked -> [follow] -> following: go.begin
-    ready & ball too far --> [lose] ----> lost_ball
-    go.at_ball ------------> [again] ---> ready
-    go.lost_ball ----------> [lose_it] -> lost_ball
-    following & ball too far for GRACE cycles --> [drift] --> go.abort --> lost_ball    (not checked just after a kick)
+begin --> [start] --> ongoing + ready
+ready & goal near -----> [arrive] --> there
+ready & ball in reach -> [push] ----> pushing:  kick.begin;  kick.kicked -> [follow] -> following: go.begin
+ready & ball too far --> [lose] ----> lost_ball
+go.at_ball ------------> [again] ---> ready
+go.lost_ball ----------> [lose_it] -> lost_ball
+following & ball too far for GRACE cycles --> [drift] --> go.abort --> lost_ball    (not checked just after a kick)
 
-    (me)o-> . . . . o   a light kick towards the goal, then go_to_ball, and again
+(me)o-> . . . . o   a light kick towards the goal, then go_to_ball, and again
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """kick: one kick that sends the ball towards a target, with a speed that suits the distance (dissertation §2.2.7).
 
-    begin --> [start] --> ongoing + ready
-    ready & ball out of reach --> [miss] --> failed
-    ready --> [kick] --> acted --(one cycle)--> [finish] --> kicked
+begin --> [start] --> ongoing + ready
+ready & ball out of reach --> [miss] --> failed
+ready --> [kick] --> acted --(one cycle)--> [finish] --> kicked
 
-           target                 power and direction by math: the acceleration wanted is the velocity that the ball should get,
-          /  velocity wanted      less the one that it has; the leg gives less the further the ball is from the body and from
-    (ball)---- velocity it has    ahead (SIMULATOR.md 4.3), so power makes up for it.
+       target                 power and direction by math: the acceleration wanted is the velocity that the ball should get,
+      /  velocity wanted      less the one that it has; the leg gives less the further the ball is from the body and from
+(ball)---- velocity it has    ahead (SIMULATOR.md 4.3), so power makes up for it.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """orient: turn until the ball is ahead; first part of the approach to a ball that lies still (dissertation Fig. 3.1).
 
-    begin --> [start] --> ongoing + ready
-    ready & seen ahead -----> [face] ----> facing         seen now: a turn is noisy, so he looks before he is sure
-    ready & thought ahead --> [wait] ----> acted
-    ready & TURNS turned ---> [give_up] -> failed
-    ready & aside ----------> [turn] ----> acted + turns
+begin --> [start] --> ongoing + ready
+ready & seen ahead -----> [face] ----> facing         seen now: a turn is noisy, so he looks before he is sure
+ready & thought ahead --> [wait] ----> acted
+ready & TURNS turned ---> [give_up] -> failed
+ready & aside ----------> [turn] ----> acted + turns
 
-    (me)->        (ball)  the moment makes up for inertia: a body that moves turns by 1 / (1 + 5 speed) of it
+(me)->        (ball)  the moment makes up for inertia: a body that moves turns by 1 / (1 + 5 speed) of it
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """What the skills have in common: the standard interface, the answer to `abort`, and one command per cycle.
 
-    begin --> [start] --> ongoing + ready
-    ready --> [an action of the skill] --> acted --(one cycle, tick)--> ready
-    ready + ongoing --> [an outcome of the skill] --> its place
-    abort + ongoing --> [stop_...] --> aborted, the inside emptied by set arcs (Fig. 4.1);  abort while idle --> [ignore]
+begin --> [start] --> ongoing + ready
+ready --> [an action of the skill] --> acted --(one cycle, tick)--> ready
+ready + ongoing --> [an outcome of the skill] --> its place
+abort + ongoing --> [stop_...] --> aborted, the inside emptied by set arcs (Fig. 4.1);  abort while idle --> [ignore]
 """
 
 from __future__ import annotations
@@ -59,8 +59,13 @@ def within_module(instance: str, outcomes: Sequence[str], running: str, counters
     return (
         Transition(f"stop_{running}", ("abort", running), (stopping, f"{instance}.abort"), tests=("ongoing",), priority=9),
         *(
-            Transition(f"stopped_{instance}_{outcome}", (stopping, "ongoing", f"{instance}.{outcome}"), ("aborted",),
-                       sets=dict.fromkeys(counters, 0), priority=2)
+            Transition(
+                f"stopped_{instance}_{outcome}",
+                (stopping, "ongoing", f"{instance}.{outcome}"),
+                ("aborted",),
+                sets=dict.fromkeys(counters, 0),
+                priority=2,
+            )
             for outcome in outcomes
         ),
     )

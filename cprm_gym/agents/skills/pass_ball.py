@@ -1,17 +1,17 @@
 """pass_ball: seek the team-mate, face him, pass, and see the ball go (dissertation §2.2.7 Fig. 2.12; §4.3.1 Fig. 4.4).
 
-    begin --> [start] --> ongoing + ready
-    ready & ball drifted away ---> [drift] --> failed
-    ready & ball still rolling --> [stop] ---> trapping: trap.begin; trap.kicked, then a look -> ready    (a kick that stops it)
-    ready & just out of reach ---> [step] ---> acted          a step towards the ball, whichever way he faces
-    ready & mate not seen lately > [seek] ---> acted          turns the body, looking for him
-    ready & mate seen, aside ----> [face] ---> acted + turns  at most two turns: the second, smaller one is the more precise
-    ready & mate seen, faced ----> [pass] ---> kicking: kick.begin
-    kick.kicked --> [watch] --> watching
-    watching & ball moves off ------------> [see_off] --> passed
-    watching & it does not, for a while --> [stuck] ----> failed
+begin --> [start] --> ongoing + ready
+ready & ball drifted away ---> [drift] --> failed
+ready & ball still rolling --> [stop] ---> trapping: trap.begin; trap.kicked, then a look -> ready    (a kick that stops it)
+ready & just out of reach ---> [step] ---> acted          a step towards the ball, whichever way he faces
+ready & mate not seen lately > [seek] ---> acted          turns the body, looking for him
+ready & mate seen, aside ----> [face] ---> acted + turns  at most two turns: the second, smaller one is the more precise
+ready & mate seen, faced ----> [pass] ---> kicking: kick.begin
+kick.kicked --> [watch] --> watching
+watching & ball seen to move off -----> [see_off] --> passed
+watching & it does not, for a while --> [stuck] ----> failed
 
-    (me)o - - - - - - ->  (mate)       the power follows from the distance: the ball arrives with `arriving` m / cycle
+(me)o - - - - - - ->  (mate)       the power follows from the distance: the ball arrives with `arriving` m / cycle
 """
 
 from __future__ import annotations
@@ -48,9 +48,10 @@ PASS_BALL = PetriNet(
         Input("target_distance", observes="mate.distance"), Input("target_direction", observes="mate.direction"),
         Input("mate_age", observes="mate.age"), Input("distance", observes="ball.reckoned_distance"), Input("speed", observes="body.speed"),
         Continuous("arriving", 0.9), Continuous("sweep", 60.0),
-        Continuous("no_speed", 0.0), Input("fresh", observes="body.fresh"), Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"),
+        Continuous("no_speed", 0.0), Input("fresh", observes="body.fresh"),
+        Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"),
         Math("rolling", "hypot(vx, vy)"),
-        Input("direction", observes="ball.reckoned_direction"),
+        Input("ball_age", observes="ball.age"), Input("direction", observes="ball.reckoned_direction"),
         Math("step_power", "clip(100 * (distance - 0.7 - speed) / 0.6, 10, 60)"),
         Math("off_axis", "abs(target_direction)"),
         Math("moment", "clip(target_direction * (1 + 5 * speed), -180, 180)"),
@@ -69,15 +70,17 @@ PASS_BALL = PetriNet(
         Transition("stop", ("ready",), ("trapping", "trap.begin"), tests={"rolling": ROLLING}, inhibitors={"distance": REACH}, priority=5),
         Transition("trapped", ("trapping", "trap.kicked"), ("settling",), priority=5),
         Transition("see_it_lie", ("settling",), ("ready",), tests={"fresh": 1}, priority=5),
-        Transition("step", ("ready",), ("acted",), tests={"distance": REACH}, emits=Command("dash", power="step_power", direction="direction"),
-                   priority=5),
-        Transition("seek", ("ready",), ("acted", "seeks"), tests={"mate_age": RECENT}, emits=Command("turn", moment="seek_moment"), priority=4),
+        Transition("step", ("ready",), ("acted",), tests={"distance": REACH},
+                   emits=Command("dash", power="step_power", direction="direction"), priority=5),
+        Transition("seek", ("ready",), ("acted", "seeks"), tests={"mate_age": RECENT}, emits=Command("turn", moment="seek_moment"),
+                   priority=4),
         Transition("face", ("ready",), ("acted", "turns"), tests={"off_axis": FACING}, inhibitors={"mate_age": RECENT},
                    emits=Command("turn", moment="moment"), priority=3),
-        Transition("pass", ("ready",), ("kicking", "kick.begin"), inhibitors={"mate_age": RECENT}, sets={"turns": 0, "seeks": 0}, priority=2),
+        Transition("pass", ("ready",), ("kicking", "kick.begin"), inhibitors={"mate_age": RECENT},
+                   sets={"turns": 0, "seeks": 0}, priority=2),
         Transition("watch", ("kicking", "kick.kicked"), ("watching",), priority=5),
-        Transition("see_off", ("watching", "ongoing"), ("passed",), tests={"distance": MOVED}, priority=5),
-        Transition("stuck", ("watching", "ongoing"), ("failed",), inhibitors={"distance": MOVED}, delay=WATCH),
+        Transition("see_off", ("watching", "ongoing"), ("passed",), tests={"distance": MOVED}, inhibitors={"ball_age": 1}, priority=5),
+        Transition("stuck", ("watching", "ongoing"), ("failed",), delay=WATCH),
     ),
 )  # fmt: skip
 """The skill as a module; its outcomes are ``passed``, ``failed`` and ``aborted``."""

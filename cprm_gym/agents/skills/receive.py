@@ -1,14 +1,14 @@
 """receive: meet a ball that is rolling towards the player (dissertation §4.3).
 
-    begin --> [start] --> ongoing + ready
-    ready & ball in reach -----------------> [take] -> received
-    ready & not seen, or no longer coming -> [miss] -> missed
-    ready & its way passes me by ----------> [turn | dash] -> acted
-    ready & it comes to me ----------------> [face | wait] -> acted
+begin --> [start] --> ongoing + ready
+ready & ball in reach -----------------> [take] -> received
+ready & not seen, or no longer coming -> [miss] -> missed
+ready & its way passes me by ----------> [turn | dash] -> acted
+ready & it comes to me ----------------> [face | wait] -> acted
 
-    (ball) . . . . x . . .>       x: where its way comes nearest to him; where it will be, if he is later than the
-                   |              ball; or where it will lie. He runs there, then faces the ball and lets it come
-                  (me)
+(ball) . . . . x . . .>       x: where its way comes nearest to him; where it will be, if he is later than the
+               |              ball; or where it will lie. He runs there, then faces the ball and lets it come
+              (me)
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """setup: before a kick-off, take the place from which to play (dissertation §2.2.7).
 
-    begin --> [start] --> ongoing + ready
-    ready & play has begun ------------> [play] ---> set
-    ready & waiting & far from place --> [place] --> acted      move(x, y): a player may be put anywhere in his half
-    ready & waiting & at the place ----> [face] ---> acted      turns to the ball
-    ready ------------------------------> [wait] ---> acted
+begin --> [start] --> ongoing + ready
+ready & play has begun ------------> [play] ---> set
+ready & waiting & far from place --> [place] --> acted      move(x, y): a player may be put anywhere in his half
+ready & waiting & at the place ----> [face] ---> acted      turns to the ball
+ready ------------------------------> [wait] ---> acted
 """
 
 from __future__ import annotations

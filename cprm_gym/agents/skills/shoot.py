@@ -1,12 +1,12 @@
 """shoot: kick the ball at the goal as hard as can be (dissertation §2.2.7).
 
-    begin --> [start] --> ongoing + kick.begin
-    kick.kicked --> [finish] --> shot
-    kick.failed --> [miss] ----> failed           the ball was out of reach
+begin --> [start] --> ongoing + kick.begin
+kick.kicked --> [finish] --> shot
+kick.failed --> [miss] ----> failed           the ball was out of reach
 
-            |
-    (me)o ==|==>  the middle of the goal; the leg's scatter at 20 m is far less than the goal's half width of 7 m
-            |
+        |
+(me)o ==|==>  the middle of the goal; the leg's scatter at 20 m is far less than the goal's half width of 7 m
+        |
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """slow: close with the ball and come to rest beside it; last part of the approach (dissertation Fig. 3.1, Appendix A, Fig. A.2).
 
-    begin --> [start] --> ongoing + ready
-    ready & there, and slow --> [stop_there] -> there
-    ready & ball far again ---> [lose] -------> strayed
-    ready & off axis ---------> [turn] -------> acted       moment: the whole angle
-    ready & on axis ----------> [brake] ------> acted       power: the body rolls out where the way left ends
+begin --> [start] --> ongoing + ready
+ready & there, and slow --> [stop_there] -> there
+ready & ball far again ---> [lose] -------> strayed
+ready & off axis ---------> [turn] -------> acted       moment: the whole angle
+ready & on axis ----------> [brake] ------> acted       power: the body rolls out where the way left ends
 
-    With decay g = 0.4 and a felt speed s (after decay) an acceleration a lets the body roll (s + a) / (1 - g) metres, so
-    a = (1 - g) d - s. It may be negative: he dashes backwards.
+With decay g = 0.4 and a felt speed s (after decay) an acceleration a lets the body roll (s + a) / (1 - g) metres, so
+a = (1 - g) d - s. It may be negative: he dashes backwards.
 """
 
 from __future__ import annotations

@@ -1,0 +1,112 @@
+"""Disturbances: what each does, once an episode, at times that depend on seed and world alone."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.spaces import BodyFeature
+from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import ParameterError
+from cprm_gym.wrappers.disturbances import (
+    DISTURBANCES,
+    BallDisplaced,
+    BallStopped,
+    BlindSpell,
+    Disturber,
+    NoiseBurst,
+    PlayerDisplaced,
+)
+
+
+def idle(core):
+    shape = (core.worlds, len(core.agents))
+    return {"type": np.zeros(shape, int), "params": np.zeros((*shape, 4))}
+
+
+def disturbed(disturbance, worlds=5, cycles=30, first_world=0, seed=0, start=None):
+    """Idle players; (core, disturber, positions (T, W, 3, 2) before each step and after the last, fresh (T, W))."""
+    core = SoccerCore(make_task("PassAndAdvance"), worlds, seed=1, first_world=first_world)
+    disturber = Disturber(core, disturbance, seed)
+    core.reset(1)
+    if start:
+        start(core)
+    places, fresh = [core.sim.world["pos"][:, :3].copy()], []
+    for _ in range(cycles):
+        disturber()
+        core.step(idle(core))
+        places.append(core.sim.world["pos"][:, :3].copy())
+        fresh.append(core.observation["body"][:, 0, BodyFeature.FRESH].copy())
+    return core, disturber, np.array(places), np.array(fresh)
+
+
+def test_the_ball_is_displaced_once_by_the_distance_asked_for():
+    _, disturber, places, _ = disturbed(BallDisplaced(first=5, last=15, near=3.0, far=4.0))
+    jumps = np.linalg.norm(np.diff(places[:, :, 0], axis=0), axis=-1)
+    assert ((jumps > 1e-9).sum(axis=0) == 1).all()
+    assert ((jumps.max(axis=0) >= 3.0) & (jumps.max(axis=0) <= 4.0)).all()
+    assert (jumps.argmax(axis=0) == disturber.struck).all()
+    assert ((disturber.struck >= 5) & (disturber.struck <= 15)).all()
+
+
+def test_one_player_is_displaced_and_the_ball_is_not():
+    _, _, places, _ = disturbed(PlayerDisplaced(first=5, last=5), worlds=20)
+    moved = np.linalg.norm(places[6] - places[5], axis=-1) > 1.0
+    assert (moved[:, 1:].sum(axis=1) == 1).all()
+    assert not moved[:, 0].any()
+    assert moved[:, 1].any()
+    assert moved[:, 2].any()
+
+
+def test_in_a_blind_spell_nobody_sees_and_afterwards_everybody_does():
+    _, _, _, fresh = disturbed(BlindSpell(first=10, last=10, cycles=12), worlds=3)
+    assert not fresh[10:21].any()
+    assert fresh[:10].any(axis=0).all()
+    assert fresh[22:].any(axis=0).all()
+
+
+def test_a_noise_burst_pushes_ball_and_players_while_it_lasts():
+    _, _, places, _ = disturbed(NoiseBurst(first=4, last=4, cycles=6, ball=0.5, player=0.2))
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=-1)
+    assert (steps[:4] < 1e-9).all()
+    assert (steps[4:10].max(axis=0) > 0.01).all()
+    assert steps[-1, :, 1:].max() < 1e-3
+    assert len(np.unique(np.round(steps[4:10, :, 0], 9))) > 25, "irregular"
+
+
+def test_a_rolling_ball_is_stopped_and_one_that_lies_is_not_struck():
+    def roll(core):
+        core.place_ball(np.array([0, 1]), np.array([[0.0, 0.0], [0.0, 10.0]]), np.array([[1.5, 0.0], [0.0, 1.2]]))
+
+    core, disturber, places, _ = disturbed(BallStopped(first=3, last=3), worlds=4, start=roll)
+    assert disturber.struck.tolist() == [3, 3, -1, -1]
+    assert (np.abs(places[5:, :2, 0] - places[4, :2, 0]) < 1e-9).all()
+    assert (core.sim.world["vel"][:, 0] == 0.0).all()
+
+
+@pytest.mark.parametrize("name", DISTURBANCES)
+def test_a_world_is_disturbed_alike_alone_and_in_a_batch(name):
+    from dataclasses import replace
+
+    disturbance = replace(DISTURBANCES[name], first=2, last=12)
+
+    def roll(core):
+        core.place_ball(np.arange(core.worlds), np.zeros((core.worlds, 2)), np.array([1.5, 0.3]))
+
+    _, many, places, _ = disturbed(disturbance, worlds=4, start=roll, cycles=25)
+    _, one, alone, _ = disturbed(disturbance, worlds=1, first_world=2, start=roll, cycles=25)
+    assert many.struck[2] == one.struck[0]
+    assert (places[:, 2] == alone[:, 0]).all()
+
+
+def test_another_episode_is_struck_at_another_time_and_another_seed_too():
+    core, disturber, _, _ = disturbed(BallDisplaced(first=0, last=10_000), worlds=8)
+    first = disturber._due.copy()
+    disturber.reset(np.arange(8) < 4)
+    assert (disturber._due[4:] == first[4:]).all()
+    assert (disturber._due[:4] != first[:4]).any()
+    assert (Disturber(core, disturber.disturbance, seed=9)._due != first).any()
+
+
+def test_cycles_that_make_no_sense_are_refused():
+    with pytest.raises(ParameterError, match="BallDisplaced: first 9 and last 3"):
+        BallDisplaced(first=9, last=3)
