@@ -27,9 +27,10 @@ SEED, BLOCK = 2026, 250
 
 @dataclass(frozen=True)
 class CrowdedGoalie(Goalie):
-    """The task with eleven opponents: nine more somewhere in the goalie's half."""
+    """The task with eleven opponents, nine more somewhere in the goalie's half, for six seconds."""
 
     right: int = 11
+    max_cycles: int = 60
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Shot or shooter, and the others at random places at least 12 m in front of the goal line."""
@@ -116,7 +117,7 @@ def main(episodes: int) -> None:
     """Print the tables."""
     task = Goalie()
     print(
-        f"{episodes} episodes, default noise, the same worlds: rate without a goal, 95 % Wilson interval, CPU per decision (batches of {BLOCK})"
+        f"{episodes} episodes, default noise, same worlds: rate without a goal, 95 % Wilson interval, CPU per decision (batches of {BLOCK})"
     )
     cprm = play(lambda t: GoalieAgent(t.right), task, episodes)
     show("CPRM goalie", cprm)
