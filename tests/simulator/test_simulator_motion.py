@@ -178,10 +178,11 @@ def test_a_ball_is_reflected_by_a_post_as_the_server_recorded(vy, y, expected):
 
 @settings(deadline=None, max_examples=150)
 @given(
-    angle=st.floats(-np.pi, np.pi), offset=st.floats(-0.5, 0.5), speed=st.floats(0.01, 3.0), gap=st.floats(0.0, 2.0),
+    angle=st.floats(-np.pi, np.pi), offset=st.floats(-0.5, 0.5), speed=st.floats(0.01, 3.0), gap=st.floats(0.001, 2.0),
     sign_x=st.sampled_from([-1, 1]), sign_y=st.sampled_from([-1, 1]), number=st.sampled_from([0, 1]),
 )
 def test_posts_keep_speed_and_are_never_entered(angle, offset, speed, gap, sign_x, sign_y, number):
+    # a start exactly on the circle is left out: the server does not count that as a hit (SIMULATOR.md 3.3), and lets it in for a cycle
     simulator = quiet_world()
     radius = 0.06 + (0.085 if number == 0 else 0.3)
     decay = 0.94 if number == 0 else 0.4
