@@ -6,7 +6,7 @@ from ..envs.controller import Controller
 from ..envs.tasks import Task
 from ..errors import unknown_name
 
-AGENTS: dict[str, str] = {"GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer"}
+AGENTS: dict[str, str] = {"GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer", "Goalie": "goalie"}
 """Task -> module of this package that has ``make_controller(task, agent)``."""
 
 
