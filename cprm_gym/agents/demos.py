@@ -16,7 +16,7 @@ import numpy as np
 
 from ..architecture.petri import PetriNet, instances
 from ..envs.controller import check_action
-from ..envs.core import SoccerCore
+from ..envs.core import SoccerCore, select_agents
 from ..envs.rendering import Viewer
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
@@ -88,9 +88,7 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
     if name not in DEMOS:
         raise unknown_name("demonstration", name, DEMOS)
     task = make_task(DEMOS[name])
-    agents: list[Any] = []
-    core = SoccerCore(task, 1, seed=seed)
-    agents = [make_controller(task, agent) for agent in core.agents]
+    agents: list[Any] = [make_controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)
     observation = core.reset(seed)
@@ -184,9 +182,9 @@ class Recorder:
             raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
         self.viewer = Viewer("rgb_array")
         self._temporary = self.path.with_name(f".{self.path.stem}.part{self.path.suffix}")
-        options = {"macro_block_size": 2} if self.path.suffix == ".mp4" else {"loop": 0}
+        options = {"fps": fps, "macro_block_size": 2} if self.path.suffix == ".mp4" else {"duration": 1000 / fps, "loop": 0}
         try:
-            self._writer = imageio.get_writer(self._temporary, fps=fps, **options)
+            self._writer = imageio.get_writer(self._temporary, **options)
         except OSError as error:
             raise CprmError(f"--record {self.path}: cannot be written: {error.strerror or error}") from None
 
