@@ -25,7 +25,7 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
     agent : str, optional
         Who the ego agent is; the task's first controlled agent if not given.
     action_mode : str
-        ``discrete`` (default), ``box``, ``hybrid`` or ``macro``.
+        ``discrete`` (default), ``box``, ``hybrid``, ``full`` (hybrid with say, attention and point) or ``macro``.
     render_mode : str, optional
         ``human``, ``rgb_array`` or ``ansi``.
     max_episode_steps : int, optional

@@ -35,7 +35,7 @@ class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     controlled : str or sequence of str, optional
         Who acts: ``all``, ``left``, ``right``, agent names, or several of them.
     action_mode : str
-        ``hybrid`` (default), ``discrete``, ``box`` or ``macro``.
+        ``hybrid`` (default), ``full`` (with say, attention and point), ``discrete``, ``box`` or ``macro``.
     max_cycles : int, optional
         Cycles per episode; the task's own if not given.
     render_mode : str, optional

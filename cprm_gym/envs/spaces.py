@@ -206,6 +206,31 @@ def hybrid_space() -> spaces.Dict:
     )
 
 
+SAY_CHARACTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 ().+*/?<>_-"
+"""Characters that a player may say; in a message 0 ends it and k is the k-th of these."""
+SAY_LENGTH = 10
+ATTENTION_OFF = 23
+POINT_REACH = 60.0
+"""Metres that 1 means for the distance of ``point``."""
+
+
+def full_space() -> spaces.Dict:
+    """The canonical action with all free side commands.
+
+    The parts of `hybrid_space`, and ``say`` MultiDiscrete (10,) of `SAY_CHARACTERS`; ``attention`` Discrete(24): 0 unchanged, 1 to 11 own
+    team, 12 to 22 opponents, 23 off; ``point`` (3,): points if the first is > 0, distance as a share of `POINT_REACH` (from its absolute
+    value), direction as a share of 180 degrees.
+    """
+    return spaces.Dict(
+        {
+            **hybrid_space().spaces,
+            "say": spaces.MultiDiscrete([len(SAY_CHARACTERS) + 1] * SAY_LENGTH),
+            "attention": spaces.Discrete(ATTENTION_OFF + 1),
+            "point": spaces.Box(-1.0, 1.0, (3,), np.float32),
+        }
+    )
+
+
 PARAMETER_SCALES = np.array(
     [
         [1.0, 1.0, 1.0, 1.0],  # none
@@ -251,7 +276,7 @@ class ActionView:
     Attributes
     ----------
     name : str
-        ``hybrid``, ``discrete`` or ``box``.
+        ``hybrid``, ``full``, ``discrete`` or ``box``.
     space : gymnasium.spaces.Space
         Action space of one agent.
     """
@@ -279,7 +304,7 @@ class ActionView:
         if rows is None:
             rows = np.arange(out.shape[1])
         shape = (len(out), len(rows))
-        if self.name == "hybrid":
+        if self.name in ("hybrid", "full"):
             _hybrid_commands(action, out, rows, shape)
         elif self.name == "discrete":
             index = _array("discrete", action, (*shape, 4), whole=True)
@@ -326,14 +351,15 @@ for _field in ("a", "b", "c", "d", "turn_neck", "focus", "point"):
     NO_COMMAND[_field] = np.nan
 
 _HYBRID_KEYS = ("type", "params", "turn_neck", "view")
+_SIDE_KEYS = ("say", "attention", "point")
 
 
 def _hybrid_commands(action: Any, out: np.ndarray, rows: np.ndarray, shape: tuple[int, int]) -> None:
     if not isinstance(action, Mapping):
         raise CommandError(f"hybrid action: expected a dict with the keys {', '.join(_HYBRID_KEYS)}; got {type(action).__name__}")
     for key in action:
-        if key not in _HYBRID_KEYS:
-            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join(_HYBRID_KEYS)}")
+        if key not in _HYBRID_KEYS and key not in _SIDE_KEYS:
+            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join((*_HYBRID_KEYS, *_SIDE_KEYS))}")
     for key in ("type", "params"):
         if key not in action:
             raise CommandError(f"hybrid action: key {key!r} is missing; needed are type and params")
@@ -345,6 +371,39 @@ def _hybrid_commands(action: Any, out: np.ndarray, rows: np.ndarray, shape: tupl
     if part >= 0:
         array, low, high = ((kind, 0, len(CommandKind) - 1), (params, -1, 1), (neck, -1, 1), (view, 0, 3))[part]
         _refuse(_HYBRID_KEYS[part], array, bad, low, high)
+    if any(key in action for key in _SIDE_KEYS):
+        _side_commands(action, out, rows, shape)
+
+
+_SAY_BYTES = np.array([0, *SAY_CHARACTERS.encode()], np.uint8)
+
+
+def _side_commands(action: Mapping[str, Any], out: np.ndarray, rows: np.ndarray, shape: tuple[int, int]) -> None:
+    """Write what the agents say, whom they attend to and where they point."""
+    if "say" in action:
+        index = _array("say", action["say"], (*shape, SAY_LENGTH), whole=True)
+        _within("say", index, 0, len(SAY_CHARACTERS))
+        length = np.where((index == 0).any(axis=-1), (index == 0).argmax(axis=-1), SAY_LENGTH)
+        text = np.zeros((*shape, out["say"].shape[-1]), np.uint8)
+        text[..., :SAY_LENGTH] = np.where(np.arange(SAY_LENGTH) < length[..., None], _SAY_BYTES[index], 0)
+        out["say"][:, rows], out["say_length"][:, rows] = text, length
+    if "attention" in action:
+        whom = _array("attention", action["attention"], shape, whole=True)
+        _within("attention", whom, 0, ATTENTION_OFF)
+        out["attention_side"][:, rows] = np.select([whom == 0, whom == ATTENTION_OFF, whom <= 11], [0, 3, 1], 2)
+        out["attention_unum"][:, rows] = np.where((whom > 0) & (whom < ATTENTION_OFF), (whom - 1) % 11 + 1, 0)
+    if "point" in action:
+        point = _array("point", action["point"], (*shape, 3))
+        _within("point", point, -1, 1)
+        target = np.stack([np.abs(point[..., 1]) * POINT_REACH, point[..., 2] * 180.0], axis=-1)
+        out["point"][:, rows] = np.where(point[..., :1] > 0.0, target, np.nan)
+
+
+def _within(name: str, array: np.ndarray, low: float, high: float) -> None:
+    """Refuse the first entry of `array` outside `low` to `high`."""
+    good = (array >= low) & (array <= high)
+    if not good.all():
+        _refuse(name, array, int(np.flatnonzero(~good.ravel())[0]), low, high)
 
 
 DISCRETE_KINDS = (CommandKind.NONE, CommandKind.DASH, CommandKind.TURN, CommandKind.KICK, CommandKind.TACKLE, CommandKind.CATCH)
@@ -382,7 +441,7 @@ def box_space() -> spaces.Box:
 
 _BOX_TABLE = np.array([int(k) for k in BOX_KINDS])
 
-_VIEWS = {"hybrid": hybrid_space, "discrete": discrete_space, "box": box_space}
+_VIEWS = {"hybrid": hybrid_space, "full": full_space, "discrete": discrete_space, "box": box_space}
 MACRO = "macro"
 """The view whose actions need a memory; `cprm_gym.envs.core.SoccerCore` carries them out."""
 VIEWS = (*_VIEWS, MACRO)

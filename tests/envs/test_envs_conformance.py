@@ -102,7 +102,7 @@ def test_pettingzoo_renders_every_task(name):
     render_test(lambda **kwargs: soccer_v0.env(**small(name), **kwargs))
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", [*MODES, "full"])
 def test_pettingzoo_accepts_every_action_view(mode):
     parallel_api_test(soccer_v0.parallel_env(action_mode=mode, **SMALL), num_cycles=120)
 

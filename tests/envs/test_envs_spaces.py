@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs.spaces import NO_COMMAND, action_view, observation_space, scaled
+from cprm_gym.envs.spaces import NO_COMMAND, SAY_CHARACTERS, action_view, observation_space, scaled
 from cprm_gym.errors import CommandError, UnknownName
 from cprm_gym.simulator.state import COMMAND, CommandKind
 
@@ -24,6 +24,23 @@ def test_hybrid_action_is_the_command_itself():
     assert (out["kind"], out["a"], out["b"], out["turn_neck"], out["view_width"]) == (CommandKind.DASH, 80.0, 9.0, 45.0, 2)
     assert np.isnan(out["point"]).all()
     assert out["say_length"] == 0
+
+
+def test_side_commands_are_said_attended_and_pointed():
+    word = np.zeros((1, 1, 10), int)
+    word[0, 0, :2] = [SAY_CHARACTERS.index(c) + 1 for c in "Go"]
+    out = commands("full", hybrid(say=word, attention=np.array([[14]]), point=np.array([[[1.0, 0.5, -0.5]]])))[0, 0]
+    assert out["say_length"] == 2
+    assert bytes(out["say"][:2]) == b"Go"
+    assert (out["attention_side"], out["attention_unum"]) == (2, 3)
+    assert out["point"].tolist() == [30.0, -90.0]
+    quiet = commands("full", hybrid(say=0 * word, attention=np.array([[23]]), point=np.array([[[-1.0, 0.5, 0.5]]])))[0, 0]
+    assert (quiet["say_length"], quiet["attention_side"]) == (0, 3)
+    assert np.isnan(quiet["point"]).all()
+    with pytest.raises(CommandError, match=r"'attention': entry \(0, 0\) is 24; allowed is 0 to 23"):
+        commands("full", hybrid(attention=np.array([[24]])))
+    with pytest.raises(CommandError, match=r"'point': entry .* is nan; allowed are finite numbers from -1 to 1"):
+        commands("full", hybrid(point=np.full((1, 1, 3), np.nan)))
 
 
 def test_discrete_action_chooses_from_the_listed_values():
@@ -52,7 +69,7 @@ def test_scaled_parameters_are_the_servers_units_again():
     assert scaled(int(CommandKind.KICK), 500.0)[0] == 1.0
 
 
-@pytest.mark.parametrize("view", ["hybrid", "discrete", "box"])
+@pytest.mark.parametrize("view", ["hybrid", "full", "discrete", "box"])
 def test_every_sample_of_a_view_is_a_command(view):
     space = action_view(view).space
     space.seed(3)
@@ -73,7 +90,7 @@ def test_every_sample_of_a_view_is_a_command(view):
         ({"type": np.array([[8]])}, r"'type': entry \(0, 0\) is 8; allowed is 0 to 7"),
         ({"type": np.array([[1.5]])}, "'type': expected whole numbers"),
         ({"type": "dash"}, "'type'"),
-        ({"colour": 1}, "unknown key 'colour'; allowed are type, params, turn_neck, view"),
+        ({"colour": 1}, "unknown key 'colour'; allowed are type, params, turn_neck, view, say"),
     ],
 )
 def test_a_bad_hybrid_action_is_refused_by_name(change, message):
@@ -101,7 +118,7 @@ def test_a_bad_action_of_another_view_is_refused(view, action, message):
 
 
 def test_an_unknown_view_lists_the_views():
-    with pytest.raises(UnknownName, match=r"unknown action view 'hybird'. Did you mean 'hybrid'\? Known: box, discrete, hybrid"):
+    with pytest.raises(UnknownName, match=r"unknown action view 'hybird'. Did you mean 'hybrid'\? Known: box, discrete, full, hybrid"):
         action_view("hybird")
 
 
