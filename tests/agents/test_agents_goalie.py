@@ -219,7 +219,7 @@ def test_the_raw_goalie_keeps_its_last_readings():
 def test_the_scripted_controller_plays_as_the_scripted_players_of_the_environment():
     """The keeper through the controller and an attacker inside, or the other way round: the same match.
 
-    Observations are float32, so a decision that stands on a threshold may fall differently in some worlds.
+    Observations are float32, so after some cycles a decision that stands on a threshold falls differently.
     """
     cores, agents = [], []
     for name in ("left_1", "right_2"):
@@ -229,11 +229,11 @@ def test_the_scripted_controller_plays_as_the_scripted_players_of_the_environmen
     observations = [{key: value[:, 0] for key, value in core.reset(2).items()} for core in cores]
     for agent, observation in zip(agents, observations, strict=True):
         agent.reset(observation, 0)
-    for _ in range(10):
+    for _ in range(6):
         for core, agent, observation in zip(cores, agents, observations, strict=True):
             core.step({key: np.asarray(value)[:, None] for key, value in agent.act(observation).items()})
         apart = np.abs(cores[0].sim.world["pos"][:, :14] - cores[1].sim.world["pos"][:, :14]).max(axis=2)
-        assert (apart < 0.02).all(axis=1).mean() >= 0.75
+        assert apart.max() < 0.02
 
 
 def test_the_goalies_net_holds_one_thing_to_do_at_a_time():
