@@ -50,7 +50,8 @@ def main() -> None:
 
     env = soccer_v0.parallel_env(max_cycles=10**9)
     env.reset(seed=1)
-    actions = {a: {"type": 1, "params": np.array([0.5, 0, 0, 0], np.float32), "turn_neck": np.zeros(1, np.float32), "view": 0} for a in env.agents}
+    run = {"type": 1, "params": np.array([0.5, 0, 0, 0], np.float32), "turn_neck": np.zeros(1, np.float32), "view": 0}
+    actions = {agent: dict(run) for agent in env.agents}
     rows.append(("Parallel, 22 agents, hybrid, per step", median_us(lambda: env.step(actions), 500), base[1]))
 
     single = gymnasium.make("cprm/Soccer11v11-v0", others="hold", max_cycles=10**9).unwrapped
