@@ -240,6 +240,8 @@ class SoccerCore:
         self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
         self._rows = self.players - 1
+        # views of the simulator's own array, which stays the same one
+        self._ball, self._goals = self.sim.world["pos"][:, 0], self.sim.world["score"]
         self.reward = Reward(reward, reward_gamma)
         self.preset = Preset(self, observation, flatten, observation_space(task.task_features, self.include))
         self.output: dict[str, np.ndarray] | np.ndarray = self.observation
@@ -327,17 +329,20 @@ class SoccerCore:
             self.view.commands(action, self._commands, self._rows)
         if self.scripted is not None:
             self.scripted.act(self._see, self._body, self._commands)
-        self.previous_ball[...] = self.sim.world["pos"][:, 0]
+        self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
         self.cycle += 1
-        np.subtract(self.sim.world["score"], self._score, out=self._gained)
-        self._score[...] = self.sim.world["score"]
+        np.subtract(self._goals, self._score, out=self._gained)
+        self._score[...] = self._goals
         outcome = self.task.outcome(self)
         if not self.reward.plain:
             outcome = self.reward.apply(self, outcome)
         self.observe()
-        late = (self.cycle >= self.task.max_cycles) & ~outcome.terminated
-        status = np.where(late, len(self.task.statuses) - 1, outcome.status)
+        late = self.cycle >= self.task.max_cycles
+        status = outcome.status
+        if late.any():
+            late &= ~outcome.terminated
+            status = np.where(late, len(self.task.statuses) - 1, status)
         return Step(outcome.reward, outcome.terminated, late, outcome.success, status, outcome.terms)
 
     def observe(self, fresh_start: np.ndarray | None = None) -> dict[str, np.ndarray]:

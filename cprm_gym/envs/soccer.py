@@ -159,9 +159,12 @@ class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
         terminations = dict.fromkeys(agents, terminated)
         truncations = dict.fromkeys(agents, truncated)
         infos = self._infos(int(step.status[0]), bool(step.success[0]))
-        names = tuple(step.terms)
-        for info, terms in zip(infos.values(), zip(*(values[0].tolist() for values in step.terms.values()))):
-            info["reward_terms"] = dict(zip(names, terms))
+        terms: list[dict[str, float]] = [{} for _ in agents]
+        for name, values in step.terms.items():
+            for own, value in zip(terms, values[0].tolist()):
+                own[name] = value
+        for info, own in zip(infos.values(), terms):
+            info["reward_terms"] = own
         if terminated or truncated:
             self.agents = []
         if self.render_mode == "human":
@@ -171,13 +174,19 @@ class SoccerParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     def _batch(self, actions: dict[str, Any]) -> Any:
         """The agents' actions as arrays with the axes (1 world, agents, ...)."""
         chosen = [actions[a] for a in self.possible_agents]
-        if isinstance(chosen[0], dict):
-            keys = chosen[0].keys()
-            for agent, action in zip(self.possible_agents, chosen):
-                if not isinstance(action, dict) or action.keys() != keys:
-                    raise UnknownName(f"action of {agent}: expected a dict with the keys {', '.join(keys)}, got {action!r:.80}")
-            return {k: _together([c[k] for c in chosen]) for k in keys}
-        return _together(chosen)
+        first = chosen[0]
+        if not isinstance(first, dict):
+            return _together(chosen)
+        keys, count = first.keys(), len(first)
+        try:
+            if all(len(action) == count for action in chosen):
+                return {k: _together([action[k] for action in chosen]) for k in keys}
+        except (TypeError, KeyError, IndexError):
+            pass  # somebody's action is of another kind; it is named below
+        for agent, action in zip(self.possible_agents, chosen):
+            if not isinstance(action, dict) or action.keys() != keys:
+                raise UnknownName(f"action of {agent}: expected a dict with the keys {', '.join(keys)}, got {action!r:.80}")
+        return {k: _together([action[k] for action in chosen]) for k in keys}
 
     def _observations(self) -> dict[str, Any]:
         output = self.core.output
