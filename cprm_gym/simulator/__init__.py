@@ -2,7 +2,7 @@
 
 ::
 
-    from cprm_gym.simulator import CommandKind, Simulator
+    from . import CommandKind, Simulator
 
     simulator = Simulator(worlds=2, seed=1)
     simulator.start()
@@ -21,21 +21,21 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cprm_gym.simulator.parameters import Rules as Rules
-    from cprm_gym.simulator.parameters import ServerParameters as ServerParameters
-    from cprm_gym.simulator.player_types import PlayerParameters as PlayerParameters
-    from cprm_gym.simulator.player_types import PlayerType as PlayerType
-    from cprm_gym.simulator.player_types import generate_types as generate_types
-    from cprm_gym.simulator.simulator import Simulator as Simulator
-    from cprm_gym.simulator.simulator import no_commands as no_commands
-    from cprm_gym.simulator.state import COMMAND as COMMAND
-    from cprm_gym.simulator.state import WORLD as WORLD
-    from cprm_gym.simulator.state import CommandKind as CommandKind
-    from cprm_gym.simulator.state import Count as Count
-    from cprm_gym.simulator.state import PlayerBit as PlayerBit
-    from cprm_gym.simulator.state import PlayMode as PlayMode
-    from cprm_gym.simulator.state import ViewWidth as ViewWidth
-    from cprm_gym.simulator.state import player_index as player_index
+    from .parameters import Rules as Rules
+    from .parameters import ServerParameters as ServerParameters
+    from .player_types import PlayerParameters as PlayerParameters
+    from .player_types import PlayerType as PlayerType
+    from .player_types import generate_types as generate_types
+    from .simulator import Simulator as Simulator
+    from .simulator import no_commands as no_commands
+    from .state import COMMAND as COMMAND
+    from .state import WORLD as WORLD
+    from .state import CommandKind as CommandKind
+    from .state import Count as Count
+    from .state import PlayerBit as PlayerBit
+    from .state import PlayMode as PlayMode
+    from .state import ViewWidth as ViewWidth
+    from .state import player_index as player_index
 
 _HOMES = {
     "simulator": ("Simulator", "no_commands"),

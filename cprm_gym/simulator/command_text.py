@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import CommandError
-from cprm_gym.simulator.state import COMMAND, LEFT, RIGHT, SAY_SIZE, CommandKind, ViewWidth
+from ..errors import CommandError
+from .state import COMMAND, LEFT, RIGHT, SAY_SIZE, CommandKind, ViewWidth
 
 
 class PlayerCommand(NamedTuple):

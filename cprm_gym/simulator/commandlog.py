@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.gamelog import AtomicFile, open_log
+from ..errors import LogError
+from .gamelog import AtomicFile, open_log
 
 _LINE = re.compile(r"(-?\d+),(\d+)\t(.*)\Z", re.DOTALL)
 _RECEIVED = re.compile(r"Recv (.+?): (.*)\Z", re.DOTALL)

@@ -21,11 +21,11 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.parameter_fields import ParameterSet
-from cprm_gym.simulator.parameters import ServerParameters
-from cprm_gym.simulator.player_types import PlayerParameters, PlayerType
-from cprm_gym.simulator.state import LEFT, PLAYERS, RIGHT, PlayMode
+from ..errors import LogError
+from .parameter_fields import ParameterSet
+from .parameters import ServerParameters
+from .player_types import PlayerParameters, PlayerType
+from .state import LEFT, PLAYERS, RIGHT, PlayMode
 
 LOG_COUNTS = (
     "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto", "attentionto",
@@ -226,9 +226,9 @@ def open_log(path: Path) -> io.BufferedReader:
 
 def _parser(path: Path, stream: io.BufferedReader) -> Any:
     """The parser for the version that the first bytes of `stream` announce."""
-    from cprm_gym.simulator.gamelog_binary import BinaryParser
-    from cprm_gym.simulator.gamelog_json import JsonParser
-    from cprm_gym.simulator.gamelog_text import TextParser
+    from .gamelog_binary import BinaryParser
+    from .gamelog_json import JsonParser
+    from .gamelog_text import TextParser
 
     try:
         start = stream.peek(4)[:4]

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.gamelog import LOG_COUNTS, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
-from cprm_gym.simulator.state import LEFT, RIGHT, PlayMode
+from ..errors import LogError
+from .gamelog import LOG_COUNTS, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
+from .state import LEFT, RIGHT, PlayMode
 
 SHOW, MESSAGE, DRAW, MODE, TEAM, PLAYER_TYPE, SERVER_PARAM, PLAYER_PARAM = 1, 2, 3, 5, 6, 7, 8, 9
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.gamelog import LOG_COUNTS, SIDES, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
-from cprm_gym.simulator.gamelog_text import MODES
-from cprm_gym.simulator.state import PlayMode
+from ..errors import LogError
+from .gamelog import LOG_COUNTS, SIDES, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
+from .gamelog_text import MODES
+from .state import PlayMode
 
 _DECODER = json.JSONDecoder(strict=False)
 _LONGEST = 1 << 20

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.gamelog import (
+from ..errors import LogError
+from .gamelog import (
     LOG_COUNTS,
     SIDES,
     Clock,
@@ -22,7 +22,7 @@ from cprm_gym.simulator.gamelog import (
     empty_players,
     player_row,
 )
-from cprm_gym.simulator.state import PlayMode
+from .state import PlayMode
 
 _PAIR = re.compile(r'\(([A-Za-z_0-9]+) ("[^"]*"|[^()]*)\)')
 _MESSAGE = re.compile(r'\(msg (-?\d+) (-?\d+) "(.*)"\)\s*$', re.DOTALL)

@@ -14,12 +14,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.gamelog import LOG_COUNTS, AtomicFile, Frame, Team, empty_players
-from cprm_gym.simulator.parameter_fields import ParameterSet, word_of
-from cprm_gym.simulator.parameters import ServerParameters
-from cprm_gym.simulator.player_types import PlayerParameters, PlayerType
-from cprm_gym.simulator.state import BALL, LEFT, Count, PlayMode
+from ..errors import LogError
+from .gamelog import LOG_COUNTS, AtomicFile, Frame, Team, empty_players
+from .parameter_fields import ParameterSet, word_of
+from .parameters import ServerParameters
+from .player_types import PlayerParameters, PlayerType
+from .state import BALL, LEFT, Count, PlayMode
 
 _COUNTS = [
     Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,

@@ -57,7 +57,7 @@ def landmark_index(name: str) -> int:
     UnknownName
         When there is none of that name.
     """
-    from cprm_gym.errors import unknown_name
+    from ..errors import unknown_name
 
     if name not in LANDMARK_NAMES:
         raise unknown_name("landmark", name, LANDMARK_NAMES)

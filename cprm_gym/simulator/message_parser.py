@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from cprm_gym.errors import LogError
+from ..errors import LogError
 
 _TOKEN = re.compile(r'[()]|"[^"]*"|[^\s()"]+')
 _KINDS = {"b": "ball", "g": "goal", "f": "flag", "p": "player", "l": "line"}

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body, geometry, landmark_sight, rounding, senses
-from cprm_gym.simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
-from cprm_gym.simulator.officials import announcement_text
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.senses import new_landmarks, new_see
-from cprm_gym.simulator.state import BALL, PLAYERS, Announcement, Count, PlayerBit, PlayMode
+from ..errors import CommandError, ParameterError
+from .kernels import audio, body, geometry, landmark_sight, rounding, senses
+from .landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
+from .officials import announcement_text
+from .player_types import TypeColumn
+from .senses import new_landmarks, new_see
+from .state import BALL, PLAYERS, Announcement, Count, PlayerBit, PlayMode
 
 if TYPE_CHECKING:
-    from cprm_gym.simulator.simulator import Simulator
+    from .simulator import Simulator
 
 NEWEST_PROTOCOL, OLDEST_PROTOCOL = 19, 3
 _R2D = 180.0 / math.pi

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import CommandError, ParameterError, unknown_name
-from cprm_gym.simulator.kernels import referee_powers as powers
-from cprm_gym.simulator.state import PLAYERS, Announcement, PlayMode
+from ..errors import CommandError, ParameterError, unknown_name
+from .kernels import referee_powers as powers
+from .state import PLAYERS, Announcement, PlayMode
 
 if TYPE_CHECKING:
-    from cprm_gym.simulator.simulator import Worlds
+    from .simulator import Worlds
 
 Numbers: TypeAlias = "float | npt.ArrayLike"
 

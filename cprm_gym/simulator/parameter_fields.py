@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from cprm_gym.errors import ParameterError, did_you_mean
+from ..errors import ParameterError, did_you_mean
 
 T = TypeVar("T")
 S = TypeVar("S", bound="ParameterSet")

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real, text
-from cprm_gym.simulator.player_types import MAX_TYPES, PlayerParameters, PlayerType, TypeColumn
+from ..errors import ParameterError
+from .parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real, text
+from .player_types import MAX_TYPES, PlayerParameters, PlayerType, TypeColumn
 
 PITCH_LENGTH, PITCH_WIDTH, PITCH_MARGIN = 105.0, 68.0, 5.0
 GOAL_POST_RADIUS = 0.06

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real
+from ..errors import ParameterError
+from .parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real
 
 if TYPE_CHECKING:
-    from cprm_gym.simulator.parameters import ServerParameters
+    from .parameters import ServerParameters
 
 MAX_TYPES = 18
 """Types the packed parameters have room for."""

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.command_text import command_text
-from cprm_gym.simulator.commandlog import CommandLogWriter
-from cprm_gym.simulator.gamelog import Frame, GameLogReader
-from cprm_gym.simulator.gamelog_writer import GameLogWriter
-from cprm_gym.simulator.messages import referee_text
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, PLAYERS, Count, PlayerBit
+from .command_text import command_text
+from .commandlog import CommandLogWriter
+from .gamelog import Frame, GameLogReader
+from .gamelog_writer import GameLogWriter
+from .messages import referee_text
+from .simulator import Simulator
+from .state import BALL, PLAYERS, Count, PlayerBit
 
 _COUNTS = (
     Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,

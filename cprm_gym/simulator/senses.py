@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.kernels import audio, body, landmark_sight, senses
-from cprm_gym.simulator.landmarks import LANDMARKS
-from cprm_gym.simulator.state import PLAYERS, SAY_SIZE
+from .kernels import audio, body, landmark_sight, senses
+from .landmarks import LANDMARKS
+from .state import PLAYERS, SAY_SIZE
 
 Array = npt.NDArray[Any]
 HEAR_SLOTS = 4

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.state import LEFT, PLAYERS, WORLD, PlayerBit, PlayMode, Stream, ViewWidth
+from ..errors import ParameterError
+from .player_types import TypeColumn
+from .state import LEFT, PLAYERS, WORLD, PlayerBit, PlayMode, Stream, ViewWidth
 
 if TYPE_CHECKING:
-    from cprm_gym.simulator.parameters import ServerParameters
-    from cprm_gym.simulator.simulator import Seed
+    from .parameters import ServerParameters
+    from .simulator import Seed
 
 NEVER_SUBSTITUTED = 18
 _D2R = math.pi / 180.0

@@ -16,17 +16,17 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.kernels import audio, body, landmark_sight
-from cprm_gym.simulator.kernels import senses as eye_kernels
-from cprm_gym.simulator.kernels import step as kernels
-from cprm_gym.simulator.kernels.random import draw_uniforms
-from cprm_gym.simulator.officials import Officials
-from cprm_gym.simulator.parameters import Rules, ServerParameters, pack
-from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
-from cprm_gym.simulator.senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
-from cprm_gym.simulator.setup import draw_wind, initial_world, stream_keys
-from cprm_gym.simulator.state import COMMAND, PLAYERS, WORLD, Stream
+from ..errors import CommandError, ParameterError
+from .kernels import audio, body, landmark_sight
+from .kernels import senses as eye_kernels
+from .kernels import step as kernels
+from .kernels.random import draw_uniforms
+from .officials import Officials
+from .parameters import Rules, ServerParameters, pack
+from .player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
+from .senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
+from .setup import draw_wind, initial_world, stream_keys
+from .state import COMMAND, PLAYERS, WORLD, Stream
 
 Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
 Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"

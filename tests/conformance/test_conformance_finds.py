@@ -9,7 +9,7 @@ import pytest
 
 from cprm_gym.errors import LogError
 from cprm_gym.simulator.conformance import Report, files_in, replay_scenario, run
-from cprm_gym.simulator.conformance_report import Check, Mismatch, Result
+from cprm_gym.simulator.conformance.report import Check, Mismatch, Result
 
 DATA = Path(__file__).parent / "data"
 

@@ -9,7 +9,7 @@ import pytest
 from cprm_gym.errors import CommandError, LogError
 from cprm_gym.simulator.command_text import PlayerCommand, command_record
 from cprm_gym.simulator.conformance import run
-from cprm_gym.simulator.conformance_match import replay_match
+from cprm_gym.simulator.conformance.match import replay_match
 from cprm_gym.simulator.gamelog import GameLogReader
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters

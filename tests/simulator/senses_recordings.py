@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cprm_gym.simulator.conformance_recording import ROW, Recording, load_extras, load_objects, read_recording
+from cprm_gym.simulator.conformance.recording import ROW, Recording, load_extras, load_objects, read_recording
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 

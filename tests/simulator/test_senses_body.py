@@ -7,7 +7,7 @@ import pytest
 from senses_recordings import ROW, cases, load, recording, simulator
 
 from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.conformance_recording import load_hidden
+from cprm_gym.simulator.conformance.recording import load_hidden
 from cprm_gym.simulator.messages import fullstate_text, global_text, score_text, sense_body_text
 from cprm_gym.simulator.senses import BodyColumn, new_body, sense_body
 from cprm_gym.simulator.simulator import Simulator, no_commands

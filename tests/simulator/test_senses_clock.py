@@ -2,7 +2,7 @@
 
 from senses_recordings import ROW, recording
 
-from cprm_gym.simulator.conformance_clock import compare_late, set_asynchronous_clocks
+from cprm_gym.simulator.conformance.clock import compare_late, set_asynchronous_clocks
 
 
 def test_views_counts_and_phase_are_those_of_the_recorded_players():

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
-from cprm_gym.compilation import kernel_group
+from ...compilation import kernel_group
 
 _simulator = Path(__file__).parent.parent
 _files = (Path(__file__).parent, *(_simulator / f"{name}.py" for name in ("state", "parameters", "player_types", "landmarks")))

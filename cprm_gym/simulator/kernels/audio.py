@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import D2R, direction, norm, squared_distance
-from cprm_gym.simulator.kernels.random import HEAR_CHOICE, SENSORS, uniform
-from cprm_gym.simulator.kernels.rounding import rounded_degrees, truncated_degrees
-from cprm_gym.simulator.state import PLAYERS, SAY_QUEUE, SAY_SIZE, Count
+from ..state import PLAYERS, SAY_QUEUE, SAY_SIZE, Count
+from . import kernel
+from .geometry import D2R, direction, norm, squared_distance
+from .random import HEAR_CHOICE, SENSORS, uniform
+from .rounding import rounded_degrees, truncated_degrees
 
 COMPLETE, PARTIAL = 1, 2                     # bits of w.ear
 _SAY = int(Count.SAY)

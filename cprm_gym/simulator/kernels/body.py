@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.audio import deliver_audio
-from cprm_gym.simulator.kernels.geometry import D2R, R2D, direction, norm, quantize
-from cprm_gym.simulator.kernels.rounding import truncated_degrees
-from cprm_gym.simulator.kernels.senses import see_messages_due
-from cprm_gym.simulator.state import PLAYERS, PlayerBit
+from ..state import PLAYERS, PlayerBit
+from . import kernel
+from .audio import deliver_audio
+from .geometry import D2R, R2D, direction, norm, quantize
+from .rounding import truncated_degrees
+from .senses import see_messages_due
 
 (
     STAMINA, EFFORT, CAPACITY, SPEED, SPEED_DIRECTION, HEAD_ANGLE, VIEW_WIDTH, VIEW_QUALITY, COUNTS,

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import EPS, length, norm, scale, squared_distance
-from cprm_gym.simulator.kernels.random import COLLISION_ANGLE, PHYSICS, uniform_between
-from cprm_gym.simulator.player_types import T_PLAYER_SIZE
-from cprm_gym.simulator.state import OBJECTS, PLAYERS, PlayerBit, PlayMode
+from ..player_types import T_PLAYER_SIZE
+from ..state import OBJECTS, PLAYERS, PlayerBit, PlayMode
+from . import kernel
+from .geometry import EPS, length, norm, scale, squared_distance
+from .random import COLLISION_ANGLE, PHYSICS, uniform_between
 
 ROUNDS = 10
 """Most rounds of one resolution."""

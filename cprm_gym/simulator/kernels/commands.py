@@ -10,10 +10,21 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.audio import say
-from cprm_gym.simulator.kernels.contacts import resolve_collisions
-from cprm_gym.simulator.kernels.geometry import (
+from ..player_types import (
+    T_CATCHABLE_AREA_L_STRETCH,
+    T_DASH_POWER_RATE,
+    T_EXTRA_STAMINA,
+    T_INERTIA_MOMENT,
+    T_KICK_POWER_RATE,
+    T_KICK_RAND,
+    T_KICKABLE_MARGIN,
+    T_PLAYER_SIZE,
+)
+from ..state import Announcement, CommandKind, Count, PlayerBit, PlayMode
+from . import kernel
+from .audio import say
+from .contacts import resolve_collisions
+from .geometry import (
     D2R,
     clip,
     direction,
@@ -25,7 +36,7 @@ from cprm_gym.simulator.kernels.geometry import (
     rotate,
     scale,
 )
-from cprm_gym.simulator.kernels.random import (
+from .random import (
     CATCH_SUCCESS,
     DASH_TURN_NOISE,
     KICK_NOISE,
@@ -37,7 +48,7 @@ from cprm_gym.simulator.kernels.random import (
     polar_noise,
     uniform_between,
 )
-from cprm_gym.simulator.kernels.referee import (
+from .referee import (
     announce,
     on_caught,
     on_kick,
@@ -47,19 +58,8 @@ from cprm_gym.simulator.kernels.referee import (
     on_tackle_fail,
     on_touch,
 )
-from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, PLAY_ON, TIME_OVER, is_shoot_out, is_stopped
-from cprm_gym.simulator.kernels.senses import view_cone
-from cprm_gym.simulator.player_types import (
-    T_CATCHABLE_AREA_L_STRETCH,
-    T_DASH_POWER_RATE,
-    T_EXTRA_STAMINA,
-    T_INERTIA_MOMENT,
-    T_KICK_POWER_RATE,
-    T_KICK_RAND,
-    T_KICKABLE_MARGIN,
-    T_PLAYER_SIZE,
-)
-from cprm_gym.simulator.state import Announcement, CommandKind, Count, PlayerBit, PlayMode
+from .referee_modes import BEFORE_KICK_OFF, PLAY_ON, TIME_OVER, is_shoot_out, is_stopped
+from .senses import view_cone
 
 _LARGEST = 1e6
 _FOCUS_FARTHEST = 40.0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.collisions import (
+from ..state import PLAYERS
+from . import kernel
+from .collisions import (
     ROUNDS,
     apply_pushes,
     bounce,
@@ -12,8 +13,7 @@ from cprm_gym.simulator.kernels.collisions import (
     push_players,
     touches_ball,
 )
-from cprm_gym.simulator.kernels.referee import on_touch
-from cprm_gym.simulator.state import PLAYERS
+from .referee import on_touch
 
 
 @kernel

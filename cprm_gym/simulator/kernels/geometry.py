@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.player_types import T_KICKABLE_SQUARED
+from ..player_types import T_KICKABLE_SQUARED
+from . import kernel
 
 EPS = 1e-10
 D2R = math.pi / 180.0

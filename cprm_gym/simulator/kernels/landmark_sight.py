@@ -6,11 +6,20 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import D2R, norm, quantize
-from cprm_gym.simulator.kernels.random import SEE_FLAG, SEE_FLAG_DISTANCE
-from cprm_gym.simulator.kernels.rounding import banded_distance, quantised_length, seen_distance, told_degrees
-from cprm_gym.simulator.kernels.senses import (
+from ..landmarks import GOALS, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, LANDMARKS
+from ..player_types import (
+    T_FLAG_CHG_FAR_LENGTH,
+    T_FLAG_CHG_TOO_FAR_LENGTH,
+    T_FLAG_MAX_OBSERVATION_LENGTH,
+    T_LAND_DIST_NOISE_RATE,
+    T_LAND_FOCUS_DIST_NOISE_RATE,
+)
+from ..state import PLAYERS
+from . import kernel
+from .geometry import D2R, norm, quantize
+from .random import SEE_FLAG, SEE_FLAG_DISTANCE
+from .rounding import banded_distance, quantised_length, seen_distance, told_degrees
+from .senses import (
     FELT,
     LOW_QUALITY,
     PI,
@@ -32,15 +41,6 @@ from cprm_gym.simulator.kernels.senses import (
     perhaps_seen,
     told_direction,
 )
-from cprm_gym.simulator.landmarks import GOALS, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, LANDMARKS
-from cprm_gym.simulator.player_types import (
-    T_FLAG_CHG_FAR_LENGTH,
-    T_FLAG_CHG_TOO_FAR_LENGTH,
-    T_FLAG_MAX_OBSERVATION_LENGTH,
-    T_LAND_DIST_NOISE_RATE,
-    T_LAND_FOCUS_DIST_NOISE_RATE,
-)
-from cprm_gym.simulator.state import PLAYERS
 
 _TICK = 64
 _RIGHT_GOAL, _LEFT_GOAL = GOALS

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import EPS, direction, length, mirror_along, norm, scale, segment_enters_circle
-from cprm_gym.simulator.kernels.random import MOTION_NOISE, PHYSICS, POST_ANGLE, WIND_NOISE, polar_noise, uniform_between
-from cprm_gym.simulator.player_types import T_PLAYER_DECAY, T_PLAYER_SIZE, T_PLAYER_SPEED_MAX
-from cprm_gym.simulator.state import PlayerBit
+from ..player_types import T_PLAYER_DECAY, T_PLAYER_SIZE, T_PLAYER_SPEED_MAX
+from ..state import PlayerBit
+from . import kernel
+from .geometry import EPS, direction, length, mirror_along, norm, scale, segment_enters_circle
+from .random import MOTION_NOISE, PHYSICS, POST_ANGLE, WIND_NOISE, polar_noise, uniform_between
 
 POST_COLLIDE = int(PlayerBit.POST_COLLIDE)
 _WIND_WEIGHT = 10000.0

@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.state import Stream
+from ..state import Stream
+from . import kernel
 
 PHYSICS = int(Stream.PHYSICS)
 SENSORS = int(Stream.SENSORS)

@@ -16,13 +16,14 @@ touches to `referee_touches.note_touch`. Players are numbered 0 to 21 here.
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import side_of
-from cprm_gym.simulator.kernels.referee_fouls import NO_FOUL, YELLOW, judge_tackle, show_card
-from cprm_gym.simulator.kernels.referee_goals import catch_step, caught, crossed_goal_line, punched, touch_step
-from cprm_gym.simulator.kernels.referee_keepaway import keepaway_step
-from cprm_gym.simulator.kernels.referee_kick_off import automatic_kick_off, kick_off
-from cprm_gym.simulator.kernels.referee_marks import (
+from ..state import Count
+from . import kernel
+from .geometry import side_of
+from .referee_fouls import NO_FOUL, YELLOW, judge_tackle, show_card
+from .referee_goals import catch_step, caught, crossed_goal_line, punched, touch_step
+from .referee_keepaway import keepaway_step
+from .referee_kick_off import automatic_kick_off, kick_off
+from .referee_marks import (
     mark_attack,
     mark_failed_try,
     mark_last_touch,
@@ -33,7 +34,7 @@ from cprm_gym.simulator.kernels.referee_marks import (
     mark_set_play_touch,
     remember_taker,
 )
-from cprm_gym.simulator.kernels.referee_modes import (
+from .referee_modes import (
     FOUL_CHARGE,
     FOUL_PUSH,
     PAIR,
@@ -57,9 +58,9 @@ from cprm_gym.simulator.kernels.referee_modes import (
     of_side,
     rule,
 )
-from cprm_gym.simulator.kernels.referee_rulings import carry_out
-from cprm_gym.simulator.kernels.referee_set_mode import announce, set_mode
-from cprm_gym.simulator.kernels.referee_shoot_out import (
+from .referee_rulings import carry_out
+from .referee_set_mode import announce, set_mode
+from .referee_shoot_out import (
     caught_in_shoot_out,
     freeze_ball,
     kicked_in_shoot_out,
@@ -68,7 +69,7 @@ from cprm_gym.simulator.kernels.referee_shoot_out import (
     start_shoot_out,
     use_taker,
 )
-from cprm_gym.simulator.kernels.referee_steps import (
+from .referee_steps import (
     ball_stuck_step,
     free_kick_step,
     illegal_defense_step,
@@ -76,8 +77,7 @@ from cprm_gym.simulator.kernels.referee_steps import (
     offside_step,
     time_step,
 )
-from cprm_gym.simulator.kernels.referee_waits import end_foul
-from cprm_gym.simulator.state import Count
+from .referee_waits import end_foul
 
 __all__ = [
     "announce", "automatic_kick_off", "kick_off", "on_caught", "on_kick", "on_kick_fail", "on_punched", "on_step", "on_tackle",

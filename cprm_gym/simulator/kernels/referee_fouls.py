@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import direction, is_kickable, norm, rotate, side_of
-from cprm_gym.simulator.kernels.random import CARD, FOUL_DETECTION, REFEREE, decide
-from cprm_gym.simulator.kernels.referee_modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_STAND, BIT_YELLOW
-from cprm_gym.simulator.kernels.referee_set_mode import announce
-from cprm_gym.simulator.player_types import T_FOUL_DETECT_PROBABILITY, T_PLAYER_SIZE
-from cprm_gym.simulator.state import Announcement
+from ..player_types import T_FOUL_DETECT_PROBABILITY, T_PLAYER_SIZE
+from ..state import Announcement
+from . import kernel
+from .geometry import direction, is_kickable, norm, rotate, side_of
+from .random import CARD, FOUL_DETECTION, REFEREE, decide
+from .referee_modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_STAND, BIT_YELLOW
+from .referee_set_mode import announce
 
 SAY_YELLOW = int(Announcement.YELLOW_CARD)
 SAY_RED = int(Announcement.RED_CARD)

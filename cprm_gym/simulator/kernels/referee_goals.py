@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import in_penalty_area, side_of
-from cprm_gym.simulator.kernels.referee_marks import forget_passes
-from cprm_gym.simulator.kernels.referee_modes import (
+from . import kernel
+from .geometry import in_penalty_area, side_of
+from .referee_marks import forget_passes
+from .referee_modes import (
     BACK_PASS,
     BIT_BACK_PASS,
     CATCH_FAULT,
@@ -31,7 +31,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     WAIT_CATCH_FAULT,
     rule_here,
 )
-from cprm_gym.simulator.kernels.referee_waits import end_stoppage
+from .referee_waits import end_stoppage
 
 # --- module Touch
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import squared_distance
-from cprm_gym.simulator.kernels.random import KEEPAWAY, REFEREE, uniform, uniform_between
-from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, rule
-from cprm_gym.simulator.kernels.referee_places import place_ball
-from cprm_gym.simulator.kernels.referee_set_mode import announce
-from cprm_gym.simulator.kernels.stamina import recover
-from cprm_gym.simulator.state import Announcement
+from ..state import Announcement
+from . import kernel
+from .geometry import squared_distance
+from .random import KEEPAWAY, REFEREE, uniform, uniform_between
+from .referee_modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, rule
+from .referee_places import place_ball
+from .referee_set_mode import announce
+from .stamina import recover
 
 SAY_TRAINING = int(Announcement.TRAINING_KEEPAWAY)
 TURNOVER = 4

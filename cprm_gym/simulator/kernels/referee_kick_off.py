@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import side_of
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Announcement
+from . import kernel
+from .geometry import side_of
+from .referee_modes import (
     BEFORE_KICK_OFF,
     KEPT_BY_SUBSTITUTION,
     KICK_OFF,
@@ -15,10 +16,9 @@ from cprm_gym.simulator.kernels.referee_modes import (
     of_side,
     team_of,
 )
-from cprm_gym.simulator.kernels.referee_places import place_ball
-from cprm_gym.simulator.kernels.referee_set_mode import announce, set_mode
-from cprm_gym.simulator.kernels.stamina import recover
-from cprm_gym.simulator.state import Announcement
+from .referee_places import place_ball
+from .referee_set_mode import announce, set_mode
+from .stamina import recover
 
 SAY_TYPE = int(Announcement.CHANGE_PLAYER_TYPE)
 NEVER = 18

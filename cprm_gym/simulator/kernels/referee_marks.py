@@ -6,9 +6,10 @@ called from a collision resolution that is itself part of a ruling.
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import side_of
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Count
+from . import kernel
+from .geometry import side_of
+from .referee_modes import (
     BIT_FREE_KICK_FAULT,
     CORNER_KICK,
     DROP_BALL,
@@ -30,7 +31,6 @@ from cprm_gym.simulator.kernels.referee_modes import (
     rule_here,
     team_of,
 )
-from cprm_gym.simulator.state import Count
 
 DASHES = int(Count.DASH)
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.parameters import Rules
-from cprm_gym.simulator.state import PlayerBit, PlayMode
+from ..parameters import Rules
+from ..state import PlayerBit, PlayMode
+from . import kernel
 
 LEFT, NEUTRAL, RIGHT = 1, 0, -1
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import EPS, clip, in_penalty_area, side_of
-from cprm_gym.simulator.kernels.random import REFEREE, RELOCATION, uniform_between
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..player_types import T_PLAYER_SIZE
+from . import kernel
+from .geometry import EPS, clip, in_penalty_area, side_of
+from .random import REFEREE, RELOCATION, uniform_between
+from .referee_modes import (
     BACK_PASS,
     FOUL_CHARGE,
     FOUL_PUSH,
@@ -20,8 +21,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     RIGHT,
     SIDE,
 )
-from cprm_gym.simulator.kernels.referee_touches import settle_overlaps
-from cprm_gym.simulator.player_types import T_PLAYER_SIZE
+from .referee_touches import settle_overlaps
 
 PENALTY_X, PENALTY_Y = 36.0, 20.16
 """The penalty area: |x| of its front, |y| of its sides."""

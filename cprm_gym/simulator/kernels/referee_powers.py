@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import math
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.contacts import resolve_collisions
-from cprm_gym.simulator.kernels.referee_kick_off import book_substitution, kick_off, substitute
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Announcement
+from . import kernel
+from .contacts import resolve_collisions
+from .referee_kick_off import book_substitution, kick_off, substitute
+from .referee_modes import (
     BIT_GOALIE,
     PAIR,
     PENALTY_READY,
     PENALTY_TAKEN,
     PLAY_ON,
 )
-from cprm_gym.simulator.kernels.referee_set_mode import announce, set_mode
-from cprm_gym.simulator.kernels.stamina import recover
-from cprm_gym.simulator.state import Announcement
+from .referee_set_mode import announce, set_mode
+from .stamina import recover
 
 SAY_PROMOTION = int(Announcement.PROMOTE_GOALIE)
 (

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.referee_marks import forget_candidates
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Announcement
+from . import kernel
+from .referee_marks import forget_candidates
+from .referee_modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
     CATCH_FAULT,
@@ -46,7 +47,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     of_side,
     team_of,
 )
-from cprm_gym.simulator.kernels.referee_places import (
+from .referee_places import (
     GOAL_AREA_X,
     GOAL_AREA_Y,
     clamp_pitch,
@@ -58,9 +59,8 @@ from cprm_gym.simulator.kernels.referee_places import (
     place_ball,
     sign_up,
 )
-from cprm_gym.simulator.kernels.referee_set_mode import announce, award, set_mode
-from cprm_gym.simulator.kernels.referee_shoot_out import rule_shoot_out
-from cprm_gym.simulator.state import Announcement
+from .referee_set_mode import announce, award, set_mode
+from .referee_shoot_out import rule_shoot_out
 
 SAY_GOAL = int(Announcement.GOAL)
 ILLEGAL_DEFENSE_X = 41.5

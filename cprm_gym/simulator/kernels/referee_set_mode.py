@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.referee_marks import forget_candidates, forget_passes, mark_indirect
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import ANNOUNCEMENTS, Announcement
+from . import kernel
+from .referee_marks import forget_candidates, forget_passes, mark_indirect
+from .referee_modes import (
     BACK_PASS,
     CATCH_FAULT,
     DROP_BALL,
@@ -40,8 +41,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     is_set_play,
     is_shoot_out,
 )
-from cprm_gym.simulator.kernels.referee_places import clear_ball, place_ball
-from cprm_gym.simulator.state import ANNOUNCEMENTS, Announcement
+from .referee_places import clear_ball, place_ball
 
 SAY_MODE = int(Announcement.MODE)
 CAPACITY = int(ANNOUNCEMENTS)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import in_penalty_area, side_of
-from cprm_gym.simulator.kernels.random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Announcement
+from . import kernel
+from .geometry import in_penalty_area, side_of
+from .random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli
+from .referee_modes import (
     BEFORE_KICK_OFF,
     LEFT,
     NEUTRAL,
@@ -27,7 +28,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     rule,
     team_of,
 )
-from cprm_gym.simulator.kernels.referee_places import (
+from .referee_places import (
     CENTRE_RADIUS,
     PENALTY_Y,
     nearest_on_circle,
@@ -35,8 +36,7 @@ from cprm_gym.simulator.kernels.referee_places import (
     radius_of,
     sign_up,
 )
-from cprm_gym.simulator.kernels.referee_set_mode import announce, award, set_mode
-from cprm_gym.simulator.state import Announcement
+from .referee_set_mode import announce, award, set_mode
 
 SAY_ONFIELD = int(Announcement.PENALTY_ONFIELD)
 SAY_FOUL = int(Announcement.PENALTY_FOUL)

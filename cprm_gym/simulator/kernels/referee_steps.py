@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import clip, in_penalty_area, length
-from cprm_gym.simulator.kernels.referee_marks import forget_candidates
-from cprm_gym.simulator.kernels.referee_modes import (
+from ..state import Announcement
+from . import kernel
+from .geometry import clip, in_penalty_area, length
+from .referee_marks import forget_candidates
+from .referee_modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
     BIT_DISCARD,
@@ -41,7 +42,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     rule_here,
     team_of,
 )
-from cprm_gym.simulator.kernels.referee_places import (
+from .referee_places import (
     PENALTY_X,
     PENALTY_Y,
     clear_ball,
@@ -50,9 +51,8 @@ from cprm_gym.simulator.kernels.referee_places import (
     own_halves,
     radius_of,
 )
-from cprm_gym.simulator.kernels.referee_set_mode import announce
-from cprm_gym.simulator.kernels.referee_waits import clear_offenders, end_stoppage, restart
-from cprm_gym.simulator.state import Announcement
+from .referee_set_mode import announce
+from .referee_waits import clear_offenders, end_stoppage, restart
 
 SAY_HALF_TIME = int(Announcement.HALF_TIME)
 SAY_TIME_EXTENDED = int(Announcement.TIME_EXTENDED)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.collisions import (
+from . import kernel
+from .collisions import (
     ROUNDS,
     apply_pushes,
     bounce,
@@ -12,8 +12,8 @@ from cprm_gym.simulator.kernels.collisions import (
     push_players,
     touches_ball,
 )
-from cprm_gym.simulator.kernels.referee_marks import mark_last_touch, mark_offside, mark_pass_touch, mark_set_play_touch
-from cprm_gym.simulator.kernels.referee_modes import RULE_CATCH, RULE_FREE_KICK, RULE_OFFSIDE, RULE_TOUCH
+from .referee_marks import mark_last_touch, mark_offside, mark_pass_touch, mark_set_play_touch
+from .referee_modes import RULE_CATCH, RULE_FREE_KICK, RULE_OFFSIDE, RULE_TOUCH
 
 
 @kernel

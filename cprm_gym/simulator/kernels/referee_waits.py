@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import in_penalty_area
-from cprm_gym.simulator.kernels.referee_modes import (
+from . import kernel
+from .geometry import in_penalty_area
+from .referee_modes import (
     CLEAR_AFTER,
     FREE_KICK,
     INDIRECT_FREE_KICK,
@@ -15,7 +15,7 @@ from cprm_gym.simulator.kernels.referee_modes import (
     of_side,
     rule,
 )
-from cprm_gym.simulator.kernels.referee_places import clear_ball
+from .referee_places import clear_ball
 
 
 @kernel

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import EPS, R2D, direction, norm, quantize
+from . import kernel
+from .geometry import EPS, R2D, direction, norm, quantize
 
 
 @kernel

@@ -12,27 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.geometry import D2R, R2D, norm, quantize
-from cprm_gym.simulator.kernels.random import (
-    SEE_DISTANCE,
-    SEE_POINTING,
-    SEE_TEAM,
-    SEE_UNUM,
-    SEE_VELOCITY,
-    SENSORS,
-    normal,
-    uniform,
-)
-from cprm_gym.simulator.kernels.rounding import (
-    banded_distance,
-    face_degrees,
-    face_direction,
-    seen_distance,
-    told_degrees,
-    truncated_degrees,
-)
-from cprm_gym.simulator.player_types import (
+from ..player_types import (
     T_BALL_MAX_OBSERVATION_LENGTH,
     T_BALL_VEL_FAR_LENGTH,
     T_BALL_VEL_TOO_FAR_LENGTH,
@@ -44,7 +24,27 @@ from cprm_gym.simulator.player_types import (
     T_UNUM_FAR_LENGTH,
     T_UNUM_TOO_FAR_LENGTH,
 )
-from cprm_gym.simulator.state import PLAYERS, ViewWidth
+from ..state import PLAYERS, ViewWidth
+from . import kernel
+from .geometry import D2R, R2D, norm, quantize
+from .random import (
+    SEE_DISTANCE,
+    SEE_POINTING,
+    SEE_TEAM,
+    SEE_UNUM,
+    SEE_VELOCITY,
+    SENSORS,
+    normal,
+    uniform,
+)
+from .rounding import (
+    banded_distance,
+    face_degrees,
+    face_direction,
+    seen_distance,
+    told_degrees,
+    truncated_degrees,
+)
 
 PI = math.pi
 NARROW, WIDE = int(ViewWidth.NARROW), int(ViewWidth.WIDE)

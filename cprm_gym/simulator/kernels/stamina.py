@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.player_types import T_EFFORT_MAX, T_EFFORT_MIN, T_STAMINA_INC_MAX
+from ..player_types import T_EFFORT_MAX, T_EFFORT_MIN, T_STAMINA_INC_MAX
+from . import kernel
 
 
 @kernel

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from cprm_gym.simulator.kernels import kernel
-from cprm_gym.simulator.kernels.body import messages_due
-from cprm_gym.simulator.kernels.collisions import carry_ball
-from cprm_gym.simulator.kernels.commands import effect_of_dash, execute
-from cprm_gym.simulator.kernels.contacts import resolve_collisions
-from cprm_gym.simulator.kernels.motion import commit, move_ball, move_player
-from cprm_gym.simulator.kernels.random import COMMAND_ORDER, PHYSICS, shuffle
-from cprm_gym.simulator.kernels.referee import automatic_kick_off, on_step
-from cprm_gym.simulator.kernels.referee_modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
-from cprm_gym.simulator.kernels.senses import late_messages_due
-from cprm_gym.simulator.kernels.stamina import update_stamina
-from cprm_gym.simulator.state import PLAYERS, PlayerBit
+from ..state import PLAYERS, PlayerBit
+from . import kernel
+from .body import messages_due
+from .collisions import carry_ball
+from .commands import effect_of_dash, execute
+from .contacts import resolve_collisions
+from .motion import commit, move_ball, move_player
+from .random import COMMAND_ORDER, PHYSICS, shuffle
+from .referee import automatic_kick_off, on_step
+from .referee_modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
+from .senses import late_messages_due
+from .stamina import update_stamina
 
 _KEPT = np.uint32(
     PlayerBit.STAND | PlayerBit.GOALIE | PlayerBit.DISCARD | PlayerBit.YELLOW_CARD | PlayerBit.RED_CARD

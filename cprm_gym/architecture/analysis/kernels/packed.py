@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cprm_gym.compilation import kernel_group
+from ....compilation import kernel_group
 
 kernel = kernel_group(__file__)
 

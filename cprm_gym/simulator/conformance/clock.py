@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.command_text import parse_commands
-from cprm_gym.simulator.conformance_recording import ROW, Recording
-from cprm_gym.simulator.kernels.senses import late_messages_due
-from cprm_gym.simulator.message_parser import parse_see
-from cprm_gym.simulator.messages import see_mismatches
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import ViewWidth
+from ...errors import LogError
+from ..command_text import parse_commands
+from ..kernels.senses import late_messages_due
+from ..message_parser import parse_see
+from ..messages import see_mismatches
+from ..simulator import Simulator
+from ..state import ViewWidth
+from .recording import ROW, Recording
 
 _INTERVALS = {ViewWidth.NARROW: 2, ViewWidth.NORMAL: 4, ViewWidth.WIDE: 8}
 _SUB_TICKS = (2, 2, 1)

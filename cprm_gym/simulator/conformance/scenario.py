@@ -14,11 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.simulator.command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
-from cprm_gym.simulator.conformance_clock import compare_late, set_asynchronous_clocks
-from cprm_gym.simulator.conformance_envelope import calm, envelope, kick_noise
-from cprm_gym.simulator.conformance_noisy import compare_noisy
-from cprm_gym.simulator.conformance_recording import (
+from ..command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from ..state import BALL, LEFT, RIGHT, PlayerBit
+from .clock import compare_late, set_asynchronous_clocks
+from .envelope import calm, envelope, kick_noise
+from .noisy import compare_noisy
+from .recording import (
     COLLISIONS,
     KEYS,
     MODES,
@@ -36,10 +37,9 @@ from cprm_gym.simulator.conformance_recording import (
     snapshot_copy,
     telling_bits,
 )
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.conformance_texts import Listener, compare_messages, said_by_referee
-from cprm_gym.simulator.conformance_trainer import execute_trainer
-from cprm_gym.simulator.state import BALL, LEFT, RIGHT, PlayerBit
+from .report import Result
+from .texts import Listener, compare_messages, said_by_referee
+from .trainer import execute_trainer
 
 Watch = Callable[[int, PlayerCommand, Any], None]
 TRIES = 64

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.gamelog import open_log
-from cprm_gym.simulator.parameters import ServerParameters
-from cprm_gym.simulator.player_types import PlayerParameters, PlayerType
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, PLAYERS, PlayerBit, PlayMode
+from ...errors import LogError
+from ..gamelog import open_log
+from ..parameters import ServerParameters
+from ..player_types import PlayerParameters, PlayerType
+from ..simulator import Simulator
+from ..state import BALL, PLAYERS, PlayerBit, PlayMode
+from .report import Result
 
 D2R, R2D = math.pi / 180.0, 180.0 / math.pi
 MODES = {mode.name: mode for mode in PlayMode}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cprm_gym.simulator.conformance_recording import Recording
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.conformance_statistics import batch, same_counts, same_proportions
-from cprm_gym.simulator.state import BALL, CommandKind, PlayerBit, PlayMode
+from ..state import BALL, CommandKind, PlayerBit, PlayMode
+from .recording import Recording
+from .report import Result
+from .statistics import batch, same_counts, same_proportions
 
 
 def catches(recording: Recording, result: Result) -> None:

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.conformance_envelope import calm
-from cprm_gym.simulator.conformance_recording import Recording
-from cprm_gym.simulator.conformance_report import Check, Result
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, CommandKind, PlayerBit, PlayMode
+from ...errors import LogError
+from ..player_types import TypeColumn
+from ..simulator import Simulator
+from ..state import BALL, CommandKind, PlayerBit, PlayMode
+from .envelope import calm
+from .recording import Recording
+from .report import Check, Result
 
 Array = npt.NDArray[Any]
 LIMIT = 0.001

@@ -19,18 +19,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.errors import CommandError, LogError
-from cprm_gym.simulator.command_text import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
-from cprm_gym.simulator.commandlog import CommandLogReader, LogLine
-from cprm_gym.simulator.conformance_envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
-from cprm_gym.simulator.conformance_recording import KEYS, put_back, snapshot_copy
-from cprm_gym.simulator.conformance_report import Check, Mismatch, Result
-from cprm_gym.simulator.conformance_scenario import name_of
-from cprm_gym.simulator.gamelog import Frame, GameLogReader
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.replay import ANGLE_UNIT, load_frame
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
+from ...errors import CommandError, LogError
+from ..command_text import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
+from ..commandlog import CommandLogReader, LogLine
+from ..gamelog import Frame, GameLogReader
+from ..player_types import TypeColumn
+from ..replay import ANGLE_UNIT, load_frame
+from ..simulator import Simulator
+from ..state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
+from .envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
+from .recording import KEYS, put_back, snapshot_copy
+from .report import Check, Mismatch, Result
+from .scenario import name_of
 
 Array = npt.NDArray[Any]
 INSIDE, SAME_MODE = 0.999, 0.995

@@ -11,14 +11,14 @@ import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from cprm_gym.errors import LogError
-from cprm_gym.simulator.conformance_frequencies import catches, fouls, hearing
-from cprm_gym.simulator.conformance_match import replay_match
-from cprm_gym.simulator.conformance_recording import Recording, read_recording
-from cprm_gym.simulator.conformance_report import Check, Mismatch, Report, Result
-from cprm_gym.simulator.conformance_scenario import ScenarioReplay
-from cprm_gym.simulator.conformance_sight import arms, gaussian, levels
-from cprm_gym.simulator.conformance_statistics import ball_rows, player_rows
+from ...errors import LogError
+from .frequencies import catches, fouls, hearing
+from .match import replay_match
+from .recording import Recording, read_recording
+from .report import Check, Mismatch, Report, Result
+from .scenario import ScenarioReplay
+from .sight import arms, gaussian, levels
+from .statistics import ball_rows, player_rows
 
 __all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_match", "replay_scenario", "run"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cprm_gym.errors import CommandError
-from cprm_gym.simulator.command_text import PlayerCommand
-from cprm_gym.simulator.simulator import Simulator
+from ...errors import CommandError
+from ..command_text import PlayerCommand
+from ..simulator import Simulator
 
 _SILENT = {"look", "check_ball", "team_names", "ear", "eye", "say", "done", "compression", "init"}
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.conformance_envelope import Envelope, outside
-from cprm_gym.simulator.conformance_recording import R2D, ROW, near_post, nearest_angle, shown_mode
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.state import BALL, PlayerBit
+from ..state import BALL, PlayerBit
+from .envelope import Envelope, outside
+from .recording import R2D, ROW, near_post, nearest_angle, shown_mode
+from .report import Result
 
 _COLLIDE = int(PlayerBit.BALL_COLLIDE | PlayerBit.PLAYER_COLLIDE | PlayerBit.POST_COLLIDE)
 _ENERGY = ("stamina", "effort", "recovery", "capacity")

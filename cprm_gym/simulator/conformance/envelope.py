@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.command_text import PlayerCommand
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.state import BALL, Count, PlayerBit
+from ..command_text import PlayerCommand
+from ..player_types import TypeColumn
+from ..state import BALL, Count, PlayerBit
 
 Array = npt.NDArray[Any]
 _HIT = int(PlayerBit.BALL_COLLIDE | PlayerBit.PLAYER_COLLIDE)

@@ -8,12 +8,12 @@ import math
 import re
 from typing import Any
 
-from cprm_gym.simulator.conformance_recording import ROW, Recording
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.kernels.audio import hear_degrees
-from cprm_gym.simulator.messages import hear_text, referee_text, see_mismatches, sense_body_text
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import Count
+from ..kernels.audio import hear_degrees
+from ..messages import hear_text, referee_text, see_mismatches, sense_body_text
+from ..simulator import Simulator
+from ..state import Count
+from .recording import ROW, Recording
+from .report import Result
 
 _ITEM = re.compile(r"\((\w+) ((?:[^()]|\([^()]*\))*)\)")
 _COUNTERS = {

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cprm_gym.simulator.conformance_recording import ROW, Recording, load_extras, load_objects
-from cprm_gym.simulator.conformance_report import Result
-from cprm_gym.simulator.conformance_statistics import batch, same_counts, same_distribution
-from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS
-from cprm_gym.simulator.player_types import TypeColumn
-from cprm_gym.simulator.senses import BallLevel, PlayerFlag, PlayerLevel, see, see_landmarks
-from cprm_gym.simulator.simulator import Simulator
-from cprm_gym.simulator.state import BALL, ViewWidth
+from ..landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS
+from ..player_types import TypeColumn
+from ..senses import BallLevel, PlayerFlag, PlayerLevel, see, see_landmarks
+from ..simulator import Simulator
+from ..state import BALL, ViewWidth
+from .recording import ROW, Recording, load_extras, load_objects
+from .report import Result
+from .statistics import batch, same_counts, same_distribution
 
 _OBSERVER = (-52.0, 0.0)
 _FORMS = {"full_6": PlayerLevel.NUMBER, "nounum_2": PlayerLevel.TEAM, "noteam_2": PlayerLevel.UNKNOWN}
