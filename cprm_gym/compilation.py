@@ -1,7 +1,7 @@
 """Compiled kernels: one set of compiler flags, a cache that is never stale, one announcement.
 
 Numba's disk cache notices a change in a kernel's own file but not in a file whose function the kernel calls (numba issue 1833).
-Therefore a kernel keeps its cache in a directory named by the content of its own file and of *all* files of its group that it
+Therefore a kernel keeps its cache in a directory named by the content of its own file and of *all* files of its package that it
 imports, directly or not: an edited kernel and those that use it land in a new directory and are compiled again, the others are loaded.
 """
 
@@ -13,6 +13,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -51,53 +52,60 @@ def content_key(files: Iterable[Path]) -> str:
     return digest.hexdigest()[:16]
 
 
-def import_closure(file: Path, group: Iterable[Path]) -> list[Path]:
-    """`file` and the files of `group` that it imports, directly or through each other.
+@cache
+def imports(file: Path) -> frozenset[Path]:
+    """The files of its own package (outside of packages: of its own folder) that `file` imports."""
+    top = file.parent
+    while (top / "__init__.py").exists():
+        top = top.parent
+    home = file.relative_to(top).parts[0] if top != file.parent else ""
+    found: set[Path] = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            module = (file.parents[node.level - 1] if node.level else top).joinpath(*(node.module or "").split("."))
+            for alias in node.names:
+                found |= _files(module / alias.name) or _files(module)
+        elif isinstance(node, ast.Import):
+            found |= {path for alias in node.names for path in _files(top.joinpath(*alias.name.split(".")))}
+    return frozenset(path for path in found if (path.is_relative_to(top / home) if home else path.parent == top))
 
-    Modules are recognised by their last name, so two files of one group must not share one.
-    """
-    by_stem = {path.stem: path for path in group}
+
+def _files(module: Path) -> set[Path]:
+    """The file of a module or package, if it is there."""
+    return {path for path in (module.with_name(module.name + ".py"), module / "__init__.py") if path.is_file()}
+
+
+def import_closure(file: Path) -> set[Path]:
+    """`file` and the files of its package that it imports, directly or through each other."""
     found, todo = {file}, [file]
     while todo:
-        for node in ast.walk(ast.parse(todo.pop().read_text(encoding="utf-8"))):
-            names: list[str] = []
-            if isinstance(node, ast.ImportFrom):
-                names = [(node.module or "").rpartition(".")[2], *(alias.name for alias in node.names)]
-            elif isinstance(node, ast.Import):
-                names = [alias.name.rpartition(".")[2] for alias in node.names]
-            for path in (by_stem[name] for name in names if name in by_stem):
-                if path not in found:
-                    found.add(path)
-                    todo.append(path)
-    return sorted(found)
+        fresh = imports(todo.pop()) - found
+        found |= fresh
+        todo += fresh
+    return found
+
+
+@cache
+def _key(source: str) -> str:
+    return content_key(import_closure(Path(source).resolve()))
 
 
 def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator like ``numba.njit(cache=True)`` whose cache depends on every file in `paths` that the kernel's file imports.
+    """A decorator like ``numba.njit(cache=True)`` whose cache depends on every file of the package that the kernel's file imports.
 
     Parameters
     ----------
-    *paths : path
-        The files, or directories of ``*.py`` files, whose functions call each other.
     **flags
         Passed on to ``numba.njit`` (``parallel=True`` for example). ``fastmath`` is refused: results must be reproducible.
     """
     if flags.get("fastmath"):
         raise ValueError("fastmath would make results depend on the machine; kernels are compiled without it")
-    files: list[Path] = []
-    for path in map(Path, paths):
-        files += path.glob("*.py") if path.is_dir() else [path]
-    group = [file.resolve() for file in files]
-    keys: dict[str, str] = {}
     # numba's index does not tell the flags apart: a version without a way in from Python must not be loaded for Python to call
     kind = "".join(f"-{name}" for name in sorted(flags) if flags[name])
 
     def decorate(function: Callable[..., Any]) -> Any:
-        source = function.__code__.co_filename
-        if source not in keys:
-            keys[source] = content_key(import_closure(Path(source).resolve(), group)) + kind
         previous = config.CACHE_DIR
-        config.CACHE_DIR = str(cache_root() / "kernels" / keys[source])
+        config.CACHE_DIR = str(cache_root() / "kernels" / (_key(function.__code__.co_filename) + kind))
         try:
             return _widen_integers(numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function))
         finally:

@@ -1,12 +1,15 @@
 """The kernel cache: never stale, announced once."""
 
+import os
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 
-from cprm_gym.compilation import content_key, kernel_group
+import cprm_gym
+from cprm_gym.compilation import content_key, import_closure, kernel_group
 
 PROGRAM = textwrap.dedent(
     """
@@ -21,7 +24,7 @@ PROGRAM = textwrap.dedent(
 )
 
 
-HEAD = "from pathlib import Path\nfrom cprm_gym.compilation import kernel_group\nkernel = kernel_group(Path(__file__).parent)\n\n@kernel\n"
+HEAD = "from cprm_gym.compilation import kernel_group\nkernel = kernel_group()\n\n@kernel\n"
 
 
 def write_kernels(folder, factor):
@@ -31,8 +34,6 @@ def write_kernels(folder, factor):
 
 
 def run(folder, cache):
-    import os
-
     env = {**os.environ, "CPRM_GYM_CACHE": str(cache)}
     return subprocess.run([sys.executable, "-c", PROGRAM, str(folder)], capture_output=True, text=True, check=True, env=env).stdout
 
@@ -51,9 +52,25 @@ def test_editing_a_kernel_in_another_file_is_noticed(tmp_path):
     assert len(after - before) == 2, "only the edited kernel and the one that calls it are compiled again"
 
 
-def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
-    import os
+def test_imports_are_followed_through_the_package_and_no_further(tmp_path):
+    inside = {
+        "__init__.py": "", "other.py": "", "numbers.py": "from .deep.more import x",
+        "deep/__init__.py": "", "deep/more.py": "import math",
+        "deep/kernels.py": "import numba\nfrom ..numbers import LIMIT\nfrom . import more",
+    }  # fmt: skip
+    for name, text in {**{f"package/{name}": text for name, text in inside.items()}, "numba.py": ""}.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True, parents=True)
+        (tmp_path / name).write_text(text)
+    found = import_closure(tmp_path / "package/deep/kernels.py")
+    assert {str(file.relative_to(tmp_path / "package")) for file in found} == {"deep/kernels.py", "numbers.py", "deep/more.py"}
 
+
+def test_constants_of_another_room_belong_to_the_key():
+    root = Path(cprm_gym.__file__).parent
+    assert root / "simulator/state.py" in import_closure(root / "envs/kernels.py")
+
+
+def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
     program = "import gymnasium, cprm_gym; gymnasium.make('cprm/GoToBall-v0').reset(seed=1)"
     env = {**os.environ, "CPRM_GYM_CACHE": str(tmp_path)}
     env.pop("CPRM_GYM_QUIET", None)
@@ -65,7 +82,7 @@ def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
 
 def test_fastmath_is_refused():
     with pytest.raises(ValueError, match="fastmath"):
-        kernel_group(__file__, fastmath=True)
+        kernel_group(fastmath=True)
 
 
 def test_content_key_depends_on_every_file(tmp_path):

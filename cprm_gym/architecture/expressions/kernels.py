@@ -12,8 +12,8 @@ import numpy as np
 
 from ...compilation import kernel_group
 
-kernel = kernel_group(__file__, _nrt=False)
-inlined = kernel_group(__file__, _nrt=False, no_cpython_wrapper=True, forceinline=True)
+kernel = kernel_group(_nrt=False)
+inlined = kernel_group(_nrt=False, no_cpython_wrapper=True, forceinline=True)
 
 NUMBER, LOAD = 0, 1
 NEG, NOT, ABS, SIGN, SQRT, EXP, LOG, FLOOR, CEIL, ROUND = 2, 3, 4, 5, 6, 7, 8, 9, 10, 11

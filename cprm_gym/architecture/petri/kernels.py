@@ -9,7 +9,6 @@ times the work itself.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +16,9 @@ import numpy as np
 from ...compilation import kernel_group
 from ..expressions import kernels as expression_kernels
 
-_FILES = (__file__, Path(expression_kernels.__file__))
-kernel = kernel_group(*_FILES, _nrt=False)
-inner = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True)  # called by other kernels only
-inlined = kernel_group(*_FILES, _nrt=False, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
+kernel = kernel_group(_nrt=False)
+inner = kernel_group(_nrt=False, no_cpython_wrapper=True)  # called by other kernels only
+inlined = kernel_group(_nrt=False, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
 run, run_inlined = expression_kernels.run, expression_kernels.run_inlined
 
 OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers; FULL: no room left in the trace

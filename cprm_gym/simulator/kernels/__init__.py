@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, wraps
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -18,10 +17,8 @@ from numba.core.registry import CPUDispatcher
 
 from ...compilation import kernel_group
 
-_simulator = Path(__file__).parent.parent
-_files = (Path(__file__).parent, *(_simulator / f"{name}.py" for name in ("state", "parameters", "player_types", "landmarks")))
-_entry = kernel_group(*_files)
-_callee = kernel_group(*_files, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+_entry = kernel_group()
+_callee = kernel_group(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]

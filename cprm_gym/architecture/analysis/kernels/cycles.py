@@ -17,7 +17,7 @@ import numpy as np
 
 from ....compilation import kernel_group
 
-kernel = kernel_group(__file__)
+kernel = kernel_group()
 
 INSTANT, BOUNDARY = 0, 1
 IMMEDIATE, TIMED, OUTSIDE = 0, 1, 2

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....compilation import kernel_group
 
-kernel = kernel_group(__file__)
+kernel = kernel_group()
 
 
 @kernel

@@ -17,7 +17,7 @@ import numpy as np
 
 from ....compilation import kernel_group
 
-kernel = kernel_group(__file__)
+kernel = kernel_group()
 
 DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
 """What `expand` returns: every marking expanded; as many as asked expanded; the arrays are full; a field is too narrow."""
