@@ -113,10 +113,10 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
 def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> np.ndarray:
     """(n, 3) x, y in the own team's frame and weight: the posterior where the model has the ball's place, else the reckoned place."""
     controller = agent.controller
-    if controller is not None and controller.filters and controller.posteriors[0] is not None:
-        posterior, variables = controller.posteriors[0], controller._variables
-        if "ball.x" in variables and "ball.y" in variables:
-            return _grid(posterior["ball.x"][0], variables["ball.x"].edges, posterior["ball.y"][0], variables["ball.y"].edges)
+    bank = controller.bank if controller is not None else None
+    if bank is not None and bank.answers and {"ball.x", "ball.y"} <= bank.variables.keys():
+        x, y = (bank.variables[name].edges for name in ("ball.x", "ball.y"))
+        return _grid(bank.marginal("ball.x"), x, bank.marginal("ball.y"), y)
     age = float(observation["memory_age"][0, 0])
     return np.array([[*observation["memory"][0, 0, :2], max(0.1, 1.0 - age / FADE)]])
 

@@ -259,17 +259,19 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     percepts["ball.moving"] = (fresh & (level[:, 0] >= 3)).astype(np.float64)
     for k, name in enumerate(("ball.x", "ball.y", "ball.vx", "ball.vy")):
         percepts[name] = memory[:, 0, k]
-    players = np.asarray(observation["players"], np.float64)
-    left = observation["body"][0, BodyFeature.SIDE] > 0
+    rows = slice(12, 12 + opponents)
+    first = 11 if observation["body"][0, BodyFeature.SIDE] > 0 else 0
+    x, y = memory[:, rows, 0], memory[:, rows, 1]
+    seen = (fresh[:, None] & (age[:, rows] == 0)).astype(np.float64)
+    bodies = np.asarray(observation["players"][:, first : first + opponents, ObjectFeature.BODY], np.float64)
+    heading = me[:, SelfFeature.FACE, None] + bodies
+    off = np.degrees(heading - np.arctan2(-y, GOAL_X - x))
+    off = np.abs((off + 180.0) % 360.0 - 180.0)
+    facing = np.where(off < 40.0, 0.0, np.where(off > 110.0, 2.0, 1.0))
     for k in range(opponents):
-        row, name = 12 + k, f"o{k + 1}"
-        index = 11 + k if left else k
-        percepts[f"{name}.seen"] = (fresh & (age[:, row] == 0)).astype(np.float64)
-        percepts[f"{name}.x"], percepts[f"{name}.y"] = memory[:, row, 0], memory[:, row, 1]
-        heading = me[:, SelfFeature.FACE] + players[:, index, ObjectFeature.BODY]
-        off = np.degrees(heading - np.arctan2(-memory[:, row, 1], GOAL_X - memory[:, row, 0]))
-        off = np.abs((off + 180.0) % 360.0 - 180.0)
-        percepts[f"{name}.facing"] = np.select([off < 40.0, off > 110.0], [0.0, 2.0], 1.0)
+        name = f"o{k + 1}"
+        percepts[f"{name}.seen"], percepts[f"{name}.facing"] = seen[:, k], facing[:, k]
+        percepts[f"{name}.x"], percepts[f"{name}.y"] = x[:, k], y[:, k]
     return percepts
 
 

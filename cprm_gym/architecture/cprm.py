@@ -15,22 +15,24 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import LogError, ModelError, NetError, did_you_mean
+from ..errors import EvidenceError, LogError, ModelError, NetError, did_you_mean
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
 from .petri.commands import Commands
 from .petri.execution import Executor
 from .petri.io import net_from_dict, net_to_dict
 from .petri.values import FrozenMap
 from .prm import io as model_io
-from .prm.filtering import Filter
+from .prm.bank import FilterBank, Link, Role
+from .prm.evidence import UNOBSERVED, state_of
 from .prm.formulas import Formula
 from .prm.grounding import Grounding
-from .prm.schema import Model
+from .prm.schema import Model, canonical_tuple
+from .prm.slices import GroundVariable
 from .prm.views import View
 
 Percepts = Mapping[str, NDArray[Any]]
@@ -287,28 +289,19 @@ class Controller:
         counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
         self.executor = Executor(compiled, copies, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
         self.places = set(self.executor.net.place_names)
-        self._links = [(o.variable, Formula(o.value), Formula(o.when) if o.when else None) for o in cprm.observations]
-        self._beliefs = [(p.name, p.variable, view_of(p)) for p in self.executor.belief_places]
-        self._owner = {
-            p.name: p.class_name for p in self.executor.net.net.places if isinstance(p, ObjectPlace)
-        }
-        # agents whose tokens or phases differ have other relations or slices: then each filters alone, over the same ground slices
-        shared = (not cprm.clusters and cprm.period == 1) or copies == 1
-        self.filters: list[Filter] = []
+        self._beliefs = [(p.name, p.variable, view_of(p), float(p.value)) for p in self.executor.belief_places]
+        self._class_at = {p.name: p.class_name for p in compiled.net.places if isinstance(p, ObjectPlace)}
+        self.bank: FilterBank | None = None
+        """The agents' beliefs; None without a model."""
         if cprm.model is not None:
+            alike = not cprm.clusters and cprm.period == 1
             grounding = Grounding(cprm.model, cprm.objects)
-            ground = grounding.ground((), first=True)
-            self._variables = ground.variables
-            count = 1 if shared else copies
-            self.filters = [
-                Filter(grounding, copies if shared else 1, engine, on_impossible=on_impossible, seed=seed) for _ in range(count)
-            ]
+            self.bank = FilterBank(grounding, copies, engine, on_impossible=on_impossible, seed=seed, alike=alike)
+            self._sights = _by_domain(cprm.observations, self.bank.variables)
         self._trace = trace
         self._percepts: Percepts = {}
-        self._evidence: dict[str, Any] = {}
-        self.posteriors: list[Any] = [None] * len(self.filters)
-        """Of the last inference: one result for all agents, or one for each; None before the first."""
-        self._active: list[tuple[str, ...]] = [()] * len(self.filters)
+        self._told: dict[str, tuple[NDArray[Any], NDArray[np.bool_]]] = {}
+        self._in_force: tuple[Link, ...] = ()
         self._cycle = np.zeros(copies, np.int64)
 
     # ------------------------------------------------------------------ life
@@ -324,11 +317,8 @@ class Controller:
         mask = np.ones(self.copies, bool) if copies is None else np.asarray(copies, bool)
         self.executor.reset(mask)
         self._cycle[mask] = 0
-        if len(self.filters) == 1:
-            self.filters[0].reset(None if mask.all() else mask)
-        elif self.filters:
-            for k in np.flatnonzero(mask):
-                self.filters[k].reset()
+        if self.bank is not None:
+            self.bank.reset(mask)
 
     # ------------------------------------------------------------------ the cycle
 
@@ -355,8 +345,8 @@ class Controller:
         inputs = {name: self._needed(percepts, name) for name in self.executor.input_names}
         self.executor.observe(inputs)
         due = self._cycle % self.cprm.period == 0
-        if self.filters and due.any():
-            self._infer(percepts, due)
+        if self.bank is not None and due.any():
+            self._infer(self.bank, percepts, due)
         if objects is not None:
             self.executor.see(objects)
         commands = self.executor.run()
@@ -368,78 +358,71 @@ class Controller:
             raise NetError(f"cprm {self.cprm.name!r}: the net observes {name!r}; the percepts are {', '.join(percepts) or 'none'}")
         return percepts[name]
 
-    def _infer(self, percepts: Percepts, due: NDArray[np.bool_]) -> None:
+    def _infer(self, bank: FilterBank, percepts: Percepts, due: NDArray[np.bool_]) -> None:
         """One slice of the model for the agents that are due: observations, relations, posterior, belief places."""
-        evidence = self._read(percepts)
-        self._evidence = evidence
-        if len(self.filters) == 1:
-            self._active = [self.relations(0)]
-            result = self.filters[0].step(evidence, active=self._active[0])
-            self.posteriors = [result]
-            values = {name: view(result[self._held(variable, 0)], self._variables[self._held(variable, 0)])
-                      for name, variable, view in self._beliefs if self._held(variable, 0)}  # fmt: skip
-            self.executor.believe(values)
-            return
-        table = {name: self.executor.read(name) for name, _, _ in self._beliefs}
-        for k, one in enumerate(self.filters):
-            if not due[k]:
-                continue
-            self._active[k] = self.relations(k)
-            own = {name: value[k : k + 1] for name, value in evidence.items()}
-            result = one.step(own, active=self._active[k])
-            self.posteriors[k] = result
-            for name, variable, view in self._beliefs:
-                held = self._held(variable, k)
-                table[name][k] = float(view(result[held], self._variables[held])[0]) if held else self._default_of(name)
-        self.executor.believe(table)
+        self._in_force = self._links()
+        bank.step(self._read(bank, percepts), self._in_force, due)
+        values = {}
+        for name, variable, view, default in self._beliefs:
+            owner, _, attribute = variable.partition(".")
+            if owner in self._class_at:
+                whom = Role(self._class_at[owner], self.executor.holds(owner))
+                read = np.where(whom.index < 0, default, bank.view_of(view, whom, attribute))
+            else:
+                read = bank.view(view, variable)
+            values[name] = read if due.all() else np.where(due, read, self.executor.read(name))
+        self.executor.believe(values)
 
-    def _default_of(self, belief: str) -> float:
-        place = self.executor.net.net.place(belief)
-        return float(place.value) if isinstance(place, Belief) else 0.0
-
-    def _held(self, variable: str, copy: int) -> str:
-        """The variable that a belief place means: of the object that an object place holds, or itself; empty when it holds none."""
-        owner, _, attribute = variable.partition(".")
-        if owner not in self._owner:
-            return variable
-        index = int(self.executor.holds(owner)[copy])
-        return f"{self._by_class[self._owner[owner]][index]}.{attribute}" if index >= 0 else ""
+    def _links(self) -> tuple[Link, ...]:
+        """The relations that the object places ask for."""
+        return tuple(
+            Link(c.relation, tuple(p[1:] if p.startswith("=") else Role(self._class_at[p], self.executor.holds(p)) for p in c.places))
+            for c in self.cprm.clusters
+        )
 
     def relations(self, copy: int) -> tuple[str, ...]:
         """Active relation tuples that the object places of an agent ask for."""
+        return self._tuples(self._links(), copy)
+
+    def _tuples(self, links: Sequence[Link], copy: int) -> tuple[str, ...]:
         active = []
-        for cluster in self.cprm.clusters:
-            names = []
-            for place in cluster.places:
-                if place.startswith("="):
-                    names.append(place[1:])
-                    continue
-                index = int(self.executor.holds(place)[copy])
-                if index < 0:
-                    break
-                names.append(self._by_class[self._owner[place]][index])
-            else:
-                active.append(f"{cluster.relation}({','.join(names)})")
+        for link in links:
+            indices = [role if isinstance(role, str) else int(role.index[copy]) for role in link.roles]
+            if -1 not in indices:
+                names = [i if isinstance(i, str) else self._by_class[r.class_name][i] for i, r in zip(indices, link.roles)]  # type: ignore[union-attr]
+                active.append(canonical_tuple(link.relation, names))
         return tuple(dict.fromkeys(active))
 
-    def _read(self, percepts: Percepts) -> dict[str, Any]:
-        """What the model is told: name -> masked (W,) numbers."""
+    def _read(self, bank: FilterBank, percepts: Percepts) -> dict[str, Any]:
+        """What the model is told: name -> (W,) states, -1 where not observed."""
         evidence: dict[str, Any] = {}
-        for variable, value, when in self._links:
-            observed = np.ones(self.copies, bool) if when is None else self._evaluate(when, percepts) >= 0.5
-            numbers = self._evaluate(value, percepts)
-            states = numbers if self._variables[variable].edges is not None else np.rint(numbers).astype(np.int64)
-            if observed.all():
-                evidence[variable] = states
-            elif observed.any():
-                evidence[variable] = np.ma.MaskedArray(states, ~observed)
-            else:
-                evidence[variable] = np.full(self.copies, -1, np.int64)
+        for variable, sights in self._sights:
+            values = self._evaluate([s.value for s in sights], percepts)
+            shown = self._evaluate([s.when for s in sights], percepts) >= 0.5
+            if variable.edges is None:
+                values = np.rint(values).astype(np.int64)
+            states = np.full(values.shape, UNOBSERVED, np.int64)
+            try:
+                states[shown] = state_of(variable, values[shown])
+            except EvidenceError:  # again one by one: the message names the variable
+                for sight, row, mask in zip(sights, values, shown):
+                    state_of(bank.variables[sight.name], row[mask])
+                raise
+            for sight, row, numbers, mask in zip(sights, states, values, shown):
+                evidence[sight.name] = row
+                self._told[sight.name] = numbers, mask
         return evidence
 
-    def _evaluate(self, formula: Formula, percepts: Percepts) -> NDArray[np.float64]:
-        values = {name: self._value(name, percepts) for name in formula.names}
-        return formula(values, self.copies)
+    def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
+        """(n, W) values of expressions over percepts and places."""
+        out = np.empty((len(formulas), self.copies))
+        for row, formula in zip(out, formulas):
+            plain = percepts.get(formula.text)  # most are a percept as it is
+            row[:] = formula({name: self._value(name, percepts) for name in formula.names}, self.copies) if plain is None else plain
+        if not np.isfinite(out).all():
+            for formula in formulas:
+                formula({name: self._value(name, percepts) for name in formula.names}, self.copies)
+        return out
 
     def _value(self, name: str, percepts: Percepts) -> NDArray[np.float64]:
         if name in percepts:
@@ -470,7 +453,7 @@ class Controller:
                     fired.append(firing.transition)
                     enabled.update(firing.enabled)
         row = executor.marking[copy]
-        told = {name: _shown(value, copy if len(np.shape(value)) else 0) for name, value in self._evidence.items()}
+        told = {name: float(numbers[copy]) if shown[copy] else None for name, (numbers, shown) in self._told.items()}
         commands = {
             name: {key: float(v[copy]) for key, v in executor._commands.values[name].items()}
             for name, out in executor._commands.fired.items() if out[copy]
@@ -479,8 +462,8 @@ class Controller:
             cycle=cycle,
             percepts={name: float(np.broadcast_to(np.asarray(v, float), (self.copies,))[copy]) for name, v in self._percepts.items()},
             evidence=told,
-            beliefs={name: float(executor.read(name)[copy]) for name, _, _ in self._beliefs},
-            relations=self._active[0 if len(self.filters) == 1 else copy] if self.filters else (),
+            beliefs={name: float(executor.read(name)[copy]) for name, *_ in self._beliefs},
+            relations=self._tuples(self._in_force, copy),
             marking={name: float(value) for name, value in zip(executor.net.place_names, row) if value != 0.0},
             fired=tuple(fired),
             enabled=tuple(sorted(enabled - set(fired))),
@@ -488,11 +471,22 @@ class Controller:
         )
 
 
-def _shown(value: Any, copy: int) -> float | None:
-    entry = value[copy]
-    if np.ma.is_masked(entry) or (isinstance(entry, np.integer) and entry < 0):
-        return None
-    return float(entry)
+class _Sight(NamedTuple):
+    """An observation, its expressions parsed."""
+
+    name: str
+    value: Formula
+    when: Formula
+
+
+def _by_domain(observations: Sequence[Observe], variables: Mapping[str, GroundVariable]) -> list[tuple[GroundVariable, list[_Sight]]]:
+    """Observations of variables of one domain together: they are read as one array."""
+    groups: dict[Any, tuple[GroundVariable, list[_Sight]]] = {}
+    for link in observations:
+        variable = variables[link.variable]
+        sights = groups.setdefault(variable.domain, (variable, []))[1]
+        sights.append(_Sight(link.variable, Formula(link.value), Formula(link.when or "1")))
+    return list(groups.values())
 
 
 __all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "cprm_from_json", "cprm_to_json", "view_of"]

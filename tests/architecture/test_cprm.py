@@ -171,10 +171,10 @@ def test_a_relation_follows_the_object_in_its_place():
     # watched: a state that persists, lit five times, is almost surely open; unwatched doors stay at prior x light
     unwatched = 0.1 * 0.7 / (0.1 * 0.7 + 0.9 * 0.2)
     for copy, watched, other in ((0, "south", "north"), (1, "north", "south")):
-        result = guard.filters[copy].predict(1)
+        result = guard.bank.alone(copy).predict(1)
         assert set(result) >= {"north.open", "south.open"}
         assert guard.executor.read("target_open")[copy] > 0.9
-        posterior = guard.filters[copy].step({"north.light": 1, "south.light": 1}, active=(f"watched({watched})",))
+        posterior = guard.bank.alone(copy).step({"north.light": 1, "south.light": 1}, active=(f"watched({watched})",))
         assert posterior[f"{other}.open"][0, 1] == pytest.approx(unwatched, abs=1e-12)
 
 

@@ -51,7 +51,7 @@ def play(make: Any, task: Goalie, episodes: int) -> dict[str, Any]:
         observation = {key: value[:, 0] for key, value in core.reset(SEED).items()}
         shot.append(core.sim.world["vel"][:, 0].any(axis=1))
         agent.reset(observation, 0)
-        if hasattr(agent, "controller") and agent.controller.filters:
+        if hasattr(agent, "controller") and agent.controller.bank is not None:
             agent.controller._infer = timed(agent.controller._infer, inferring)
         running, clean = np.ones(count, bool), np.ones(count, bool)
         while running.any():

@@ -24,6 +24,7 @@ Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Fri
 """
 
 from cprm_gym.architecture.prm.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
+from cprm_gym.architecture.prm.bank import FilterBank, Link, Role
 from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.diffusion import diffusion_report
 from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
@@ -50,10 +51,12 @@ __all__ = [
     "Episode",
     "Exists",
     "Filter",
+    "FilterBank",
     "GroundSlice",
     "Grounding",
     "Input",
     "Labels",
+    "Link",
     "Max",
     "Mean",
     "Min",
@@ -68,6 +71,7 @@ __all__ = [
     "Reference",
     "Relation",
     "Replace",
+    "Role",
     "Situation",
     "Switch",
     "Table",

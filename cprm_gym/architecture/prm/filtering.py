@@ -159,7 +159,8 @@ class Filter:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a snapshot of this filter."""
+        """Go back to a snapshot of this filter, or of one with other agents."""
+        self.width = len(snapshot.log_likelihood)
         self.belief, self.step_count = snapshot.belief, snapshot.step
         self.log_likelihood, self._fresh = snapshot.log_likelihood.copy(), snapshot.fresh.copy()
         self._history.clear()
@@ -462,7 +463,7 @@ class Filter:
     def _info(self, ground: GroundSlice) -> SliceInfo:
         """The slice as the compiler sees it."""
         if self.step_count and not self._static and not self._atemporal:
-            return self._infos.fetch((ground, frozenset()), lambda: self._new_info(ground, {}))
+            return self.slice_info(ground)
         static = self._static
         if self.step_count == 0:
             static = static | {p for cpd in ground.cpds for p, lag in cpd.parents if lag == STATIC}
@@ -473,6 +474,21 @@ class Filter:
             if name not in ground.variables and not gone:
                 fixed[name] = variable
         return self._infos.fetch((ground, frozenset(fixed)), lambda: self._new_info(ground, fixed))
+
+    def slice_info(self, ground: GroundSlice) -> SliceInfo:
+        """A slice without atemporal variables as the compiler sees it."""
+        return self._infos.fetch((ground, frozenset()), lambda: self._new_info(ground, {}))
+
+    def foresee(self, *situations: Sequence[Any]) -> None:
+        """Keep, from the first slice on, the variables that slices with these relations need of the slice before them.
+
+        Parameters
+        ----------
+        *situations : sequences of relations
+            Each may hold in some later slice; the empty one always may.
+        """
+        for active in ((), *situations):
+            self.slice_info(self._ground(self._situation(active, None), False))
 
     def _new_info(self, ground: GroundSlice, fixed: dict[str, GroundVariable]) -> SliceInfo:
         """A slice, indexed; the engine learns which variables have links in time."""

@@ -74,9 +74,7 @@ def merge(engine: ExactEngine, belief: Belief, anew: Belief, agents: np.ndarray)
     return _with_extra(engine, belief, messages, extra, agents)
 
 
-def _with_extra(
-    engine: ExactEngine, belief: Belief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray
-) -> Belief:
+def _with_extra(engine: ExactEngine, belief: Belief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray) -> Belief:
     """Pieces joined by factors that only the new agents have; such a factor is ones for the others."""
     width = belief.hard.shape[1]
     layout = belief.layout
@@ -102,7 +100,5 @@ def _with_extra(
         pieces.append(Piece(len(arrays), 0, tuple(factors)))
         arrays.append(np.concatenate(blocks, axis=1))
     assert layout.info is not None
-    merged = engine.compiler.layout(
-        tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), layout.held, layout.info
-    )
+    merged = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), layout.held, layout.info)
     return belief._replace(layout=merged, messages=tuple(arrays))

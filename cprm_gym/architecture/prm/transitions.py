@@ -130,9 +130,7 @@ class SliceInfo:
         self.kinds = tuple(kind_of(self.variables[n]) for n in self.names)
         inputs = set(ground.inputs)
         self.inputs = np.array([n in inputs for n in self.names], bool)
-        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple(
-            (c, store.number(c.table)) for c in ground.cpds if c.child not in inputs
-        )
+        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple((c, store.number(c.table)) for c in ground.cpds if c.child not in inputs)
         count = len(self.names)
         self.parents = np.zeros((count, count), bool)
         self.has_past = np.zeros(count, bool)
@@ -448,8 +446,7 @@ class _Assembler:
     def drafts(self) -> list[_Draft]:
         """All factors of the step: message, CPDs at the evidence, likelihoods."""
         out = [
-            _Draft(tuple(self.shifted(v) for f in piece.factors for v in f.scope), "piece", i)
-            for i, piece in enumerate(self.layout.pieces)
+            _Draft(tuple(self.shifted(v) for f in piece.factors for v in f.scope), "piece", i) for i, piece in enumerate(self.layout.pieces)
         ]
         for cpd, number in self.info.cpds:
             row = self.info.row[cpd.child]
@@ -485,7 +482,8 @@ class _Assembler:
             soft_columns[self.info.names[row]] = slice(at, at + int(self.info.cards[row]))
             at += int(self.info.cards[row])
         groups, pieces, where = [], [], {}
-        for g, components in enumerate(batches.values()):
+        # the same order whatever order the belief had, so that beliefs of agents who came other ways have one layout
+        for g, components in enumerate(sorted((sorted(b, key=_first) for b in batches.values()), key=lambda b: _first(b[0]))):
             group = self.group(components, soft_columns)
             groups.append(group)
             for b, nodes in enumerate(group.members):
@@ -518,9 +516,7 @@ class _Assembler:
         direct = -1
         if len(moves) == 1:
             move = moves[0]
-            whole = (
-                move.columns == slice(0, self.layout.widths[move.source]) and len(components) == self.layout.counts[move.source]
-            )
+            whole = move.columns == slice(0, self.layout.widths[move.source]) and len(components) == self.layout.counts[move.source]
             if whole and np.array_equal(move.instances, np.arange(len(components))):
                 direct = move.source
         values = np.array([c.columns for c in components], np.int64).reshape(len(components), -1, 3)
@@ -533,6 +529,10 @@ class _Assembler:
         ).reshape(len(components), -1, 3)
         readings = tuple(c.readings for c in components)
         return Group(plan, tuple(c.nodes for c in components), tuple(moves), direct, values, soft_at, readings)
+
+
+def _first(component: _Component) -> Node:
+    return min(component.nodes, default=("", PRESENT))
 
 
 class _Component:
@@ -558,9 +558,7 @@ class _Component:
             for f in piece.factors:
                 factors.append(MessageFactor(tuple(number[assembler.shifted(v)] for v in f.scope), at + f.column - start))
             at += piece.columns.stop - start
-        self.source_signature = tuple(
-            (p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[i] for i in self.pieces)
-        )
+        self.source_signature = tuple((p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[i] for i in self.pieces))
 
         self.columns: list[tuple[int, int, int]] = []
         places: dict[tuple[Any, ...], int] = {}

@@ -127,9 +127,9 @@ class View:
             needed = f"a belief over {len(domain)} states is needed, got an array of shape {p.shape}"
             raise EvidenceError(f"view {self.text}: {needed}")
         if self.kind == "probability":
-            return np.asarray(p @ probability_weights(self.argument, domain))
+            return _mean(p, probability_weights(self.argument, domain))
         if self.kind == "expectation":
-            return circular_mean(p, domain) if _is_angle(domain) else np.asarray(p @ _points(domain))
+            return circular_mean(p, domain) if _is_angle(domain) else _mean(p, _points(domain))
         if self.kind == "variance":
             return variance(p, domain, within_bins=self.argument != "midpoints")
         if self.kind == "deviation":
@@ -156,6 +156,11 @@ def _domain(of: Domain | GroundVariable) -> Domain:
 
 def _is_angle(domain: Domain) -> bool:
     return isinstance(domain, Bins) and domain.circular
+
+
+def _mean(p: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Mean of values under each distribution; not a matrix product, whose last digit depends on how many there are."""
+    return np.asarray(np.einsum("...k,k->...", p, values))
 
 
 @lru_cache(maxsize=1024)
@@ -246,10 +251,10 @@ def variance(p: np.ndarray, domain: Domain, within_bins: bool = True) -> np.ndar
         away = np.mod(away + half, domain.period) - half
         away = away - np.sum(p * away, axis=-1, keepdims=True)
     else:
-        away = points - (p @ points)[..., None]
+        away = points - _mean(p, points)[..., None]
     out = np.sum(p * away**2, axis=-1)
     if within_bins and isinstance(domain, Bins):
-        out = out + p @ (np.square(domain.widths) / 12.0)
+        out = out + _mean(p, np.square(domain.widths) / 12.0)
     return np.asarray(out)
 
 
@@ -257,7 +262,7 @@ def _phasor(p: np.ndarray, domain: Domain, what: str) -> np.ndarray:
     if not isinstance(domain, Bins) or not domain.circular:
         raise ModelError(f"view {what}: only an angle has one; the states are {domain.states[:3]} ...")
     turn = 2.0 * math.pi / domain.period
-    return np.asarray(p @ np.exp(1j * turn * _points(domain)))
+    return _mean(p, np.exp(1j * turn * _points(domain)))
 
 
 def circular_mean(p: np.ndarray, domain: Domain) -> np.ndarray:

@@ -1,0 +1,569 @@
+"""The beliefs of many agents whose relations differ, filtered together.
+
+A `Filter` takes agents with the same relations in the same slice. In a `FilterBank` each agent has its own relations, begins anew
+when it wants to and makes its steps when they are due. Agents whose beliefs have the same form and who ask for the same
+relations make one step of one filter: a *cohort*. After the step, cohorts whose beliefs have the same form are one again.
+
+Objects of a class are alike: what is true of one agent and object o7 is true of another agent and o3. So every agent numbers the
+objects of such a class for itself, those in its relations first, and *attended(o7)* of one agent and *attended(o3)* of another are
+both *attended* of the first. Readings are renumbered on the way in, answers on the way out, and a belief is renamed when an
+agent turns from one object to another. This is exact: it is the same net with other names. With eleven opponents of whom two
+are attended there are a handful of cohorts instead of fifty-five.
+
+References
+----------
+Dissertation section 2.3.4 (clusters of relations that follow object tokens).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cprm_gym.architecture.prm.evidence import read_hard
+from cprm_gym.architecture.prm.exact import Belief
+from cprm_gym.architecture.prm.filtering import Filter
+from cprm_gym.architecture.prm.grounding import Grounding, Situation
+from cprm_gym.architecture.prm.results import Past, Result, Snapshot
+from cprm_gym.architecture.prm.schema import canonical_tuple, parse_tuple
+from cprm_gym.architecture.prm.transitions import Layout, Piece, PieceFactor, Recent
+from cprm_gym.architecture.prm.views import View
+from cprm_gym.errors import ModelError, did_you_mean
+
+__all__ = ["FilterBank", "Link", "Role"]
+
+Indices = NDArray[np.integer[Any]]
+Pairs = tuple[tuple[str, str], ...]
+"""Objects that exchange their places in an agent's own order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Role:
+    """Whom each agent means: ``index[k]`` numbers the objects of the class in their order; -1 is nobody."""
+
+    class_name: str
+    index: Indices
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A relation that holds for those agents who mean somebody in all of its roles; a fixed object is given by its name."""
+
+    relation: str
+    roles: tuple[str | Role, ...]
+
+
+@dataclass(frozen=True)
+class _Cohort:
+    """Agents whose beliefs have the same form, and the state of a filter for them, in their order."""
+
+    agents: Indices
+    state: Snapshot
+
+
+class _Group(NamedTuple):
+    """Agents of one cohort who make the same step: with which relations (None: none is due), after which exchanges."""
+
+    agents: Indices
+    cohort: _Cohort
+    relations: tuple[str, ...] | None
+    swaps: Pairs
+
+
+class FilterBank:
+    """Filters of W agents, each with its own relations.
+
+    Parameters
+    ----------
+    grounding : Grounding
+    batch : int
+        W.
+    engine, on_impossible, seed
+        As for `Filter`.
+    alike : bool
+        All agents always step together and have the same relations. Then engines that sample can take them as one batch, too.
+    """
+
+    def __init__(
+        self,
+        grounding: Grounding,
+        batch: int = 1,
+        engine: Any = "exact",
+        *,
+        on_impossible: str = "raise",
+        seed: Any = None,
+        alike: bool = False,
+    ) -> None:
+        self.grounding = grounding
+        self.width = batch
+        self._pilot = Filter(grounding, batch, engine, on_impossible=on_impossible, seed=seed)
+        base = grounding.ground((), first=True)
+        self.variables = base.variables
+        """Of a slice without relations."""
+        self._names = tuple(base.variables)
+        self._row = {name: i for i, name in enumerate(self._names)}
+        self._cards = np.array([v.card for v in base.variables.values()], np.int64)
+        self._inputs = set(base.inputs)
+        self.members: dict[str, tuple[str, ...]] = {}
+        """Class -> its objects, without those of its subclasses."""
+        for name, class_name in grounding.objects.items():
+            self.members[class_name] = (*self.members.get(class_name, ()), name)
+        self._factored = isinstance(self._pilot.belief, Belief) and not hasattr(self._pilot.engine, "snapshot")
+        self._alike = alike
+        if self._factored and not alike:
+            self._pilot.foresee(*self._examples())
+        self._renamings: Recent[tuple[Layout, Pairs], tuple[Layout, Indices]] = Recent(1024)
+        self._likenesses: dict[str, bool] = {}
+        self._rows_of: dict[str, Indices] = {}
+        self.object_in: dict[str, Indices] = {}
+        """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
+        self._place_of: dict[str, Indices] = {}
+        self.impossible_count = np.zeros(batch, np.int64)
+        """How often an agent's readings were impossible."""
+        self.log_likelihood = np.zeros(batch)
+        """ln P(readings since the agent began)."""
+        self.answers: list[tuple[Indices, Result]] = []
+        """Of the last step: agents and their posteriors, in their own order of objects."""
+        self._cohorts: list[_Cohort] = []
+        self.reset()
+
+    def _examples(self) -> list[tuple[str, ...]]:
+        """One tuple of each relation that can hold."""
+        found: list[tuple[str, ...]] = []
+        for relation in self.grounding.model.relations:
+            names: list[str] = []
+            for _, class_name in relation.roles:
+                free = [o for o in self.grounding.members[class_name] if o not in names]
+                names += free[:1]
+            if len(names) == len(relation.roles):
+                found.append((canonical_tuple(relation.name, names),))
+        return found
+
+    # ------------------------------------------------------------------------------------------------- life
+
+    def reset(self, agents: Any = None) -> None:
+        """Let agents begin anew from the prior.
+
+        Parameters
+        ----------
+        agents : (W,) bool array or indices, optional
+            Which; all if not given.
+        """
+        chosen = np.zeros(self.width, bool)
+        chosen[slice(None) if agents is None else agents] = True
+        self.log_likelihood[chosen] = 0.0
+        for order in (self.object_in, self._place_of):
+            for places in order.values():
+                places[chosen] = np.arange(places.shape[1])
+        if not self._factored:
+            self._reset_samples(chosen)
+            return
+        kept = [c for c in (self._part(cohort, ~chosen[cohort.agents]) for cohort in self._cohorts) if len(c.agents)]
+        if chosen.any():
+            kept.append(self._beginners(np.flatnonzero(chosen)))
+        self._settle(kept)
+
+    def _reset_samples(self, chosen: NDArray[np.bool_]) -> None:
+        """As `reset`, for a belief that cannot be divided among agents: one cohort of all, or one for each."""
+        if not self._cohorts:
+            parts = [np.arange(self.width)] if self._alike else [np.array([k]) for k in range(self.width)]
+            self._settle([self._beginners(part) for part in parts])
+            return
+        renewed = []
+        for cohort in self._cohorts:
+            mask = chosen[cohort.agents]
+            if mask.any():
+                self._pilot.restore(cohort.state)
+                self._pilot.reset(mask)
+                cohort = replace(cohort, state=self._pilot.snapshot())
+            renewed.append(cohort)
+        self._settle(renewed)
+
+    def _beginners(self, agents: Indices) -> _Cohort:
+        """A cohort that has made no step."""
+        pilot = self._pilot
+        pilot.width = len(agents)
+        pilot.impossible_count = np.zeros(len(agents), np.int64)
+        pilot.reset()
+        return _Cohort(agents, pilot.snapshot())
+
+    def _part(self, cohort: _Cohort, mask: NDArray[np.bool_]) -> _Cohort:
+        """Some agents of a cohort."""
+        if mask.all():
+            return cohort
+        return _Cohort(cohort.agents[mask], select(cohort.state, np.flatnonzero(mask)))
+
+    def _settle(self, cohorts: Sequence[_Cohort]) -> None:
+        """Join cohorts of one form, and note who is in which."""
+        by_form: dict[Any, list[_Cohort]] = {}
+        for cohort in cohorts:
+            by_form.setdefault(self._form(cohort.state), []).append(cohort)
+        self._cohorts = [
+            same[0] if len(same) == 1 else _Cohort(np.concatenate([c.agents for c in same]), joined([c.state for c in same]))
+            for same in by_form.values()
+        ]
+        self._cohort_of = np.empty(self.width, np.int64)
+        self._position = np.empty(self.width, np.int64)
+        for k, cohort in enumerate(self._cohorts):
+            self._cohort_of[cohort.agents] = k
+            self._position[cohort.agents] = np.arange(len(cohort.agents))
+
+    def _form(self, state: Snapshot) -> Any:
+        """What two beliefs must share to be one; nothing does for beliefs that are not factors."""
+        if not self._factored:
+            return id(state)
+        relations = state.active.relations if isinstance(state.active, Situation) else ()
+        return state.belief.layout, relations, state.step == 0, tuple(state.atemporal), state.owners
+
+    # ------------------------------------------------------------------------------------------------- steps
+
+    def step(self, evidence: Mapping[str, Any], links: Sequence[Link] = (), due: NDArray[np.bool_] | None = None) -> None:
+        """Go on by one slice.
+
+        Parameters
+        ----------
+        evidence : dict of name to observation
+            Of variables and inputs of objects, as for `Filter.step`, for all W agents.
+        links : sequence of Link
+            Which relations hold for whom in this slice.
+        due : (W,) bool array, optional
+            The agents that make a step; default all.
+
+        Raises
+        ------
+        EvidenceError, ImpossibleEvidence, CostError
+            As `Filter.step`; every belief is as it was.
+        """
+        due = np.ones(self.width, bool) if due is None else due
+        hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.width)
+        told = [name for name in self._names if name in evidence]
+        codes, swaps, orders, place_of = self._arrange(links, due, told)
+        hard = self._renumbered(hard, orders)
+        after: list[_Cohort] = []
+        answers: list[tuple[Indices, Result]] = []
+        for agents, cohort, relations, mapping in self._groups(links, codes, swaps, due):
+            whole = len(agents) == len(cohort.agents)
+            state = cohort.state if whole else select(cohort.state, self._position[agents])
+            if relations is None:
+                after.append(_Cohort(agents, state))
+                continue
+            self._pilot.restore(self._renamed(state, mapping) if mapping else state)
+            readings = {name: hard[self._row[name], agents] for name in told}
+            answers.append((agents, self._pilot.step(readings, active=relations)))
+            after.append(_Cohort(agents, self._pilot.snapshot()))
+        for agents, result in answers:
+            self.log_likelihood[agents] += result.increment
+            self.impossible_count[agents] += result.impossible
+        self.object_in, self._place_of = orders, place_of
+        self.answers = answers
+        self._settle(after)
+
+    def _arrange(
+        self, links: Sequence[Link], due: NDArray[np.bool_], told: Sequence[str]
+    ) -> tuple[list[NDArray[np.int64]], list[Pairs], dict[str, Indices], dict[str, Indices]]:
+        """Every agent's own order of objects for this step, those in its relations first, changed as little as possible.
+
+        Returns
+        -------
+        codes : list of (W, k) int arrays
+            For each kind of link the tuples that hold, as numbers (`_tuples` reads them), sorted; -1 fills up.
+        swaps : list of W tuples of pairs of names
+            How each agent's objects change places.
+        orders : dict of class to (W, n)
+            The object in each place.
+        place_of : dict of class to (W, n)
+            The place of each object.
+        """
+        orders, place_of = dict(self.object_in), dict(self._place_of)
+        swaps: list[Pairs] = [()] * self.width
+        engaged: dict[str, NDArray[np.bool_]] = {}
+        holds = [due & np.logical_and.reduce([r.index >= 0 for r in link.roles if isinstance(r, Role)], axis=0) for link in links]
+        for link, held in zip(links, holds):
+            for role in link.roles:
+                if isinstance(role, Role) and self._are_alike(role.class_name, links, told):
+                    marks = engaged.setdefault(role.class_name, np.zeros((self.width, len(self.members[role.class_name])), bool))
+                    marks[held, role.index[held]] = True
+        for class_name, marks in engaged.items():
+            order = orders.get(class_name)
+            if order is None:
+                order = np.broadcast_to(np.arange(marks.shape[1]), marks.shape)
+            here = np.take_along_axis(marks, order, 1)
+            front = np.arange(marks.shape[1]) < here.sum(axis=1)[:, None]
+            (who, to), (_, origin) = np.nonzero(front & ~here & due[:, None]), np.nonzero(here & ~front)
+            if len(who) or class_name not in orders:
+                orders[class_name] = order = order.copy()
+                order[who, to], order[who, origin] = order[who, origin], order[who, to]
+                place_of[class_name] = np.argsort(order, axis=1)
+            names = self.members[class_name]
+            for k, a, b in zip(who.tolist(), to.tolist(), origin.tolist()):
+                swaps[k] = (*swaps[k], (names[a], names[b]))
+        kinds: dict[Any, list[NDArray[np.int64]]] = {}
+        for link, held in zip(links, holds):
+            code = np.zeros(self.width, np.int64)
+            for role in link.roles:
+                if isinstance(role, Role):
+                    size = len(self.members[role.class_name])
+                    index = np.maximum(role.index, 0)
+                    if role.class_name in place_of:
+                        index = place_of[role.class_name][np.arange(self.width), index]
+                    code = code * size + index
+            kinds.setdefault(_pattern(link), []).append(np.where(held, code, -1))
+        return [_sets(np.stack(columns, axis=1)) for columns in kinds.values()], swaps, orders, place_of
+
+    def _are_alike(self, class_name: str, links: Sequence[Link], told: Sequence[str]) -> bool:
+        """Whether the objects of a class are alike in all but their names: nothing refers to them, and all of an input or none is told."""
+        known = self._likenesses.get(class_name)
+        if known is None:
+            model, members = self.grounding.model, self.members[class_name]
+            fixed = {role for link in links for role in link.roles if isinstance(role, str)}
+            inputs = [{n.partition(".")[0] for n in told if n in self._inputs and n.endswith(f".{i}")} & {*members}
+                      for i in {n.partition(".")[2] for n in self._inputs}]  # fmt: skip
+            known = (
+                self._factored
+                and not any(c.references for c in model.classes)
+                and not self.grounding.static
+                and not fixed & {*members}
+                and all(not some or some == {*members} for some in inputs)
+            )
+            self._likenesses[class_name] = known
+        return known
+
+    def _renumbered(self, hard: NDArray[np.int64], orders: Mapping[str, Indices]) -> NDArray[np.int64]:
+        """Readings in every agent's own order of objects."""
+        out = hard
+        for class_name, order in orders.items():
+            rows = self._rows_of.get(class_name)
+            if rows is None:
+                names = self.members[class_name]
+                attributes = [n.partition(".")[2] for n in self._names if n.partition(".")[0] == names[0]]
+                rows = self._rows_of[class_name] = np.array([[self._row[f"{o}.{a}"] for o in names] for a in attributes])
+            out = out.copy() if out is hard else out
+            out[rows] = np.take_along_axis(hard[rows], order.T[None], axis=1)
+        return out
+
+    def _groups(
+        self, links: Sequence[Link], codes: Sequence[NDArray[np.int64]], swaps: Sequence[Pairs], due: NDArray[np.bool_]
+    ) -> list[_Group]:
+        """Agents who can step together."""
+        kinds: dict[Pairs, int] = {(): 0}
+        turned = np.array([kinds.setdefault(s, len(kinds)) for s in swaps], np.int64)
+        table = np.column_stack([self._cohort_of, ~due, turned, *codes])
+        keys, group_of = np.unique(table, axis=0, return_inverse=True) if self.width > 1 else (table, np.zeros(1, np.int64))
+        by_number = list(kinds)
+        order = np.argsort(group_of.ravel(), kind="stable")
+        bounds = np.searchsorted(group_of.ravel()[order], np.arange(len(keys) + 1))
+        groups: list[_Group] = []
+        patterns = list(dict.fromkeys(_pattern(link) for link in links))
+        for k, key in enumerate(keys.tolist()):
+            cohort = self._cohorts[key[0]]
+            agents = order[bounds[k] : bounds[k + 1]]
+            if len(agents) == len(cohort.agents):
+                agents = cohort.agents
+            at, relations = 3, []
+            for pattern, columns in zip(patterns, codes):
+                relations += self._tuples(pattern, key[at : at + columns.shape[1]])
+                at += columns.shape[1]
+            groups.append(_Group(agents, cohort, None if key[1] else tuple(relations), by_number[key[2]]))
+        return groups
+
+    def _tuples(self, pattern: tuple[str, Pairs], numbers: Sequence[int]) -> list[str]:
+        """Relation tuples from their numbers (`_arrange`)."""
+        relation, roles = pattern
+        found = []
+        for number in numbers:
+            if number < 0:
+                continue
+            names = []
+            for fixed, class_name in reversed(roles):
+                if fixed:
+                    names.append(fixed)
+                    continue
+                number, index = divmod(number, len(self.members[class_name]))
+                names.append(self.members[class_name][index])
+            found.append(canonical_tuple(relation, reversed(names)))
+        return found
+
+    # ------------------------------------------------------------------------------------------------- names
+
+    def _renamed(self, state: Snapshot, pairs: Pairs) -> Snapshot:
+        """A belief in which pairs of objects have exchanged their names."""
+        return self._with_names(state, {**dict(pairs), **{b: a for a, b in pairs}})
+
+    def _with_names(self, state: Snapshot, names: Mapping[str, str]) -> Snapshot:
+        """A belief in which objects have other names."""
+        if state.step == 0:
+            return state
+        situation = state.active
+        relations = tuple(sorted(_rename_tuple(r, names) for r in situation.relations))
+        key = state.belief.layout, tuple(sorted(names.items()))
+        layout, rows = self._renamings.fetch(key, lambda: self._new_layout(state.belief.layout, relations, names))
+        belief = state.belief._replace(layout=layout, hard=state.belief.hard[rows])
+        active = self.grounding.situation(relations)
+        return replace(state, belief=belief, active=active, history=())
+
+    def _new_layout(self, old: Layout, relations: tuple[str, ...], names: Mapping[str, str]) -> tuple[Layout, Indices]:
+        """A layout for other names, and where its rows of readings stand in the old ones."""
+        info = self._pilot.slice_info(self.grounding.ground(relations))
+        assert old.info is not None
+        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in old.info.variables.values()}
+        strange = set(name_of.values()) ^ set(info.names)
+        if strange:
+            raise ModelError(f"a belief cannot be renamed: {', '.join(sorted(strange)[:3])}")
+        back = {new: old_name for old_name, new in name_of.items()}
+        rows = np.array([old.info.row[back[name]] for name in info.names])
+
+        def moved(f: PieceFactor) -> PieceFactor:
+            return f._replace(scope=tuple((name_of[name], time) for name, time in f.scope))
+
+        pieces = tuple(Piece(p.group, p.instance, tuple(moved(f) for f in p.factors)) for p in old.pieces)
+        held = {name_of[name]: info.row[name_of[name]] for name in old.held}
+        return self._pilot.engine.compiler.layout(pieces, old.widths, old.counts, held, info), rows
+
+    # ------------------------------------------------------------------------------------------------- answers
+
+    def view(self, view: View, variable: str) -> NDArray[np.float64]:
+        """A number of the posterior of an object's variable.
+
+        Returns
+        -------
+        (W,) float array
+            NaN for agents that did not take part in the last step.
+        """
+        owner, _, attribute = variable.partition(".")
+        class_name = self.grounding.objects.get(owner, "")
+        if class_name not in self.object_in:
+            out = np.full(self.width, np.nan)
+            for agents, result in self.answers:
+                out[agents] = view(result[variable], result.variables[variable])
+            return out
+        return self.view_of(view, Role(class_name, np.full(self.width, self.members[class_name].index(owner))), attribute)
+
+    def view_of(self, view: View, whom: Role, attribute: str) -> NDArray[np.float64]:
+        """As `view`, of the object that each agent means; NaN for those who mean nobody."""
+        out = np.full(self.width, np.nan)
+        names = self.members[whom.class_name]
+        place_of = self._place_of.get(whom.class_name)
+        where = whom.index if place_of is None else place_of[np.arange(self.width), np.maximum(whom.index, 0)]
+        for agents, result in self.answers:
+            meant = np.where(whom.index[agents] < 0, -1, where[agents])
+            for place in np.unique(meant[meant >= 0]):
+                inside = meant == place
+                variable = f"{names[place]}.{attribute}"
+                out[agents[inside]] = view(result[variable][inside], result.variables[variable])
+        return out
+
+    def marginal(self, variable: str, agent: int = 0) -> NDArray[np.float64]:
+        """The posterior of a variable in an agent's last step, (card,).
+
+        Raises
+        ------
+        ModelError
+            If the agent took no part in the last step, or there is no such variable.
+        """
+        owner, _, attribute = variable.partition(".")
+        class_name = self.grounding.objects.get(owner, "")
+        if class_name in self._place_of:
+            place = self._place_of[class_name][agent, self.members[class_name].index(owner)]
+            own = f"{self.members[class_name][place]}.{attribute}"
+        else:
+            own = variable
+        for agents, result in self.answers:
+            at = np.flatnonzero(agents == agent)
+            if len(at):
+                if own not in result:
+                    hint = did_you_mean(variable, self.variables)
+                    raise ModelError(f"no variable {variable!r} in the last slice of agent {agent}.{hint}")
+                return np.asarray(result[own][at[0]])
+        raise ModelError(f"agent {agent} took no part in the last step")
+
+    def alone(self, agent: int) -> Filter:
+        """A filter of its own for an agent, from where the agent stands, to look ahead with; objects have their own names."""
+        cohort = self._cohorts[self._cohort_of[agent]]
+        state = select(cohort.state, self._position[[agent]]) if len(cohort.agents) > 1 else cohort.state
+        names = {
+            self.members[c][place]: self.members[c][index]
+            for c, order in self.object_in.items()
+            for place, index in enumerate(order[agent])
+            if place != index
+        }
+        one = copy.copy(self._pilot)
+        one._history = self._pilot._history.copy()
+        one.restore(self._with_names(state, names) if names else state)
+        return one
+
+
+def select(state: Snapshot, agents: Indices) -> Snapshot:
+    """The state of a filter for some of its agents."""
+    history = state.history if state.step == 1 else ()  # what a first slice kept may still have to be changed
+    history = tuple(Past(_selected(p.before, agents), p.info, p.readings.rows(agents), p.fresh[agents], p.active) for p in history)
+    return replace(
+        state,
+        belief=_selected(state.belief, agents),
+        log_likelihood=state.log_likelihood[agents],
+        fresh=state.fresh[agents],
+        history=history,
+        impossible=state.impossible[agents],
+    )
+
+
+def _selected(belief: Belief, agents: Indices) -> Belief:
+    width, objects = belief.hard.shape[1], belief.layout.counts
+    blocks = (m.reshape(n, width, m.shape[1])[:, agents] for m, n in zip(belief.messages, objects))
+    messages = tuple(b.reshape(b.shape[0] * b.shape[1], b.shape[2]) for b in blocks)
+    return belief._replace(messages=messages, hard=belief.hard[:, agents])
+
+
+def joined(states: Sequence[Snapshot]) -> Snapshot:
+    """The state of one filter for the agents of several whose beliefs have the same form."""
+    first = states[0]
+    return replace(
+        first,
+        belief=_joined([s.belief for s in states]),
+        step=max(s.step for s in states),
+        log_likelihood=np.concatenate([s.log_likelihood for s in states]),
+        fresh=np.concatenate([s.fresh for s in states]),
+        history=(),
+        impossible=np.concatenate([s.impossible for s in states]),
+        exact=all(s.exact for s in states),
+    )
+
+
+def _joined(beliefs: Sequence[Belief]) -> Belief:
+    layout = beliefs[0].layout
+    widths = [b.hard.shape[1] for b in beliefs]
+    messages = []
+    for g, columns in enumerate(layout.widths):
+        blocks = [b.messages[g].reshape(layout.counts[g], w, columns) for b, w in zip(beliefs, widths)]
+        messages.append(np.concatenate(blocks, axis=1).reshape(layout.counts[g] * sum(widths), columns))
+    return Belief(layout, tuple(messages), np.concatenate([b.hard for b in beliefs], axis=1))
+
+
+def _pattern(link: Link) -> tuple[str, Pairs]:
+    """A relation and for each role the fixed object or the class: what its tuples' numbers mean."""
+    return link.relation, tuple((r, "") if isinstance(r, str) else ("", r.class_name) for r in link.roles)
+
+
+def _sets(codes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Each row as a set: sorted, repetitions replaced by -1."""
+    codes = np.sort(codes, axis=1)
+    again = codes[:, 1:] == codes[:, :-1]
+    if again.any():
+        codes[:, 1:][again] = -1
+        codes.sort(axis=1)
+    return codes
+
+
+def _rename_tuple(text: str, names: Mapping[str, str]) -> str:
+    relation, objects = parse_tuple(text)
+    return canonical_tuple(relation, (names.get(o, o) for o in objects))
+
+
+def _rename_variable(variable: str, owner: str, names: Mapping[str, str]) -> str:
+    if not owner or not variable.startswith(owner):
+        return variable
+    return (_rename_tuple(owner, names) if "(" in owner else names.get(owner, owner)) + variable[len(owner) :]
