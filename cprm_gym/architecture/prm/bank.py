@@ -31,7 +31,7 @@ from cprm_gym.architecture.prm.filtering import Filter
 from cprm_gym.architecture.prm.grounding import Grounding, Situation
 from cprm_gym.architecture.prm.results import Past, Result, Snapshot
 from cprm_gym.architecture.prm.schema import canonical_tuple, parse_tuple
-from cprm_gym.architecture.prm.transitions import Layout, Piece, PieceFactor, Recent
+from cprm_gym.architecture.prm.transitions import Layout, Node, Piece, Recent
 from cprm_gym.architecture.prm.views import View
 from cprm_gym.errors import ModelError, did_you_mean
 
@@ -39,7 +39,6 @@ __all__ = ["FilterBank", "Link", "Role"]
 
 Indices = NDArray[np.integer[Any]]
 Pairs = tuple[tuple[str, str], ...]
-"""Objects that exchange their places in an agent's own order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +66,19 @@ class _Cohort:
 
 
 class _Group(NamedTuple):
-    """Agents of one cohort who make the same step: with which relations (None: none is due), after which exchanges."""
+    """Agents of one cohort who make the same step, with which relations; None: they are not due."""
 
     agents: Indices
     cohort: _Cohort
     relations: tuple[str, ...] | None
-    swaps: Pairs
+
+
+class _Renaming(NamedTuple):
+    """The layout of a renamed belief, and where its readings and, for each array, its objects stood before (None: as they are)."""
+
+    layout: Layout
+    rows: Indices
+    objects: tuple[Indices | None, ...]
 
 
 class FilterBank:
@@ -117,7 +123,7 @@ class FilterBank:
         self._alike = alike
         if self._factored and not alike:
             self._pilot.foresee(*self._examples())
-        self._renamings: Recent[tuple[Layout, Pairs], tuple[Layout, Indices]] = Recent(1024)
+        self._renamings: Recent[tuple[Layout, Pairs], _Renaming] = Recent(1024)
         self._likenesses: dict[str, bool] = {}
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
@@ -129,6 +135,7 @@ class FilterBank:
         """ln P(readings since the agent began)."""
         self.answers: list[tuple[Indices, Result]] = []
         """Of the last step: agents and their posteriors, in their own order of objects."""
+        self._answered_for: dict[str, Indices] = {}
         self._cohorts: list[_Cohort] = []
         self.reset()
 
@@ -157,9 +164,9 @@ class FilterBank:
         chosen = np.zeros(self.width, bool)
         chosen[slice(None) if agents is None else agents] = True
         self.log_likelihood[chosen] = 0.0
-        for order in (self.object_in, self._place_of):
-            for places in order.values():
-                places[chosen] = np.arange(places.shape[1])
+        for orders in (self.object_in, self._place_of):
+            for class_name, order in orders.items():
+                orders[class_name] = np.where(chosen[:, None], np.arange(order.shape[1]), order)
         if not self._factored:
             self._reset_samples(chosen)
             return
@@ -242,78 +249,90 @@ class FilterBank:
         due = np.ones(self.width, bool) if due is None else due
         hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.width)
         told = [name for name in self._names if name in evidence]
-        codes, swaps, orders, place_of = self._arrange(links, due, told)
-        hard = self._renumbered(hard, orders)
+        holds = [due & np.logical_and.reduce([r.index >= 0 for r in link.roles if isinstance(r, Role)], axis=0) for link in links]
+        self._turn(self._engaged(links, holds, told), due)
+        hard = self._renumbered(hard)
         after: list[_Cohort] = []
         answers: list[tuple[Indices, Result]] = []
-        for agents, cohort, relations, mapping in self._groups(links, codes, swaps, due):
+        for agents, cohort, relations in self._groups(links, self._codes(links, holds), due):
             whole = len(agents) == len(cohort.agents)
             state = cohort.state if whole else select(cohort.state, self._position[agents])
             if relations is None:
                 after.append(_Cohort(agents, state))
                 continue
-            self._pilot.restore(self._renamed(state, mapping) if mapping else state)
+            self._pilot.restore(state)
             readings = {name: hard[self._row[name], agents] for name in told}
             answers.append((agents, self._pilot.step(readings, active=relations)))
             after.append(_Cohort(agents, self._pilot.snapshot()))
         for agents, result in answers:
             self.log_likelihood[agents] += result.increment
             self.impossible_count[agents] += result.impossible
-        self.object_in, self._place_of = orders, place_of
-        self.answers = answers
+        self.answers, self._answered_for = answers, dict(self._place_of)
         self._settle(after)
 
-    def _arrange(
-        self, links: Sequence[Link], due: NDArray[np.bool_], told: Sequence[str]
-    ) -> tuple[list[NDArray[np.int64]], list[Pairs], dict[str, Indices], dict[str, Indices]]:
-        """Every agent's own order of objects for this step, those in its relations first, changed as little as possible.
-
-        Returns
-        -------
-        codes : list of (W, k) int arrays
-            For each kind of link the tuples that hold, as numbers (`_tuples` reads them), sorted; -1 fills up.
-        swaps : list of W tuples of pairs of names
-            How each agent's objects change places.
-        orders : dict of class to (W, n)
-            The object in each place.
-        place_of : dict of class to (W, n)
-            The place of each object.
-        """
-        orders, place_of = dict(self.object_in), dict(self._place_of)
-        swaps: list[Pairs] = [()] * self.width
+    def _engaged(self, links: Sequence[Link], holds: Sequence[NDArray[np.bool_]], told: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
+        """For each class whose objects are alike: (W, n), which of them stand in relations."""
         engaged: dict[str, NDArray[np.bool_]] = {}
-        holds = [due & np.logical_and.reduce([r.index >= 0 for r in link.roles if isinstance(r, Role)], axis=0) for link in links]
         for link, held in zip(links, holds):
             for role in link.roles:
                 if isinstance(role, Role) and self._are_alike(role.class_name, links, told):
                     marks = engaged.setdefault(role.class_name, np.zeros((self.width, len(self.members[role.class_name])), bool))
                     marks[held, role.index[held]] = True
+        return engaged
+
+    def _turn(self, engaged: Mapping[str, NDArray[np.bool_]], due: NDArray[np.bool_]) -> None:
+        """Let every agent's own order begin with the objects in its relations, and rename beliefs accordingly.
+
+        Who is in front already keeps his place; who was and is no longer comes next, so that a belief's form says little about
+        where it comes from.
+        """
+        renamed: dict[int, dict[str, str]] = {}
         for class_name, marks in engaged.items():
-            order = orders.get(class_name)
+            count = marks.shape[1]
+            order = self.object_in.get(class_name)
             if order is None:
-                order = np.broadcast_to(np.arange(marks.shape[1]), marks.shape)
+                order = np.broadcast_to(np.arange(count), marks.shape)
             here = np.take_along_axis(marks, order, 1)
-            front = np.arange(marks.shape[1]) < here.sum(axis=1)[:, None]
-            (who, to), (_, origin) = np.nonzero(front & ~here & due[:, None]), np.nonzero(here & ~front)
-            if len(who) or class_name not in orders:
-                orders[class_name] = order = order.copy()
-                order[who, to], order[who, origin] = order[who, origin], order[who, to]
-                place_of[class_name] = np.argsort(order, axis=1)
+            front = np.arange(count) < here.sum(axis=1)[:, None]
+            turning = np.flatnonzero((front & ~here).any(axis=1) & due)
+            if not len(turning) and class_name in self.object_in:
+                continue
+            self.object_in[class_name] = order = order.copy()
             names = self.members[class_name]
-            for k, a, b in zip(who.tolist(), to.tolist(), origin.tolist()):
-                swaps[k] = (*swaps[k], (names[a], names[b]))
+            for k in turning.tolist():
+                came_from = _fronted(here[k].tolist())
+                order[k] = order[k][came_from]
+                renamed.setdefault(k, {}).update({names[old]: names[new] for new, old in enumerate(came_from) if new != old})
+            self._place_of[class_name] = np.argsort(order, axis=1)
+        if not renamed:
+            return
+        parts: dict[Any, list[int]] = {}
+        for k in range(self.width):
+            parts.setdefault((self._cohort_of[k], tuple(renamed.get(k, {}).items())), []).append(k)
+        cohorts = []
+        for (number, pairs), members in parts.items():
+            cohort, agents = self._cohorts[number], np.array(members)
+            if len(agents) == len(cohort.agents):
+                agents, state = cohort.agents, cohort.state
+            else:
+                state = select(cohort.state, self._position[agents])
+            cohorts.append(_Cohort(agents, self._with_names(state, dict(pairs)) if pairs else state))
+        self._settle(cohorts)
+
+    def _codes(self, links: Sequence[Link], holds: Sequence[NDArray[np.bool_]]) -> list[NDArray[np.int64]]:
+        """For each kind of link the tuples that hold for an agent, as sorted numbers (W, k) that `_tuples` reads; -1 fills up."""
         kinds: dict[Any, list[NDArray[np.int64]]] = {}
+        everybody = np.arange(self.width)
         for link, held in zip(links, holds):
             code = np.zeros(self.width, np.int64)
             for role in link.roles:
                 if isinstance(role, Role):
-                    size = len(self.members[role.class_name])
                     index = np.maximum(role.index, 0)
-                    if role.class_name in place_of:
-                        index = place_of[role.class_name][np.arange(self.width), index]
-                    code = code * size + index
+                    if role.class_name in self._place_of:
+                        index = self._place_of[role.class_name][everybody, index]
+                    code = code * len(self.members[role.class_name]) + index
             kinds.setdefault(_pattern(link), []).append(np.where(held, code, -1))
-        return [_sets(np.stack(columns, axis=1)) for columns in kinds.values()], swaps, orders, place_of
+        return [_sets(np.stack(columns, axis=1)) for columns in kinds.values()]
 
     def _are_alike(self, class_name: str, links: Sequence[Link], told: Sequence[str]) -> bool:
         """Whether the objects of a class are alike in all but their names: nothing refers to them, and all of an input or none is told."""
@@ -333,10 +352,10 @@ class FilterBank:
             self._likenesses[class_name] = known
         return known
 
-    def _renumbered(self, hard: NDArray[np.int64], orders: Mapping[str, Indices]) -> NDArray[np.int64]:
+    def _renumbered(self, hard: NDArray[np.int64]) -> NDArray[np.int64]:
         """Readings in every agent's own order of objects."""
         out = hard
-        for class_name, order in orders.items():
+        for class_name, order in self.object_in.items():
             rows = self._rows_of.get(class_name)
             if rows is None:
                 names = self.members[class_name]
@@ -346,15 +365,10 @@ class FilterBank:
             out[rows] = np.take_along_axis(hard[rows], order.T[None], axis=1)
         return out
 
-    def _groups(
-        self, links: Sequence[Link], codes: Sequence[NDArray[np.int64]], swaps: Sequence[Pairs], due: NDArray[np.bool_]
-    ) -> list[_Group]:
+    def _groups(self, links: Sequence[Link], codes: Sequence[NDArray[np.int64]], due: NDArray[np.bool_]) -> list[_Group]:
         """Agents who can step together."""
-        kinds: dict[Pairs, int] = {(): 0}
-        turned = np.array([kinds.setdefault(s, len(kinds)) for s in swaps], np.int64)
-        table = np.column_stack([self._cohort_of, ~due, turned, *codes])
+        table = np.column_stack([self._cohort_of, ~due, *codes])
         keys, group_of = np.unique(table, axis=0, return_inverse=True) if self.width > 1 else (table, np.zeros(1, np.int64))
-        by_number = list(kinds)
         order = np.argsort(group_of.ravel(), kind="stable")
         bounds = np.searchsorted(group_of.ravel()[order], np.arange(len(keys) + 1))
         groups: list[_Group] = []
@@ -364,11 +378,11 @@ class FilterBank:
             agents = order[bounds[k] : bounds[k + 1]]
             if len(agents) == len(cohort.agents):
                 agents = cohort.agents
-            at, relations = 3, []
+            at, relations = 2, []
             for pattern, columns in zip(patterns, codes):
                 relations += self._tuples(pattern, key[at : at + columns.shape[1]])
                 at += columns.shape[1]
-            groups.append(_Group(agents, cohort, None if key[1] else tuple(relations), by_number[key[2]]))
+            groups.append(_Group(agents, cohort, None if key[1] else tuple(relations)))
         return groups
 
     def _tuples(self, pattern: tuple[str, Pairs], numbers: Sequence[int]) -> list[str]:
@@ -390,10 +404,6 @@ class FilterBank:
 
     # ------------------------------------------------------------------------------------------------- names
 
-    def _renamed(self, state: Snapshot, pairs: Pairs) -> Snapshot:
-        """A belief in which pairs of objects have exchanged their names."""
-        return self._with_names(state, {**dict(pairs), **{b: a for a, b in pairs}})
-
     def _with_names(self, state: Snapshot, names: Mapping[str, str]) -> Snapshot:
         """A belief in which objects have other names."""
         if state.step == 0:
@@ -401,13 +411,16 @@ class FilterBank:
         situation = state.active
         relations = tuple(sorted(_rename_tuple(r, names) for r in situation.relations))
         key = state.belief.layout, tuple(sorted(names.items()))
-        layout, rows = self._renamings.fetch(key, lambda: self._new_layout(state.belief.layout, relations, names))
-        belief = state.belief._replace(layout=layout, hard=state.belief.hard[rows])
-        active = self.grounding.situation(relations)
-        return replace(state, belief=belief, active=active, history=())
+        layout, rows, objects = self._renamings.fetch(key, lambda: self._new_layout(state.belief.layout, relations, names))
+        width = state.belief.hard.shape[1]
+        messages = tuple(
+            m if at is None else m.reshape(len(at), width, m.shape[1])[at].reshape(m.shape) for m, at in zip(state.belief.messages, objects)
+        )
+        belief = Belief(layout, messages, state.belief.hard[rows])
+        return replace(state, belief=belief, active=self.grounding.situation(relations), history=())
 
-    def _new_layout(self, old: Layout, relations: tuple[str, ...], names: Mapping[str, str]) -> tuple[Layout, Indices]:
-        """A layout for other names, and where its rows of readings stand in the old ones."""
+    def _new_layout(self, old: Layout, relations: tuple[str, ...], names: Mapping[str, str]) -> _Renaming:
+        """A layout for other names; like objects stand in the order of their new names."""
         info = self._pilot.slice_info(self.grounding.ground(relations))
         assert old.info is not None
         name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in old.info.variables.values()}
@@ -416,13 +429,23 @@ class FilterBank:
             raise ModelError(f"a belief cannot be renamed: {', '.join(sorted(strange)[:3])}")
         back = {new: old_name for old_name, new in name_of.items()}
         rows = np.array([old.info.row[back[name]] for name in info.names])
-
-        def moved(f: PieceFactor) -> PieceFactor:
-            return f._replace(scope=tuple((name_of[name], time) for name, time in f.scope))
-
-        pieces = tuple(Piece(p.group, p.instance, tuple(moved(f) for f in p.factors)) for p in old.pieces)
+        moved = [
+            Piece(p.group, p.instance, tuple(f._replace(scope=tuple((name_of[name], time) for name, time in f.scope)) for f in p.factors))
+            for p in old.pieces
+        ]
+        first: dict[tuple[int, int], Node] = {}
+        for p in moved:
+            node = min(v for f in p.factors for v in f.scope)
+            first[p.group, p.instance] = min(node, first.get((p.group, p.instance), node))
+        objects: list[Indices | None] = []
+        place: dict[tuple[int, int], int] = {}
+        for group, count in enumerate(old.counts):
+            order = sorted(range(count), key=lambda b: first.get((group, b), ("", b)))
+            place.update({(group, b): k for k, b in enumerate(order)})
+            objects.append(None if order == list(range(count)) else np.array(order))
+        pieces = sorted((p._replace(instance=place[p.group, p.instance]) for p in moved), key=lambda p: (p.group, p.instance))
         held = {name_of[name]: info.row[name_of[name]] for name in old.held}
-        return self._pilot.engine.compiler.layout(pieces, old.widths, old.counts, held, info), rows
+        return _Renaming(self._pilot.engine.compiler.layout(tuple(pieces), old.widths, old.counts, held, info), rows, tuple(objects))
 
     # ------------------------------------------------------------------------------------------------- answers
 
@@ -436,7 +459,7 @@ class FilterBank:
         """
         owner, _, attribute = variable.partition(".")
         class_name = self.grounding.objects.get(owner, "")
-        if class_name not in self.object_in:
+        if class_name not in self._answered_for:
             out = np.full(self.width, np.nan)
             for agents, result in self.answers:
                 out[agents] = view(result[variable], result.variables[variable])
@@ -447,7 +470,7 @@ class FilterBank:
         """As `view`, of the object that each agent means; NaN for those who mean nobody."""
         out = np.full(self.width, np.nan)
         names = self.members[whom.class_name]
-        place_of = self._place_of.get(whom.class_name)
+        place_of = self._answered_for.get(whom.class_name)
         where = whom.index if place_of is None else place_of[np.arange(self.width), np.maximum(whom.index, 0)]
         for agents, result in self.answers:
             meant = np.where(whom.index[agents] < 0, -1, where[agents])
@@ -467,8 +490,8 @@ class FilterBank:
         """
         owner, _, attribute = variable.partition(".")
         class_name = self.grounding.objects.get(owner, "")
-        if class_name in self._place_of:
-            place = self._place_of[class_name][agent, self.members[class_name].index(owner)]
+        if class_name in self._answered_for:
+            place = self._answered_for[class_name][agent, self.members[class_name].index(owner)]
             own = f"{self.members[class_name][place]}.{attribute}"
         else:
             own = variable
@@ -541,6 +564,14 @@ def _joined(beliefs: Sequence[Belief]) -> Belief:
         blocks = [b.messages[g].reshape(layout.counts[g], w, columns) for b, w in zip(beliefs, widths)]
         messages.append(np.concatenate(blocks, axis=1).reshape(layout.counts[g] * sum(widths), columns))
     return Belief(layout, tuple(messages), np.concatenate([b.hard for b in beliefs], axis=1))
+
+
+def _fronted(engaged: Sequence[bool]) -> list[int]:
+    """An order of places that begins with the engaged ones: those in front stay, whom they drive out come next."""
+    count = sum(engaged)
+    late = [k for k in range(count, len(engaged)) if engaged[k]]
+    front = [k if engaged[k] else late.pop(0) for k in range(count)]
+    return [*front, *(k for k in range(len(engaged)) if not engaged[k])]
 
 
 def _pattern(link: Link) -> tuple[str, Pairs]:
