@@ -9,17 +9,16 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces as gym_spaces
 
-from ..errors import UnknownName, did_you_mean, unknown_name
-from ..simulator.landmarks import LANDMARKS
+from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
 from ..simulator.senses import BodyColumn, new_body, new_hear, new_see
 from ..simulator.simulator import Simulator
-from ..simulator.state import LEFT, PLAYERS, RIGHT, Stream
+from ..simulator.state import COMMAND, LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
 from .players.macros import Macros
 from .players.memory import Memories
@@ -27,18 +26,12 @@ from .players.scripted import POLICIES, ScriptedPlayers
 from .presets import VECTORS, Preset, check_preset, see_everything
 from .rewards import Reward, RewardOption
 from .spaces import (
-    BALL_FEATURES,
-    HEAR_FEATURES,
     HEARD,
     INCLUDES,
     MACRO,
     MAX_AGE,
-    MEMORY_FEATURES,
     NO_COMMAND,
-    PLAYER_FEATURES,
     ActionView,
-    BodyFeature,
-    SelfFeature,
     action_view,
     observation_space,
 )
@@ -96,9 +89,10 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
         When a part of the selection names nobody.
     """
     names = agent_names(left, right)
-    parts = [p.strip() for p in controlled.split(",")] if isinstance(controlled, str) else list(controlled)
+    if isinstance(controlled, str):
+        controlled = [part.strip() for part in controlled.split(",")]
     chosen: set[str] = set()
-    for part in parts:
+    for part in _several("controlled", controlled):
         group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
         if not group:
             allowed = ("all", "left", "right", *names)
@@ -106,6 +100,28 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
             raise UnknownName(f"controlled: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
         chosen.update(group)
     return tuple(n for n in names if n in chosen)
+
+
+def _several(name: str, given: Any) -> tuple[Any, ...]:
+    """The members of a sequence; an error that names the argument for what is none."""
+    if not isinstance(given, Iterable):
+        raise UnknownName(f"{name}: expected a string or a sequence of strings, got {type(given).__name__} {given!r:.60}")
+    return tuple(given)
+
+
+def batch_of_one(action: Any) -> Any:
+    """The action of one agent as a batch of one world and one agent."""
+    if isinstance(action, dict):
+        return {key: _lift(value) for key, value in action.items()}
+    return _lift(action)
+
+
+def _lift(value: Any) -> Any:
+    """`value` with two leading axes of length one; what is not a number is left for the view to refuse."""
+    try:
+        return np.asarray(value)[None, None]
+    except (TypeError, ValueError):
+        return value
 
 
 def player_number(agent: str) -> int:
@@ -131,7 +147,7 @@ class SoccerCore:
         Action view: ``hybrid``, ``discrete``, ``box`` or ``macro``.
     others : str or (str, str), optional
         Policy of the players not controlled, or one for each side; the task's own if not given.
-    include : sequence of str
+    include : str or sequence of str
         Further parts of the observation: ``memory``, ``landmarks``, ``hear`` (`observation_space`).
     observation : str
         Preset of what the agents get (`cprm_gym.envs.presets.PRESETS`).
@@ -172,7 +188,7 @@ class SoccerCore:
         controlled: str | Sequence[str] | None = None,
         view: str = "hybrid",
         others: str | Sequence[str] | None = None,
-        include: Sequence[str] = (),
+        include: str | Sequence[str] = (),
         observation: str = "raw",
         flatten: bool = False,
         reward: RewardOption = None,
@@ -183,14 +199,14 @@ class SoccerCore:
     ) -> None:
         self.task = task
         self.worlds = worlds
-        self.include = tuple(include)
-        if check_preset(observation) == "memory" and "memory" not in self.include:
-            self.include = ("memory", *self.include)
+        self.include = (include,) if isinstance(include, str) else _several("include", include)
         for part in self.include:
             if part not in INCLUDES:
                 raise unknown_name("part of an observation", part, INCLUDES)
-        self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
-        self.players = np.array([player_number(a) for a in self.agents], np.int64)
+        if check_preset(observation) == "memory" and "memory" not in self.include:
+            self.include = ("memory", *self.include)
+        if isinstance(task.max_cycles, bool) or not isinstance(task.max_cycles, (int, np.integer)) or task.max_cycles < 1:
+            raise ParameterError(f"max_cycles: {task.max_cycles!r} given, a whole number of at least 1 is needed")
         self.sim = Simulator(
             worlds,
             parameters=task.parameters,
@@ -202,6 +218,8 @@ class SoccerCore:
             right=task.right,
             goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
         )
+        self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
+        self.players = np.array([player_number(a) for a in self.agents], np.int64)
         counts = (task.left, task.right)
         self.macros = Macros(self.sim, self.players, counts, task.region, task.full_state) if view == MACRO else None
         self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(view)
@@ -212,43 +230,27 @@ class SoccerCore:
         self._score = np.zeros((worlds, 2), np.int64)
         self.sides = np.where(self.players <= 11, 1.0, -1.0)
         self._gained = np.zeros((worlds, 2), np.int64)
-        agents = len(self.agents)
-        shape = (worlds, agents)
-        self.observation: dict[str, np.ndarray] = {
-            "body": np.zeros((*shape, len(BodyFeature)), np.float32),
-            "ball": np.zeros((*shape, BALL_FEATURES), np.float32),
-            "players": np.zeros((*shape, PLAYERS, PLAYER_FEATURES), np.float32),
-            "level": np.zeros((*shape, PLAYERS + 1), np.float32),
-            "age": np.full((*shape, PLAYERS + 1), MAX_AGE, np.float32),
-        }
+        space = observation_space(task.task_features, self.include)
+        shape = (worlds, len(self.agents))
+        self.observation: dict[str, np.ndarray] = {name: np.zeros((*shape, *part.shape), np.float32) for name, part in space.items()}
+        self._begun = False
         self._memories: Memories | None = None
         if "memory" in self.include or observation in VECTORS:
             active = np.isin(np.arange(1, PLAYERS + 1), self.players)
             self._memories = self.macros.memories if self.macros else Memories(self.sim, active, task.full_state)
-        if "memory" in self.include:
-            self.observation["self"] = np.zeros((*shape, len(SelfFeature)), np.float32)
-            self.observation["memory"] = np.zeros((*shape, PLAYERS + 1, MEMORY_FEATURES), np.float32)
-            self.observation["memory_age"] = np.zeros((*shape, PLAYERS + 1), np.float32)
-        if "landmarks" in self.include:
-            self.observation["landmarks"] = np.zeros((*shape, LANDMARKS, BALL_FEATURES), np.float32)
-            self.observation["landmark_level"] = np.zeros((*shape, LANDMARKS), np.float32)
-        if "hear" in self.include:
-            self._hear = new_hear(worlds, HEARD)
-            self.observation["hear"] = np.zeros((*shape, HEARD, HEAR_FEATURES), np.float32)
-        if task.task_features:
-            self.observation["task"] = np.zeros((*shape, len(task.task_features)), np.float32)
+        self._hear = new_hear(worlds, HEARD) if "hear" in self.include else None
         self._see, self._body = new_see(worlds), new_body(worlds)
         self._commands = self.sim.commands
         self._rows = self.players - 1
-        # views of the simulator's own array, which stays the same one
-        self._ball, self._goals = self.sim.world["pos"][:, 0], self.sim.world["score"]
+        # a view of the simulator's own array, which stays the same one
+        self._ball = self.sim.world["pos"][:, 0]
         self.reward = Reward(reward, reward_gamma)
-        self.preset = Preset(self, observation, flatten, observation_space(task.task_features, self.include))
+        self.preset = Preset(self, observation, flatten, space)
         self.output: dict[str, np.ndarray] | np.ndarray = self.observation
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""
-        sides = (others, others) if isinstance(others, str) else tuple(others)
+        sides = (others, others) if isinstance(others, str) else _several("others", others)
         if len(sides) != 2:
             raise UnknownName(f"others: expected one policy or one for each side, got {others!r}")
         free = [player_number(a) for a in agent_names(*counts) if a not in self.agents]
@@ -287,10 +289,22 @@ class SoccerCore:
         -------
         dict of array
             The observations of all worlds.
+
+        Raises
+        ------
+        ParameterError
+            When `worlds` or `seed` is neither.
+        CprmError
+            When the first reset leaves worlds out.
         """
         chosen = np.arange(self.worlds) if worlds is None else np.asarray(worlds)
-        if chosen.dtype == bool:
+        if chosen.dtype == bool and chosen.shape == (self.worlds,):
             chosen = np.flatnonzero(chosen)
+        elif chosen.ndim != 1 or (chosen.size and chosen.dtype.kind not in "iu"):
+            raise ParameterError(f"worlds: expected ({self.worlds},) bool or a list of indices, got {chosen.dtype} of shape {chosen.shape}")
+        if not self._begun and len(np.unique(chosen)) < self.worlds:
+            raise CprmError("reset of some worlds before the others have begun: the first reset takes all worlds")
+        chosen = chosen.astype(np.int64, copy=False)
         if len(chosen):
             self.sim.reset(seed=seed, worlds=chosen)
             self.task.setup(self, chosen)
@@ -308,7 +322,22 @@ class SoccerCore:
                 self.macros.reset(chosen)
             elif self._memories is not None:
                 self._memories.forget(chosen)
+        self._begun = True
         return self.observe(fresh_start=chosen)
+
+    def check(self, action: Any) -> None:
+        """Refuse what is no action of one agent.
+
+        Raises
+        ------
+        CommandError
+            When the action does not fit the view; the message names the entry.
+        """
+        if self.macros is None:
+            self.view.commands(batch_of_one(action), np.zeros((1, 1), COMMAND))
+        elif not self.view.space.contains(action):
+            names = self.macros.names
+            raise CommandError(f"action 'macro': {action!r:.60} is none; allowed are 0 to {len(names) - 1}: {', '.join(names)}")
 
     def step(self, action: Any) -> Step:
         """Play one cycle in every world.
@@ -320,9 +349,13 @@ class SoccerCore:
 
         Raises
         ------
+        CprmError
+            Before the first `reset`.
         CommandError
             When the actions do not fit the view.
         """
+        if not self._begun:
+            raise CprmError("step before reset: call reset() first")
         if self.macros is not None:
             self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
         elif self.agents:
@@ -331,16 +364,14 @@ class SoccerCore:
             self.scripted.act(self._see, self._body, self._commands)
         self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
-        self.cycle += 1
-        np.subtract(self._goals, self._score, out=self._gained)
-        self._score[...] = self._goals
+        late = np.empty(self.worlds, np.bool_)
+        any_late = kernels.tally(self.sim.world, self.task.max_cycles, self.cycle, self._score, self._gained, late)
         outcome = self.task.outcome(self)
         if not self.reward.plain:
             outcome = self.reward.apply(self, outcome)
         self.observe()
-        late = self.cycle >= self.task.max_cycles
         status = outcome.status
-        if late.any():
+        if any_late:
             late &= ~outcome.terminated
             status = np.where(late, len(self.task.statuses) - 1, status)
         return Step(outcome.reward, outcome.terminated, late, outcome.success, status, outcome.terms)

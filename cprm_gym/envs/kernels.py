@@ -7,11 +7,12 @@ from pathlib import Path
 
 from ..compilation import kernel_group
 from ..simulator.player_types import T_KICKABLE_MARGIN, T_PLAYER_SIZE
-from ..simulator.state import CommandKind, Count
+from ..simulator.state import CommandKind, Count, PlayMode
 
 kernel = kernel_group(Path(__file__))
 PLAYERS = 22
 DASH_KIND, KICK_KIND = int(CommandKind.DASH), int(CommandKind.KICK)
+TIME_OVER = int(PlayMode.time_over)
 KICK, DASH, TURN = int(Count.KICK), int(Count.DASH), int(Count.TURN)
 
 
@@ -23,6 +24,39 @@ def open_eyes(worlds, chosen):
         for i in range(PLAYERS):
             w.saw[i] = w.enabled[i]
             w.see_counter[i] = 0
+
+
+@kernel
+def tally(worlds, max_cycles, cycle, score, gained, late):
+    """Count the cycle just played and the goals scored in it; True if time has run out in any world.
+
+    cycle : (W,); score, gained : (W, 2); late : (W,) bool, which worlds have no time left
+    """
+    any_late = False
+    for n in range(cycle.shape[0]):
+        w = worlds[n]
+        cycle[n] += 1
+        late[n] = cycle[n] >= max_cycles
+        any_late |= late[n]
+        for side in range(2):
+            gained[n, side] = w.score[side] - score[n, side]
+            score[n, side] = w.score[side]
+    return any_late
+
+
+@kernel
+def match_outcome(worlds, gained, sides, reward, over, won):
+    """A match: goals of the agents' own side less those of the other, whether it is over and whether the left team has won.
+
+    gained : (W, 2); sides : (A,) +1 or -1; reward : (W, A); over, won : (W,) bool
+    """
+    for n in range(worlds.shape[0]):
+        w = worlds[n]
+        difference = gained[n, 0] - gained[n, 1]
+        for k in range(sides.shape[0]):
+            reward[n, k] = difference * sides[k]
+        over[n] = w.mode == TIME_OVER
+        won[n] = over[n] and w.score[0] > w.score[1]
 
 
 @kernel

@@ -9,13 +9,13 @@ import gymnasium
 import numpy as np
 
 from ..errors import CprmError, UnknownName
-from .core import SoccerCore, select_agents
+from .core import SoccerCore, batch_of_one, select_agents
+from .faces import FPS, RENDER_MODES, Pictured, chosen_render_mode, chosen_task
 from .rewards import RewardOption
-from .tasks import make_task
 from .tasks.base import Task
 
 
-class SoccerEnv(gymnasium.Env[Any, Any]):
+class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
     """A task for one agent.
 
     Parameters
@@ -34,7 +34,7 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
         Put the true positions into ``info["truth"]``.
     others : str or (str, str), optional
         Scripted policy of the other players, or one for each side; the task's own if not given.
-    include : sequence of str
+    include : str or sequence of str
         Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``,
         ``hear``.
     observation : str
@@ -54,7 +54,7 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
         For a task, agent or action mode that does not exist; the message lists those that do.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "ansi"], "render_fps": 10}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
         self,
@@ -65,28 +65,23 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
         max_episode_steps: int | None = None,
         debug_info: bool = False,
         others: str | Sequence[str] | None = None,
-        include: Sequence[str] = (),
+        include: str | Sequence[str] = (),
         observation: str = "raw",
         flatten: bool = False,
         reward: RewardOption = None,
         reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
-        if max_episode_steps is not None:
-            options["max_cycles"] = max_episode_steps
-        self.task = make_task(task, **options) if isinstance(task, str) else task
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(self.metadata['render_modes'])} or None")
+        self.task = chosen_task(task, max_episode_steps, options)
+        self.render_mode = chosen_render_mode(render_mode)
         self.agent = ego_agent(self.task, agent)
         self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others, include=include,
             observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma)
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
-        self.render_mode = render_mode
         self.debug_info = debug_info
         self._seeded = False
         self._running = False
-        self._viewer: Any = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start an episode; the first reset without a seed draws one."""
@@ -96,8 +91,7 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
         self._seeded = True
         self._running = True
         self.core.reset(seed)
-        if self.render_mode == "human":
-            self.render()
+        self._show()
         return self._observation(), self._info("IN_GAME", False)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -112,13 +106,12 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
         """
         if not self._running:
             raise CprmError("step before reset: call reset() first; the episode has not begun or is over")
-        step = self.core.step(_with_batch(action))
+        step = self.core.step(batch_of_one(action))
         terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
         self._running = not (terminated or truncated)
         info = self._info(self.task.statuses[step.status[0]], bool(step.success[0]))
         info["reward_terms"] = {name: float(values[0, 0]) for name, values in step.terms.items()}
-        if self.render_mode == "human":
-            self.render()
+        self._show()
         return self._observation(), float(step.reward[0, 0]), terminated, truncated, info
 
     def _observation(self) -> Any:
@@ -135,22 +128,6 @@ class SoccerEnv(gymnasium.Env[Any, Any]):
             info["truth"] = self.core.sim.world["pos"][0].copy()
         return info
 
-    def render(self) -> Any:
-        """The pitch: a window (``human``), an RGB array (``rgb_array``) or text (``ansi``)."""
-        if self.render_mode is None:
-            return None
-        if self._viewer is None:
-            from .rendering import Viewer
-
-            self._viewer = Viewer(self.render_mode, fps=self.metadata["render_fps"])
-        return self._viewer.draw(self.core.sim.world[0])
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
-            self._viewer = None
-
 
 def ego_agent(task: Task, agent: str | None) -> str:
     """The one agent of a single-agent environment: the given one, or the first that the task lets act."""
@@ -158,18 +135,3 @@ def ego_agent(task: Task, agent: str | None) -> str:
     if agent is not None and len(chosen) != 1:
         raise UnknownName(f"agent {agent!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v0 for several")
     return chosen[0]
-
-
-def _with_batch(action: Any) -> Any:
-    """The action of one agent as a batch of one world and one agent."""
-    if isinstance(action, dict):
-        return {key: _lift(value) for key, value in action.items()}
-    return _lift(action)
-
-
-def _lift(value: Any) -> Any:
-    """`value` with two leading axes of length one; what is not a number is left for the view to refuse."""
-    try:
-        return np.asarray(value)[None, None]
-    except (TypeError, ValueError):
-        return value

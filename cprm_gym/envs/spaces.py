@@ -319,22 +319,32 @@ class ActionView:
                 _refuse("box", values, bad, -1, 1)
 
 
+_WHOLE, _REAL = np.dtype(np.int64), np.dtype(np.float64)
+
+
 def _array(name: str, value: Any, shape: tuple[int, ...], whole: bool = False) -> np.ndarray:
     """`value` as an array of exactly `shape` (int64 or float64), or an error that names `name`."""
     try:
         array = np.asarray(value)
-        if whole and array.dtype.kind not in "iu":
-            if array.dtype.kind != "f" or not (array == np.rint(array)).all():
-                raise CommandError(f"action {name!r}: expected whole numbers, got {array.dtype} {value!r:.60}")
-            array = array.astype(np.int64)
-        array = np.ascontiguousarray(array, np.int64 if whole else np.float64)
+        if array.dtype != (_WHOLE if whole else _REAL):
+            array = _converted(name, array, whole)
     except (TypeError, ValueError) as error:
         if isinstance(error, CommandError):
             raise
         raise CommandError(f"action {name!r}: expected numbers of shape {shape}, got {type(value).__name__} {value!r:.60}") from None
     if array.shape != shape:
-        raise CommandError(f"action {name!r}: expected shape {shape}, got {array.shape}")
-    return array
+        if array.shape[:2] == shape[:2]:
+            raise CommandError(f"action {name!r}: expected shape {shape[2:]} for every agent, got {array.shape[2:]}")
+        raise CommandError(f"action {name!r}: expected shape {shape}, worlds and agents first, got {array.shape}")
+    return np.ascontiguousarray(array)
+
+
+def _converted(name: str, array: np.ndarray, whole: bool) -> np.ndarray:
+    """`array` as int64 or float64, if it holds such numbers."""
+    kind = array.dtype.kind
+    if kind not in "iuf" or (whole and kind == "f" and not (array == np.rint(array)).all()):
+        raise CommandError(f"action {name!r}: expected {'whole ' if whole else ''}numbers, got {array.dtype} {array.tolist()!r:.60}")
+    return array.astype(_WHOLE if whole else _REAL)
 
 
 def _refuse(name: str, array: np.ndarray, flat: int, low: float, high: float) -> None:
@@ -351,15 +361,17 @@ for _field in ("a", "b", "c", "d", "turn_neck", "focus", "point"):
     NO_COMMAND[_field] = np.nan
 
 _HYBRID_KEYS = ("type", "params", "turn_neck", "view")
-_SIDE_KEYS = ("say", "attention", "point")
+_KEYS = (*_HYBRID_KEYS, "say", "attention", "point")
+_SIDE_KEYS = frozenset(_KEYS[4:])
 
 
 def _hybrid_commands(action: Any, out: np.ndarray, rows: np.ndarray, shape: tuple[int, int]) -> None:
     if not isinstance(action, Mapping):
-        raise CommandError(f"hybrid action: expected a dict with the keys {', '.join(_HYBRID_KEYS)}; got {type(action).__name__}")
+        given = action.tolist() if isinstance(action, np.ndarray) else action
+        raise CommandError(f"hybrid action: expected a dict with the keys {', '.join(_HYBRID_KEYS)}; got {given!r:.60}")
     for key in action:
-        if key not in _HYBRID_KEYS and key not in _SIDE_KEYS:
-            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join((*_HYBRID_KEYS, *_SIDE_KEYS))}")
+        if key not in _KEYS:
+            raise CommandError(f"hybrid action: unknown key {key!r}; allowed are {', '.join(_KEYS)}")
     for key in ("type", "params"):
         if key not in action:
             raise CommandError(f"hybrid action: key {key!r} is missing; needed are type and params")
@@ -371,7 +383,7 @@ def _hybrid_commands(action: Any, out: np.ndarray, rows: np.ndarray, shape: tupl
     if part >= 0:
         array, low, high = ((kind, 0, len(CommandKind) - 1), (params, -1, 1), (neck, -1, 1), (view, 0, 3))[part]
         _refuse(_HYBRID_KEYS[part], array, bad, low, high)
-    if any(key in action for key in _SIDE_KEYS):
+    if not _SIDE_KEYS.isdisjoint(action):
         _side_commands(action, out, rows, shape)
 
 

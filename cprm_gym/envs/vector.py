@@ -10,11 +10,11 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from ..errors import CprmError, UnknownName
+from ..errors import CprmError, ParameterError, UnknownName
 from .core import SoccerCore
+from .faces import FPS, chosen_task
 from .rewards import RewardOption
 from .single import ego_agent
-from .tasks import make_task
 from .tasks.base import Task
 
 
@@ -52,29 +52,27 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         others: str | Sequence[str] | None = None,
-        include: Sequence[str] = (),
+        include: str | Sequence[str] = (),
         observation: str = "raw",
         flatten: bool = False,
         reward: RewardOption = None,
         reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
-        if num_envs < 1:
-            raise UnknownName(f"num_envs: {num_envs!r} given, at least 1 is needed")
-        if max_episode_steps is not None:
-            options["max_cycles"] = max_episode_steps
+        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ParameterError(f"num_envs: {num_envs!r} given, a whole number of at least 1 is needed")
+        if render_mode is not None:
+            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v0")
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
-            raise UnknownName(
-                f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}"
-            ) from None
-        self.task = make_task(task, **options) if isinstance(task, str) else task
+            raise UnknownName(f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}") from None
+        self.task = chosen_task(task, max_episode_steps, options)
         agent = ego_agent(self.task, agent)
         self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, include=include,
             observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma, threads=threads)
         self.num_envs = num_envs
-        self.metadata = {"render_modes": [], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {"render_modes": [], "render_fps": FPS, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
         self.single_observation_space = self.core.observation_space()
         self.single_action_space = self.core.view.space
@@ -89,14 +87,14 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array)."""
-        if isinstance(seed, list):
-            raise UnknownName("seed: one number seeds all worlds (world k depends on the number and k); a list of seeds was given")
+        if seed is not None and not isinstance(seed, (int, np.integer)):
+            raise ParameterError(f"seed: one whole number seeds all worlds (world k depends on it and k), got {seed!r:.60}")
         super().reset(seed=seed)
         mask = None if not options else options.get("reset_mask")
         if mask is not None:
             mask = np.asarray(mask)
             if mask.shape != (self.num_envs,) or mask.dtype != bool:
-                raise UnknownName(f"reset_mask: expected bool of shape ({self.num_envs},), got {mask.dtype} of shape {mask.shape}")
+                raise ParameterError(f"reset_mask: expected bool of shape ({self.num_envs},), got {mask.dtype} of shape {mask.shape}")
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**31))
         self._seeded = self._running = True
@@ -174,6 +172,7 @@ def _with_agents(actions: Any) -> Any:
 
 
 def _lift(value: Any) -> Any:
+    """`value` with a second axis of length one; what has no axes is left for the view to refuse."""
     try:
         return np.asarray(value)[:, None]
     except (TypeError, ValueError, IndexError):

@@ -191,8 +191,6 @@ def test_unknown_names_list_the_right_ones():
         SoccerEnv(agent="left_3")
     with pytest.raises(UnknownName, match="render_mode 'video': allowed are human, rgb_array, ansi or None"):
         SoccerEnv(render_mode="video")
-    with pytest.raises(UnknownName, match="num_envs: 0 given"):
-        SoccerVectorEnv(0)
 
 
 def test_actions_for_the_wrong_agents_are_refused_by_name():

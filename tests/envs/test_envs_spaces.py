@@ -85,7 +85,11 @@ def test_every_sample_of_a_view_is_a_command(view):
     ("change", "message"),
     [
         ({"params": np.array([[[np.nan, 0, 0, 0]]])}, r"'params': entry \(0, 0, 0\) is nan; allowed are finite numbers from -1 to 1"),
-        ({"params": np.zeros((1, 1, 3))}, r"'params': expected shape \(1, 1, 4\), got \(1, 1, 3\)"),
+        ({"params": np.zeros((1, 1, 3))}, r"'params': expected shape \(4,\) for every agent, got \(3,\)"),
+        ({"params": np.zeros(4)}, r"'params': expected shape \(1, 1, 4\), worlds and agents first, got \(4,\)"),
+        ({"params": np.zeros((1, 1, 4), complex)}, "'params': expected numbers, got complex128"),
+        ({"params": np.array([[["1", "0", "0", "0"]]])}, "'params': expected numbers, got <U1"),
+        ({"params": np.ones((1, 1, 4), bool)}, "'params': expected numbers, got bool"),
         ({"params": np.full((1, 1, 4), 2.0)}, r"is 2.0; allowed is -1 to 1"),
         ({"type": np.array([[8]])}, r"'type': entry \(0, 0\) is 8; allowed is 0 to 7"),
         ({"type": np.array([[1.5]])}, "'type': expected whole numbers"),
@@ -106,9 +110,9 @@ def test_a_missing_key_is_named():
 @pytest.mark.parametrize(
     ("view", "action", "message"),
     [
-        ("hybrid", np.zeros((1, 1)), "expected a dict with the keys type, params, turn_neck, view; got ndarray"),
+        ("hybrid", np.zeros((1, 1)), "expected a dict with the keys type, params, turn_neck, view; got \\[\\[0.0\\]\\]"),
         ("discrete", np.array([[[9, 0, 0, 0]]]), "'discrete command': entry .* is 9; allowed is 0 to 5"),
-        ("discrete", np.array([[[0, 0, 0]]]), r"expected shape \(1, 1, 4\)"),
+        ("discrete", np.array([[[0, 0, 0]]]), r"expected shape \(4,\) for every agent, got \(3,\)"),
         ("box", np.array([[[np.inf] * 6]]), "allowed are finite numbers from -1 to 1"),
     ],
 )

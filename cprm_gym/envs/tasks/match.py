@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...simulator.parameters import Rules, ServerParameters
+from .. import kernels
 from ..players.scripted import FORMATION
 from .base import Outcome, Task
 
@@ -75,9 +76,7 @@ class Soccer(Task):
 
     def outcome(self, core: SoccerCore) -> Outcome:
         """Goals since the cycle before, from each agent's side."""
-        w = core.sim.world
-        gained = core.goals_scored()
-        reward = (gained[:, 0] - gained[:, 1])[:, None] * core.sides
-        over = w["mode"] == 2
-        won = over & (w["score"][:, 0] > w["score"][:, 1])
+        reward = np.empty((core.worlds, len(core.agents)))
+        over, won = np.empty(core.worlds, np.bool_), np.empty(core.worlds, np.bool_)
+        kernels.match_outcome(core.sim.world, core.goals_scored(), core.sides, reward, over, won)
         return Outcome(reward, over, won, over.astype(np.int64), {"goal": reward})
