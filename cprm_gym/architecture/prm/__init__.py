@@ -23,19 +23,19 @@ References
 Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Friedman 2009; Murphy 2002.
 """
 
-from cprm_gym.architecture.prm.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
-from cprm_gym.architecture.prm.bank import FilterBank, Link, Role
-from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
-from cprm_gym.architecture.prm.diffusion import diffusion_report
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.grounding import Grounding, GroundSlice, Situation, unroll
-from cprm_gym.architecture.prm.io import load, save
-from cprm_gym.architecture.prm.learning import Episode, Observed, count, em
-from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
-from cprm_gym.architecture.prm.static import BayesNet
-from cprm_gym.architecture.prm.views import View, view
-from cprm_gym.architecture.prm.world import Posterior, Tracker, World
+from .aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
+from .bank import FilterBank, Link, Role
+from .cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from .diffusion import diffusion_report
+from .domains import BOOL, Bins, Labels
+from .filtering import Filter
+from .grounding import Grounding, GroundSlice, Situation, unroll
+from .io import load, save
+from .learning import Episode, Observed, count, em
+from .schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
+from .static import BayesNet
+from .views import View, view
+from .world import Posterior, Tracker, World
 
 __all__ = [
     "BOOL",

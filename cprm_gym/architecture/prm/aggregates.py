@@ -11,8 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Domain, Labels
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .domains import BOOL, Bins, Domain, Labels
 
 MAX_STATES = 2048
 """Most states that an accumulator of a chain may have (a mean over unequal bins needs many)."""

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm import smoothing
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.exact import Belief, ComponentCost, Outcome
-from cprm_gym.architecture.prm.particle_steps import Block
-from cprm_gym.architecture.prm.particles import Estimate, ParticleEngine, Particles, count
-from cprm_gym.architecture.prm.projection import ProjectionEngine, project
-from cprm_gym.architecture.prm.transitions import Kind, Piece, PieceFactor, SliceInfo, Transition
-from cprm_gym.errors import CostError, ParameterError
+from ...errors import CostError, ParameterError
+from . import smoothing
+from .evidence import Readings
+from .exact import Belief, ComponentCost, Outcome
+from .particle_steps import Block
+from .particles import Estimate, ParticleEngine, Particles, count
+from .projection import ProjectionEngine, project
+from .transitions import Kind, Piece, PieceFactor, SliceInfo, Transition
 
 SHARE = 0.6
 """Share of the time that the plans may be expected to take; the rest is for what surrounds them."""

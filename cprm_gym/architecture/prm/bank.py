@@ -25,15 +25,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cprm_gym.architecture.prm.evidence import read_hard
-from cprm_gym.architecture.prm.exact import Belief
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.grounding import Grounding, Situation
-from cprm_gym.architecture.prm.results import Past, Result, Snapshot
-from cprm_gym.architecture.prm.schema import canonical_tuple, parse_tuple
-from cprm_gym.architecture.prm.transitions import Layout, Node, Piece, Recent
-from cprm_gym.architecture.prm.views import View
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .evidence import read_hard
+from .exact import Belief
+from .filtering import Filter
+from .grounding import Grounding, Situation
+from .results import Past, Result, Snapshot
+from .schema import canonical_tuple, parse_tuple
+from .transitions import Layout, Node, Piece, Recent
+from .views import View
 
 __all__ = ["FilterBank", "Link", "Role"]
 

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.grounding import SAME, GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.architecture.prm.io import read_text, write_text
-from cprm_gym.errors import LogError, ModelError, did_you_mean
+from ...errors import LogError, ModelError, did_you_mean
+from .grounding import SAME, GroundCPD, GroundSlice, GroundVariable
+from .io import read_text, write_text
 
 ROUNDING = 1e-2
 """How far a row of a foreign file may be from summing to 1; it is normalised. Rows within 1e-9 are left as they are."""

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cprm_gym.architecture.prm.aggregates import Aggregate
-from cprm_gym.architecture.prm.cpds import CPD, Dense, Uniform
-from cprm_gym.architecture.prm.domains import Domain
-from cprm_gym.architecture.prm.slices import check_rows, topological_order
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .aggregates import Aggregate
+from .cpds import CPD, Dense, Uniform
+from .domains import Domain
+from .slices import check_rows, topological_order
 
 if TYPE_CHECKING:
-    from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, Parent, PRMClass, Reference, Relation, Replace
+    from .schema import Add, Attribute, Input, Model, Parent, PRMClass, Reference, Relation, Replace
 
 Key = tuple[str, str, str, str]
 
@@ -322,7 +322,7 @@ class Checked:
         return Slot(text, lag, "", (), name, "", a.domain, a.domain, False, a.static, None)
 
     def _relation(self, relation: Relation) -> RelationInfo:
-        from cprm_gym.architecture.prm.schema import Add
+        from .schema import Add
 
         where = f"{self.where}, relation {relation.name!r}"
         heads = {}

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings
-from cprm_gym.architecture.prm.exact import ExactEngine, Outcome
-from cprm_gym.architecture.prm.static import one_hot
-from cprm_gym.architecture.prm.transitions import ABSORBED, NeedsVariable, SliceInfo
-from cprm_gym.errors import ImpossibleEvidence
+from ...errors import ImpossibleEvidence
+from .evidence import UNOBSERVED, Readings
+from .exact import ExactEngine, Outcome
+from .static import one_hot
+from .transitions import ABSORBED, NeedsVariable, SliceInfo
 
 
 def suspects(outcome: Outcome, agent: int) -> list[str]:

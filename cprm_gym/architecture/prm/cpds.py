@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.domains import Bins, Domain, as_domain
-from cprm_gym.architecture.prm.formulas import Formula
-from cprm_gym.architecture.prm.integration import average_over_bins, integrate_noise, with_floor
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .domains import Bins, Domain, as_domain
+from .formulas import Formula
+from .integration import average_over_bins, integrate_noise, with_floor
 
 Parents = Sequence[tuple[str, Domain]]
 

@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.checking import Rule, Slot
-from cprm_gym.architecture.prm.cpds import CPD, Noise, Switch
-from cprm_gym.architecture.prm.domains import Bins, Domain
-from cprm_gym.architecture.prm.formulas import Formula
-from cprm_gym.architecture.prm.learning import all_rules
-from cprm_gym.architecture.prm.schema import Model
-from cprm_gym.architecture.prm.views import circular_mean, variance
-from cprm_gym.errors import ParameterError
+from ...errors import ParameterError
+from .checking import Rule, Slot
+from .cpds import CPD, Noise, Switch
+from .domains import Bins, Domain
+from .formulas import Formula
+from .learning import all_rules
+from .schema import Model
+from .views import circular_mean, variance
 
 
 class Diffusion(NamedTuple):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cprm_gym.errors import EvidenceError, ModelError, did_you_mean
+from ...errors import EvidenceError, ModelError, did_you_mean
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import math
 from collections.abc import Collection, Iterable
 from html import escape
 
-from cprm_gym.architecture.prm.grounding import PREVIOUS, SAME, GroundSlice
-from cprm_gym.architecture.prm.schema import Attribute, Model, PRMClass, Relation, parent_text
+from .grounding import PREVIOUS, SAME, GroundSlice
+from .schema import Attribute, Model, PRMClass, Relation, parent_text
 
 CHARACTER, LINE, PAD, GAP, BEND = 7.5, 18.0, 10.0, 60.0, 20.0
 """Width of a letter, height of a line, padding, space between boxes, and room for bent arrows, in pixels."""

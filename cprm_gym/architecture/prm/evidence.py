@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.slices import GroundVariable
-from cprm_gym.errors import EvidenceError, did_you_mean
+from ...errors import EvidenceError, did_you_mean
+from .slices import GroundVariable
 
 UNOBSERVED = -1
 

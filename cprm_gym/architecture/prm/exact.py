@@ -19,10 +19,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.factors import Factor, contract_all
-from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.transitions import (
+from ...errors import CostError, ModelError, ParameterError, did_you_mean
+from .evidence import Readings
+from .factors import Factor, contract_all
+from .jointree import connected
+from .transitions import (
     ABSORBED,
     ATEMPORAL,
     BARREN,
@@ -38,7 +39,6 @@ from cprm_gym.architecture.prm.transitions import (
     TableStore,
     Transition,
 )
-from cprm_gym.errors import CostError, ModelError, ParameterError, did_you_mean
 
 
 class Belief(NamedTuple):

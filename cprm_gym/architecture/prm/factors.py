@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.jointree import best_order, neighbours
+from .jointree import best_order, neighbours
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,19 +25,19 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from cprm_gym.architecture.prm import smoothing
-from cprm_gym.architecture.prm.anytime import AnytimeEngine
-from cprm_gym.architecture.prm.conflicts import explain, soften
-from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
-from cprm_gym.architecture.prm.exact import Belief, ComponentCost, ExactEngine, Outcome
-from cprm_gym.architecture.prm.grounding import Grounding, Situation
-from cprm_gym.architecture.prm.merging import replace_agents
-from cprm_gym.architecture.prm.particles import ParticleEngine
-from cprm_gym.architecture.prm.projection import ProjectionEngine, given_clusters, project
-from cprm_gym.architecture.prm.results import Past, Result, Snapshot
-from cprm_gym.architecture.prm.slices import STATIC, GroundSlice, GroundVariable
-from cprm_gym.architecture.prm.transitions import NeedsVariable, Recent, SliceInfo
-from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
+from ...errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
+from . import smoothing
+from .anytime import AnytimeEngine
+from .conflicts import explain, soften
+from .evidence import UNOBSERVED, Readings, read_hard, read_soft
+from .exact import Belief, ComponentCost, ExactEngine, Outcome
+from .grounding import Grounding, Situation
+from .merging import replace_agents
+from .particles import ParticleEngine
+from .projection import ProjectionEngine, given_clusters, project
+from .results import Past, Result, Snapshot
+from .slices import STATIC, GroundSlice, GroundVariable
+from .transitions import NeedsVariable, Recent, SliceInfo
 
 __all__ = ["POLICIES", "Filter", "Grounds", "Past", "Result", "Snapshot"]
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from cprm_gym.architecture.expressions import Node, parse, unparse
-from cprm_gym.errors import ExpressionError, ModelError
+from ...errors import ExpressionError, ModelError
+from ..expressions import Node, parse, unparse
 
 
 def _norm_angle(a: np.ndarray) -> np.ndarray:

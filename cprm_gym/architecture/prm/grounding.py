@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cprm_gym.architecture.prm.schema import Model, canonical_tuple, parse_tuple
-from cprm_gym.architecture.prm.slice_building import SliceBuilder
-from cprm_gym.architecture.prm.slices import (
+from ...errors import EvidenceError, ModelError, did_you_mean
+from .schema import Model, canonical_tuple, parse_tuple
+from .slice_building import SliceBuilder
+from .slices import (
     PREVIOUS,
     SAME,
     STATIC,
@@ -19,7 +20,6 @@ from cprm_gym.architecture.prm.slices import (
     check_rows,
     topological_order,
 )
-from cprm_gym.errors import EvidenceError, ModelError, did_you_mean
 
 __all__ = [
     "PREVIOUS",

@@ -20,9 +20,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtr
 
-from cprm_gym.architecture.prm.domains import Bins, Domain, Labels
-from cprm_gym.architecture.prm.formulas import Formula
-from cprm_gym.errors import ModelError
+from ...errors import ModelError
+from .domains import Bins, Domain, Labels
+from .formulas import Formula
 
 MAX_CELLS = 4_000_000
 """Largest block of quadrature values held at once."""

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm import aggregates, cpds, domains, schema
-from cprm_gym.architecture.prm.grounding import Grounding
-from cprm_gym.errors import CprmError, LogError, did_you_mean
+from ...errors import CprmError, LogError, did_you_mean
+from . import aggregates, cpds, domains, schema
+from .grounding import Grounding
 
 FORMAT = "cprm_gym relational model"
 VERSION = 1

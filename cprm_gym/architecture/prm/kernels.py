@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cprm_gym.compilation import kernel_group
+from ...compilation import kernel_group
 
 kernel = kernel_group(__file__)
 

@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.checking import Rule
-from cprm_gym.architecture.prm.cpds import Dense
-from cprm_gym.architecture.prm.evidence import read_hard
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.grounding import PREVIOUS, STATIC, Grounding, GroundSlice, Situation
-from cprm_gym.architecture.prm.schema import Model
-from cprm_gym.errors import EvidenceError, ModelError, ParameterError
+from ...errors import EvidenceError, ModelError, ParameterError
+from .checking import Rule
+from .cpds import Dense
+from .evidence import read_hard
+from .filtering import Filter
+from .grounding import PREVIOUS, STATIC, Grounding, GroundSlice, Situation
+from .schema import Model
 
 Counts = dict[Hashable, np.ndarray]
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.exact import Belief, ExactEngine, Outcome, belief_factors
-from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.transitions import Piece, PieceFactor, SliceInfo
+from .evidence import Readings
+from .exact import Belief, ExactEngine, Outcome, belief_factors
+from .factors import Factor
+from .jointree import connected
+from .transitions import Piece, PieceFactor, SliceInfo
 
 
 def replace_agents(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm import kernels
+from . import kernels
 
 LONG_RUN = 8
 """Entries in a row of memory from which on it pays to make them the innermost loop."""

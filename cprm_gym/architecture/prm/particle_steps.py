@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm import kernels
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.slices import PREVIOUS, GroundCPD
-from cprm_gym.architecture.prm.static import one_hot
-from cprm_gym.architecture.prm.transitions import ABSORBED, BARREN, HELD, WEIGHTED, NeedsVariable, SliceInfo
-from cprm_gym.errors import ModelError
+from ...errors import ModelError
+from . import kernels
+from .evidence import Readings
+from .jointree import connected
+from .slices import PREVIOUS, GroundCPD
+from .static import one_hot
+from .transitions import ABSORBED, BARREN, HELD, WEIGHTED, NeedsVariable, SliceInfo
 
 NOW, OLD, SEEN, SEEN_BEFORE = range(4)
 

@@ -19,15 +19,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm import kernels
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.factors import Factor, contract_all
-from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.particle_steps import Block, Structure
-from cprm_gym.architecture.prm.slices import PREVIOUS
-from cprm_gym.architecture.prm.static import one_hot
-from cprm_gym.architecture.prm.transitions import ABSORBED, BARREN, HELD, Kind, Recent, SliceInfo, TableStore
-from cprm_gym.errors import ModelError, ParameterError, did_you_mean
+from ...errors import ModelError, ParameterError, did_you_mean
+from . import kernels
+from .evidence import Readings
+from .factors import Factor, contract_all
+from .jointree import connected
+from .particle_steps import Block, Structure
+from .slices import PREVIOUS
+from .static import one_hot
+from .transitions import ABSORBED, BARREN, HELD, Kind, Recent, SliceInfo, TableStore
 
 
 class Particles(NamedTuple):

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.bif import need_static
-from cprm_gym.architecture.prm.grounding import SAME, GroundCPD, GroundSlice, GroundVariable
+from .bif import need_static
+from .grounding import SAME, GroundCPD, GroundSlice, GroundVariable
 
 
 def to_pgmpy(ground: GroundSlice) -> Any:

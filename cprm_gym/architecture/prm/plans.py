@@ -28,9 +28,9 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm import kernels
-from cprm_gym.architecture.prm.jointree import JoinTree, join_tree
-from cprm_gym.architecture.prm.operations import (
+from . import kernels
+from .jointree import JoinTree, join_tree
+from .operations import (
     Builder,
     Cost,
     MessageFactor,

@@ -24,14 +24,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.exact import Belief, ExactEngine, Outcome, belief_factors
-from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.operations import MessageFactor, PlanSpec, TableFactor
-from cprm_gym.architecture.prm.plans import structure_cost
-from cprm_gym.architecture.prm.static import JunctionTree
-from cprm_gym.architecture.prm.transitions import Node, Piece, PieceFactor, Recent, SliceInfo, Transition
-from cprm_gym.errors import CostError, ParameterError
+from ...errors import CostError, ParameterError
+from .evidence import Readings
+from .exact import Belief, ExactEngine, Outcome, belief_factors
+from .factors import Factor
+from .operations import MessageFactor, PlanSpec, TableFactor
+from .plans import structure_cost
+from .static import JunctionTree
+from .transitions import Node, Piece, PieceFactor, Recent, SliceInfo, Transition
 
 Clusters = tuple[tuple[Node, ...], ...]
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.slices import GroundVariable
-from cprm_gym.architecture.prm.transitions import SliceInfo
+from .evidence import Readings
+from .slices import GroundVariable
+from .transitions import SliceInfo
 
 
 class Past(NamedTuple):

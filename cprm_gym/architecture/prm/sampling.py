@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.factors import Factor, multiply
-from cprm_gym.architecture.prm.jointree import best_order, neighbours
+from .factors import Factor, multiply
+from .jointree import best_order, neighbours
 
 
 def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.random.Generator) -> dict[Any, np.ndarray]:

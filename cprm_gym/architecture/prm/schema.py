@@ -19,13 +19,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cprm_gym.architecture.prm.aggregates import Aggregate
-from cprm_gym.architecture.prm.cpds import CPD, Dense, Uniform, as_cpd
-from cprm_gym.architecture.prm.domains import Domain, as_domain, state_index
-from cprm_gym.errors import CprmError, ModelError
+from ...errors import CprmError, ModelError
+from .aggregates import Aggregate
+from .cpds import CPD, Dense, Uniform, as_cpd
+from .domains import Domain, as_domain, state_index
 
 if TYPE_CHECKING:
-    from cprm_gym.architecture.prm.diffusion import DiffusionReport
+    from .diffusion import DiffusionReport
 
 PREVIOUS_PREFIX = "prev."
 RESERVED = ("prev", "static")
@@ -313,7 +313,7 @@ class Model:
     relations: tuple[Relation, ...] = ()
 
     def __post_init__(self) -> None:
-        from cprm_gym.architecture.prm.checking import Checked
+        from .checking import Checked
 
         object.__setattr__(self, "classes", _tuple(self.classes, f"model {self.name!r}", "classes"))
         object.__setattr__(self, "relations", _tuple(self.relations, f"model {self.name!r}", "relations"))
@@ -331,7 +331,7 @@ class Model:
 
     def diffusion_report(self, steps: int = 20) -> DiffusionReport:
         """How much the bins alone spread a belief: each motion against the chain of its bins (`diffusion`)."""
-        from cprm_gym.architecture.prm.diffusion import diffusion_report
+        from .diffusion import diffusion_report
 
         return diffusion_report(self, steps)
 

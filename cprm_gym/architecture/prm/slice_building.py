@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cprm_gym.architecture.prm.aggregates import chain
-from cprm_gym.architecture.prm.checking import ClassInfo, RelationInfo, Rule, Rules, Slot
-from cprm_gym.architecture.prm.cpds import MAX_CELLS
-from cprm_gym.architecture.prm.domains import Bins, Domain
-from cprm_gym.architecture.prm.schema import parse_tuple
-from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.errors import ModelError
+from ...errors import ModelError
+from .aggregates import chain
+from .checking import ClassInfo, RelationInfo, Rule, Rules, Slot
+from .cpds import MAX_CELLS
+from .domains import Bins, Domain
+from .schema import parse_tuple
+from .slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
 
 if TYPE_CHECKING:
-    from cprm_gym.architecture.prm.grounding import Grounding
+    from .grounding import Grounding
 
 Parents = tuple[tuple[str, int], ...]
 

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cprm_gym.architecture.prm.domains import Bins, Domain, Labels, state_index
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .domains import Bins, Domain, Labels, state_index
 
 SAME, PREVIOUS, STATIC = 0, 1, -1
 """Lags of a parent: in the same slice, in the previous one, or atemporal (defined in the first slice)."""

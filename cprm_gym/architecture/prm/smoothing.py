@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import Readings
-from cprm_gym.architecture.prm.exact import Belief, belief_factors
-from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.slices import PREVIOUS, SAME
-from cprm_gym.architecture.prm.static import JunctionTree, maximise, one_hot, sliced
-from cprm_gym.architecture.prm.transitions import ATEMPORAL, SliceInfo
-from cprm_gym.errors import ModelError, did_you_mean
+from ...errors import ModelError, did_you_mean
+from .evidence import Readings
+from .exact import Belief, belief_factors
+from .factors import Factor
+from .slices import PREVIOUS, SAME
+from .static import JunctionTree, maximise, one_hot, sliced
+from .transitions import ATEMPORAL, SliceInfo
 
 
 class Slice(NamedTuple):
@@ -194,7 +194,7 @@ def expected_counts(window: Sequence[Slice], width: int) -> dict[Hashable, np.nd
 
 def sample_belief(belief: Belief, width: int, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Joint samples of the hidden variables of a belief, dict of name to (W, count) int array."""
-    from cprm_gym.architecture.prm.sampling import sample_factors
+    from .sampling import sample_factors
 
     info = belief.layout.info
     found: dict[str, np.ndarray] = {}

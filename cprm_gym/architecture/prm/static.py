@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.evidence import UNOBSERVED, Readings, read_hard, read_soft
-from cprm_gym.architecture.prm.factors import Factor, contract, contract_all, multiply, union
-from cprm_gym.architecture.prm.jointree import best_order, connected, join_tree, neighbours
-from cprm_gym.architecture.prm.slices import GroundSlice
-from cprm_gym.architecture.prm.transitions import SliceInfo, TableStore
-from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
+from ...errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
+from .evidence import UNOBSERVED, Readings, read_hard, read_soft
+from .factors import Factor, contract, contract_all, multiply, union
+from .jointree import best_order, connected, join_tree, neighbours
+from .slices import GroundSlice
+from .transitions import SliceInfo, TableStore
 
 
 class JunctionTree:

@@ -28,11 +28,11 @@ from weakref import ref
 
 import numpy as np
 
-from cprm_gym.architecture.prm.jointree import connected
-from cprm_gym.architecture.prm.operations import MessageFactor, PlanSpec, SoftFactor, TableFactor
-from cprm_gym.architecture.prm.plans import Plan, compile_plan
-from cprm_gym.architecture.prm.slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.errors import ModelError
+from ...errors import ModelError
+from .jointree import connected
+from .operations import MessageFactor, PlanSpec, SoftFactor, TableFactor
+from .plans import Plan, compile_plan
+from .slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
 
 HIDDEN, HELD, WEIGHTED, ABSORBED, BARREN = range(5)
 PRESENT, PAST, ATEMPORAL = 0, 1, -1

@@ -29,9 +29,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from cprm_gym.architecture.prm.domains import Bins, Domain
-from cprm_gym.architecture.prm.slices import GroundVariable
-from cprm_gym.errors import EvidenceError, ModelError, did_you_mean
+from ...errors import EvidenceError, ModelError, did_you_mean
+from .domains import Bins, Domain
+from .slices import GroundVariable
 
 PLAIN = ("expectation", "variance", "deviation", "mode", "argmax", "entropy", "resultant")
 WITH_ARGUMENT = ("probability", "quantile")

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.exact import ComponentCost
-from cprm_gym.architecture.prm.filtering import Filter, Result
-from cprm_gym.architecture.prm.grounding import Grounding, GroundSlice, GroundVariable, Situation
-from cprm_gym.architecture.prm.views import View
-from cprm_gym.errors import ModelError, ParameterError, did_you_mean
+from ...errors import ModelError, ParameterError, did_you_mean
+from .exact import ComponentCost
+from .filtering import Filter, Result
+from .grounding import Grounding, GroundSlice, GroundVariable, Situation
+from .views import View
 
 Relations = Iterable[str | tuple[str, ...]]
 
