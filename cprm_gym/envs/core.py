@@ -232,7 +232,9 @@ class SoccerCore:
         self._gained = np.zeros((worlds, 2), np.int64)
         space = observation_space(task.task_features, self.include)
         shape = (worlds, len(self.agents))
-        self.observation: dict[str, np.ndarray] = {name: np.zeros((*shape, *part.shape), np.float32) for name, part in space.items()}
+        self.observation: dict[str, np.ndarray] = {
+            name: np.zeros((*shape, *(part.shape or ())), np.float32) for name, part in space.items()
+        }
         self._begun = False
         self._memories: Memories | None = None
         if "memory" in self.include or observation in VECTORS:

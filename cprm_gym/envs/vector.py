@@ -30,7 +30,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
     autoreset_mode : AutoresetMode or str
         ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
     copy : bool
-        Return copies of the observation arrays (default). ``False`` returns the same arrays every time.
+        Return copies of the observations and action masks (default). ``False`` returns the same arrays every time.
     threads : int
         Threads that share the worlds.
 
@@ -100,9 +100,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self._seeded = self._running = True
         self.core.reset(seed, mask)
         self._over[slice(None) if mask is None else mask] = False
-        info: dict[str, Any] = {}
-        self._add_mask(info)
-        return self._observation(), info
+        return self._observation(), self._with_mask({})
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset.
@@ -121,31 +119,32 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
             raise CprmError(f"worlds {np.flatnonzero(self._over).tolist()[:8]} are over: reset them with options={{'reset_mask': ...}}")
         step = self.core.step(_with_agents(actions))
         reward, terminated, truncated = step.reward[:, 0].copy(), step.terminated.copy(), step.truncated.copy()
-        info: dict[str, Any] = {"is_success": step.success.copy(), "status": step.status.copy(), "_status": np.ones(self.num_envs, bool)}
-        info["_is_success"] = info["_status"]
-        self._add_mask(info)
+        success, status = step.success.copy(), step.status.copy()
+        terms = {name: values[:, 0].copy() for name, values in step.terms.items()}
         if starting is not None and starting.any():
             self.core.reset(None, starting)
-            reward[starting], terminated[starting], truncated[starting] = 0.0, False, False
-            info["is_success"][starting] = False
-        self._over = terminated | truncated
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
-            over = self._over
+            for values in (reward, terminated, truncated, success, status, *terms.values()):
+                values[starting] = 0
+        everywhere = np.ones(self.num_envs, bool)
+        info = _where(everywhere, is_success=success, status=status, reward_terms=_where(everywhere, **terms))
+        over = terminated | truncated
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and over.any():
             final = np.empty(self.num_envs, object)
             for i in np.flatnonzero(over):
                 final[i] = self._observation_of(int(i))
-            info["final_obs"], info["_final_obs"] = final, over.copy()
-            info["final_info"] = {"is_success": info["is_success"].copy(), "_is_success": over.copy()}
-            info["_final_info"] = over.copy()
+            last = _where(over, is_success=success.copy(), status=status.copy(), reward_terms=_where(over, **terms))
+            info |= _where(over, final_obs=final, final_info=last)
             self.core.reset(None, over)
-            self._over = np.zeros(self.num_envs, bool)
-        return self._observation(), reward, terminated, truncated, info
+            over = np.zeros(self.num_envs, bool)
+        self._over = over
+        return self._observation(), reward, terminated, truncated, self._with_mask(info)
 
-    def _add_mask(self, info: dict[str, Any]) -> None:
-        """What can be done now, for the macro view; a view that the next step overwrites."""
-        if self.core.action_mask is not None:
-            info["action_mask"] = self.core.action_mask[:, 0]
-            info["_action_mask"] = np.ones(self.num_envs, bool)
+    def _with_mask(self, info: dict[str, Any]) -> dict[str, Any]:
+        """`info` with what can be done now, for the macro view."""
+        mask = self.core.action_mask
+        if mask is not None:
+            info |= _where(np.ones(self.num_envs, bool), action_mask=mask[:, 0].copy() if self._copy else mask[:, 0])
+        return info
 
     def _observation(self) -> Any:
         output = self.core.output
@@ -162,6 +161,11 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held open."""
+
+
+def _where(worlds: np.ndarray, **values: Any) -> dict[str, Any]:
+    """Values of the worlds in Gymnasium's form: each followed by the array that says for which of them it counts."""
+    return {key: value for name, given in values.items() for key, value in ((name, given), (f"_{name}", worlds))}
 
 
 def _with_agents(actions: Any) -> Any:

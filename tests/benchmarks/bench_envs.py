@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import statistics
 import time
+from functools import partial
 
 import gymnasium
 import numpy as np
 
 from cprm_gym.envs import soccer_v0
+from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.spaces import NO_COMMAND
+from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.simulator import Simulator
 
 RUNS = 7
@@ -48,11 +51,12 @@ def main() -> None:
     base = {n: kernels(n) for n in (1, 64)}
     rows = []
 
-    env = soccer_v0.parallel_env(max_cycles=10**9)
-    env.reset(seed=1)
     run = {"type": 1, "params": np.array([0.5, 0, 0, 0], np.float32), "turn_neck": np.zeros(1, np.float32), "view": 0}
-    actions = {agent: dict(run) for agent in env.agents}
-    rows.append(("Parallel, 22 agents, hybrid, per step", median_us(lambda: env.step(actions), 500), base[1]))
+    for copy, name in ((True, "Parallel, 22 agents, hybrid, per step"), (False, "the same with copy=False")):
+        env = soccer_v0.parallel_env(max_cycles=10**9, copy=copy)
+        env.reset(seed=1)
+        actions = {agent: dict(run) for agent in env.agents}
+        rows.append((name, median_us(partial(env.step, actions), 500), base[1]))
 
     single = gymnasium.make("cprm/Soccer11v11-v0", others="hold", max_cycles=10**9).unwrapped
     single.reset(seed=1)
@@ -68,9 +72,6 @@ def main() -> None:
     envs.reset(seed=1)
     many = np.tile(move, (64, 1))
     rows.append(("vector, 64 worlds of 11 v 11, one agent each, per world", median_us(lambda: envs.step(many), 30) / 64, base[64]))
-
-    from cprm_gym.envs.core import SoccerCore
-    from cprm_gym.envs.tasks import make_task
 
     core = SoccerCore(make_task("Soccer11v11", max_cycles=10**9), 64, view="hybrid")
     core.reset(1)

@@ -113,6 +113,39 @@ def test_a_new_episode_in_one_world_does_not_disturb_the_others():
             assert values[1:].tobytes() == mixed.observation[name][1:].tobytes()
 
 
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_a_vector_environment_tells_of_ends_and_terms(mode):
+    envs = SoccerVectorEnv(4, near=5.0, far=6.0, rolling=0.0, max_episode_steps=3, reward="to_ball", autoreset_mode=mode)
+    envs.reset(seed=1)
+    for _ in range(3):
+        reward, _, truncated, info = envs.step(np.tile(FORWARD, (4, 1)))[1:]
+        assert info["reward_terms"]["to_ball"] == pytest.approx(reward)
+        assert info["_reward_terms"].all()
+    assert truncated.all()
+    assert (info["status"] == 2).all()
+    if mode == "SameStep":
+        assert info["final_info"]["status"].tolist() == [2] * 4
+        assert info["final_info"]["_status"].all()
+    else:
+        reward, _, truncated, info = envs.step(np.tile(FORWARD, (4, 1)))[1:]
+        for values in (reward, truncated, info["status"], info["reward_terms"]["to_ball"]):
+            assert not values.any()
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_masks_of_a_vector_environment_are_copies_unless_asked_otherwise(kept):
+    envs = SoccerVectorEnv(4, task="HFO1v0", action_mode="macro", copy=kept, max_episode_steps=5, autoreset_mode="SameStep")
+    masks = [envs.reset(seed=1)[1]["action_mask"]]
+    before = [mask.copy() for mask in masks]
+    for _ in range(12):
+        masks.append(envs.step(np.full(4, 2))[4]["action_mask"])
+        before.append(masks[-1].copy())
+        assert (masks[-1] == envs.core.action_mask[:, 0]).all()
+    unchanged = all((mask == copied).all() for mask, copied in zip(masks, before))
+    assert unchanged or not kept
+    assert np.shares_memory(masks[-1], envs.core.action_mask) is not kept
+
+
 # ---------------------------------------------------------------------- what is refused
 
 
