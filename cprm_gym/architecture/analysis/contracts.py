@@ -370,7 +370,10 @@ class _Judge:
         rest = space.system.start[columns]
         dirty = (space.markings[:, columns] != rest).any(axis=1)
         clocks = space.rows[:, space.system.net.n_places + space.system.net.n_cells : -1]
-        left = (clocks < 0).any(axis=1)
+        ends = np.flatnonzero(self.labels == space.system.end_label)
+        standing = np.zeros_like(clocks, bool)
+        standing[self.sources[ends]] = clocks[self.targets[ends]] < 0
+        left = standing.any(axis=1)
         bad = np.flatnonzero(self.over & (dirty | left))
         if not len(bad):
             return self.verdict("clean")
@@ -380,8 +383,9 @@ class _Judge:
             for c, r in zip(columns, rest)
             if space.markings[node, c] != r
         ]
-        timed = [space.system.transitions[t].name for t in space.system.net.timed[clocks[node] < 0]]
-        wrong += [f"the clock of {name!r} keeps its age" for name in timed]
+        net = space.system.net
+        owners = np.repeat(net.timed, np.diff(net.clock_start))[standing[node]]
+        wrong += [f"the clock of {space.system.transitions[t].name!r} keeps its age" for t in dict.fromkeys(owners.tolist())]
         return self.broken("clean", node, "left behind at the end: " + ", ".join(wrong))
 
     def interruption(self) -> Clause:

@@ -97,7 +97,7 @@ class TimedSystem:
         Those of the net, then those of the outside.
     variables : tuple of Variable
     labels : tuple of str
-        What each edge label means: transitions, then cells, then ``end of cycle`` and ``next cycle``.
+        What each edge label means: transitions, then cells, then ``clocks stop``, ``end of cycle`` and ``next cycle``.
     untimed : System
         The same discrete part without time.
     """
@@ -234,7 +234,7 @@ class CycleSpace:
             if label == system.tick_label:
                 cycle += 1
                 continue
-            if label == system.end_label:
+            if label in (system.end_label, system.net.stop_label):
                 continue
             kind = "fires" if label < own else "outside" if label < len(system.transitions) else "observed"
             steps.append(Step(cycle, system.labels[label], kind, self.marking(int(self.graph.targets[edge]))))
@@ -265,7 +265,7 @@ def timed_system(
     Raises
     ------
     NetError
-        For nets with several servers per transition, which this exploration does not follow.
+        For nets with more tokens, longer delays, more thresholds or more clocks than this exploration can follow.
     """
     c = net if isinstance(net, CompiledNet) else compile_net(net)
     limit = _check_size(c, limit)
@@ -281,40 +281,50 @@ def timed_system(
     for v in variables:
         first.append(len(labels))
         labels += [v.text(k + 1) for k in range(len(v.cells))]
-    labels += ["end of cycle", "next cycle"]
+    labels += ["clocks stop", "end of cycle", "next cycle"]
     fixed = [v.fixed for v in variables]
+    arcs = _arc_tables(c, untimed, transitions, variables, of_place)
+    clocks = [c.clock_count(t) for t in timed]
+    shifts = _shifting(arcs, timed) & (c.memory[timed] == kernels.ENABLING)
     arrays = kernels.CycleNet(
-        **_arc_tables(c, untimed, transitions, variables, of_place),
+        **arcs,
         n_places=len(untimed.places),
         n_cells=len(variables),
         immediate=_ints(immediate),
         group_end=_ints(ends),
         timed=_ints(timed),
+        clock_start=len(untimed.places) + len(variables) + np.concatenate(([0], np.cumsum(clocks))).astype(np.int64),
         delay=c.delay[timed].astype(np.int64),
         memory=c.memory[timed].astype(np.int64),
+        touches=_touching(c, untimed, timed),
+        shifts=shifts,
+        shifting=bool(shifts.any()),
         outside=_ints(range(own, len(transitions))),
         cells=_ints([len(v.cells) for v in variables]),
         first_label=_ints(first),
         fixed=np.array([f > 0 for f in fixed], bool),
+        stop_label=len(labels) - 3,
         end_label=len(labels) - 2,
         tick_label=len(labels) - 1,
-        atomic=c.net.semantics.persistence == "atomic",
         limit=limit,
     )
-    start = np.concatenate((untimed.marking, fixed, np.zeros(len(timed) + 1))).astype(np.int16)
+    start = np.concatenate((untimed.marking, fixed, np.zeros(sum(clocks) + 1))).astype(np.int16)
     return TimedSystem(c, untimed.places, transitions, own, variables, tuple(labels), untimed, arrays, start)
 
 
 MOST = 15_000
 """Most tokens, weights and cycles of delay that fit a node."""
+MOST_CLOCKS = 64
+"""Most clocks of one transition; what `servers` may be as a number."""
 
 
 def _check_size(c: CompiledNet, limit: int) -> int:
     """Refuse what a node cannot hold; the number of tokens beyond which a place counts as unbounded."""
-    for t, servers in zip(c.net.transitions, c.servers):
-        if t.is_timed and servers != 1:
+    for k, t in enumerate(c.net.transitions):
+        if c.clock_count(k) > MOST_CLOCKS:
             raise NetError(
-                f"net {c.net.name!r}, transition {t.name!r}: analysis follows one clock per transition, it has {servers} servers"
+                f"net {c.net.name!r}, transition {t.name!r}: analysis follows up to {MOST_CLOCKS} clocks per transition, it may have "
+                f"{c.clock_count(k)}; give its input places capacities or it fewer servers"
             )
         if t.delay > MOST:
             raise NetError(f"net {c.net.name!r}, transition {t.name!r}: analysis follows delays up to {MOST} cycles, it has {t.delay}")
@@ -352,6 +362,20 @@ def _arc_tables(
     for name, rows, width in zip(("guard", "cell", "take", "put", "set", "write"), tables, (3, 2, 2, 2, 2, 2)):
         arrays[f"{name}_start"], arrays[name] = _table(rows, width)
     return arrays
+
+
+def _shifting(arcs: Mapping[str, Any], timed: list[int]) -> np.ndarray:
+    """Which of the timed transitions read a variable that some firing changes, (C,) bool."""
+    written = set(arcs["write"][:, 0].tolist())
+    start = arcs["cell_start"]
+    return np.array([not written.isdisjoint(arcs["cell"][start[t] : start[t + 1], 0].tolist()) for t in timed], bool)
+
+
+def _touching(c: CompiledNet, u: System, timed: list[int]) -> np.ndarray:
+    """Which transitions take tokens that a timed one needs, (T, C) bool; none do where persistence looks at whole firings only."""
+    if c.net.semantics.persistence == "atomic":
+        return np.zeros((len(u.transitions), len(timed)), bool)
+    return (u.pre > 0).astype(np.int64) @ (u.need[timed] > 0).T.astype(np.int64) > 0
 
 
 def _ints(values: object) -> np.ndarray:

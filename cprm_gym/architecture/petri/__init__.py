@@ -32,7 +32,7 @@ it is disabled (*enabling memory*), by any firing in between too, or by one that
 Options: ``memory="age"`` keeps the clock's value while disabled, ``memory="resampling"`` resets it at any firing,
 ``Semantics(persistence="atomic")`` looks only at the marking after each firing. One clock per transition runs whatever its
 enabling degree (*single server*) and starts again after each firing; ``servers=k`` or ``INFINITE`` gives one per degree, the
-youngest stopping first.
+youngest stopping first and, with age memory, the oldest going on first.
 
 **One cycle**
 

@@ -15,10 +15,12 @@ from ..expressions import Expression
 from ..expressions.interpreter import interpret
 from .modules import flatten
 from .net import PetriNet, math_order
-from .places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
+from .places import INFINITE, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
 
 UNBOUNDED = 2**62
 """Capacity of a place without one."""
+MAX_CLOCKS = 256
+"""Clocks of a transition with infinitely many servers whose input places are unbounded."""
 
 
 class PlaceKind(IntEnum):
@@ -146,6 +148,15 @@ class CompiledNet:
     def n_transitions(self) -> int:
         """T."""
         return len(self.net.transitions)
+
+    def clock_count(self, t: int) -> int:
+        """Most clocks of transition `t` that can run at once: none of an immediate one, else one per server, as far as its input places
+        can hold tokens for them (`MAX_CLOCKS` of infinite servers if they can hold any number)."""
+        if self.delay[t] == 0:
+            return 0
+        room = [int(self.capacity[p] // w) for p, w in self.inputs.of(t)] or [1]
+        servers = MAX_CLOCKS if self.servers[t] == INFINITE else int(self.servers[t])
+        return max(1, min(*room, servers))
 
     @cached_property
     def pre(self) -> NDArray[np.int64]:

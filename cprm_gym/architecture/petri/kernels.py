@@ -193,11 +193,13 @@ def adjust_clocks(p, s, x, w, t, enabled):
             wanted = high - low
     running = stop_clocks(p, s, w, t, wanted)
     if x.counts[START] == 1:
-        for k in range(low, high):
-            c = s.clock[w, k]
-            if running < wanted and c < 0:
-                s.clock[w, k] = 0 if c == OFF else -2 - c
-                running += 1
+        while running < wanted:  # the oldest of those that stand goes on first; if none stands, one starts
+            chosen = -1
+            for k in range(low, high):
+                if s.clock[w, k] < 0 and (chosen < 0 or s.clock[w, k] < s.clock[w, chosen]):
+                    chosen = k
+            s.clock[w, chosen] = 0 if s.clock[w, chosen] == OFF else -2 - s.clock[w, chosen]
+            running += 1
     return OK
 
 

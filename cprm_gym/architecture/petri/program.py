@@ -19,10 +19,7 @@ from ..expressions import Expression
 from ..expressions.compiler import Assembler
 from .compiled import UNBOUNDED, CompiledNet, Memory, PlaceKind
 from .net import resolve_name
-from .places import INFINITE, Input, ObjectPlace, Transition
-
-MAX_CLOCKS = 256
-"""Clocks of a transition with infinitely many servers whose input places are unbounded."""
+from .places import Input, ObjectPlace, Transition
 
 
 def _record(ints: str, reals: str = "") -> np.dtype[Any]:
@@ -257,16 +254,6 @@ class _Builder:
             found.append((sorted(affected), sorted(touched), again))
         return found
 
-    def clock_count(self, t: int) -> int:
-        """Clocks of a transition: none for immediates, one per server for timed ones."""
-        net = self.net
-        if net.delay[t] == 0:
-            return 0
-        if net.servers[t] != INFINITE:
-            return int(net.servers[t])
-        bounds = [int(net.capacity[p] // w) for p, w in net.inputs.of(t)]
-        return max(1, min([*bounds, MAX_CLOCKS])) if bounds else 1
-
     # -- commands ---------------------------------------------------------------------------------------------------------
 
     def command_parameters(self) -> dict[str, dict[str, int]]:
@@ -325,7 +312,7 @@ class _Builder:
                 row += arcs.add((p, self.object_number.get(net.place_names[p], -1), value) for p, value in kind.of(t))
             for part in consequence:
                 row += self.lists.add(part)
-            row += [clock, clock + self.clock_count(t)]
+            row += [clock, clock + net.clock_count(t)]
             clock = row[-1]
             row += parameters.add(self.command_rows(declared))
             held = [self.object_number[p] for p in declared.inputs if p in self.object_number]

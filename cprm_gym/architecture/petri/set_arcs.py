@@ -35,7 +35,8 @@ def eliminate_set_arcs(net: PetriNet) -> PetriNet:
     Returns
     -------
     PetriNet
-        `net` itself (flat) when it has no set arcs. Names of what is added start with ``set.``.
+        `net` itself (flat) when it has no set arcs. Names of what is added start with ``set.``. The firings of what is added count
+        towards ``Semantics(max_firings=...)``.
 
     Raises
     ------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from cprm_gym.architecture.petri import Belief, Input, Math, PetriNet, Place, Semantics, Transition
+from cprm_gym.architecture.petri import INFINITE, Belief, Input, Math, PetriNet, Place, Semantics, Transition
 
 
 def kanban(n: int) -> PetriNet:
@@ -57,7 +57,7 @@ def producer(capacity: int | None) -> PetriNet:
     )
 
 
-def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: bool = True) -> PetriNet:
+def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: bool = True, immediate: bool = True) -> PetriNet:
     """A random net of a few small places.
 
     Parameters
@@ -69,6 +69,8 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
         With test, inhibitor and set arcs.
     inputs : bool
         With an input, a belief and a math place that transitions read.
+    immediate : bool
+        With immediate transitions.
     """
     draw = random.Random(seed)
     names = [f"p{i}" for i in range(draw.randint(2, 5))]
@@ -92,7 +94,7 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
         for name in real:
             if draw.random() < 0.4:
                 (tests if draw.random() < 0.5 else inhibitors)[name] = draw.choice([-1.0, 0.5, 2.0])
-        delay = draw.choice([0, 1, 2, 3]) if timed else 0
+        delay = draw.choice([0, 1, 2, 3] if immediate else [1, 2, 3]) if timed else 0
         transitions.append(
             Transition(
                 f"t{k}",
@@ -105,6 +107,7 @@ def random_net(seed: int, *, timed: bool = True, extended: bool = True, inputs: 
                 set_wins=True,
                 priority=draw.choice([0, 0, 1]) if timed else 0,
                 memory=draw.choice(["enabling", "age", "resampling"]),
+                servers=draw.choice([1, 1, 2, INFINITE]),
             )
         )
     semantics = Semantics(capacity=draw.choice(["strong", "weak"]), persistence=draw.choice(["intermediate", "atomic"]), max_firings=100)
@@ -155,3 +158,36 @@ def token_ring(n: int) -> PetriNet:
                     left = states[p - 1, w]
                     transitions.append(Transition(f"copy{p}_{v}_{w}", (states[p, v], left), (states[p, w], left)))
     return PetriNet("ring", places, tuple(transitions))
+
+
+def landing_detector(n: int) -> PetriNet:
+    """AirplaneLD of the Model Checking Contest, its instance `n`: does an aeroplane touch the ground?
+
+    Two wheels' load, the altitude (2 n values) and two wheels' speed (n values) are sampled, any of its values each, and read in
+    turn until one of them tells.
+    """
+    loads, heights, speeds = ("on", "off"), range(1, 2 * n + 1), range(1, n + 1)
+    fast = set(range(n // 2 + 1, n))
+    sensors = (
+        ("load_left", "load", loads, {"on"}),
+        ("load_right", "load", loads, {"on"}),
+        ("height", "height", heights, set(range(1, n))),
+        ("speed_left", "speed", speeds, fast),
+        ("speed_right", "speed", speeds, fast),
+    )
+    places = [
+        Place(f"{source}_{v}", tokens=1) for source, values in (("load", loads), ("height", heights), ("speed", speeds)) for v in values
+    ]
+    places += [Place("stage_1", tokens=1), *(Place(f"stage_{k}") for k in range(2, len(sensors) + 1)), Place("over")]
+    places += [Place("ground"), Place("air")]
+    transitions = []
+    for k, (sensor, source, values, telling) in enumerate(sensors, 1):
+        places.append(Place(f"{sensor}_waits", tokens=1))
+        for v in values:
+            places.append(Place(f"{sensor}_read_{v}"))
+            transitions.append(
+                Transition(f"sample_{sensor}_{v}", (f"{sensor}_waits", f"{source}_{v}"), (f"{source}_{v}", f"{sensor}_read_{v}"))
+            )
+            after = ("over", "ground") if v in telling else (f"stage_{k + 1}",) if k < len(sensors) else ("over", "air")
+            transitions.append(Transition(f"judge_{sensor}_{v}", (f"{sensor}_read_{v}", f"stage_{k}"), after))
+    return PetriNet("landing_detector", tuple(places), tuple(transitions))

@@ -4,11 +4,12 @@ import random
 
 import numpy as np
 import pytest
+from reference_interpreter import Reference
 from structure_nets import random_net
 
 from cprm_gym.architecture.analysis.cycles import explore_cycles, timed_system
 from cprm_gym.architecture.analysis.kernels import cycles as kernels
-from cprm_gym.architecture.petri import Executor, Input, Math, ObjectPlace, PetriNet, Place, Selection, Semantics, Transition
+from cprm_gym.architecture.petri import INFINITE, Executor, Input, Math, ObjectPlace, PetriNet, Place, Selection, Semantics, Transition
 from cprm_gym.errors import LivelockError, NetError
 
 
@@ -167,10 +168,93 @@ def test_bounds_that_contradict_each_other_are_refused():
         timed_system(net, bounds={"z": (0, 1)})
 
 
-def test_several_servers_are_refused_by_name():
-    net = PetriNet("servers", (Place("p", tokens=3),), (Transition("slow", ("p",), delay=2, servers=3),))
-    with pytest.raises(NetError, match=r"'slow'.*3 servers"):
+def test_more_clocks_than_a_number_of_servers_can_be_are_refused_by_name():
+    net = PetriNet("servers", (Place("p", tokens=3),), (Transition("slow", ("p",), delay=2, servers=INFINITE),))
+    with pytest.raises(NetError, match=r"'slow'.*up to 64 clocks.*it may have 256; give its input places capacities"):
         explore_cycles(net)
+
+
+@pytest.mark.parametrize(("servers", "cycles"), [(1, [5, 10, 15]), (2, [5, 5, 10]), (INFINITE, [5, 5, 5])])
+def test_servers_work_at_once(servers, cycles):
+    net = PetriNet("queue", (Place("p", tokens=3, capacity=3), Place("q")), (Transition("t", ("p",), ("q",), delay=5, servers=servers),))
+    space = explore_cycles(net)
+    last = int(np.flatnonzero(space.markings[:, 1] == 3)[0])
+    assert [s.cycle for s in space.run(last)] == cycles
+
+
+@pytest.mark.parametrize(("memory", "cycles"), [("enabling", {4, 7}), ("age", {4, 6}), ("resampling", {7, 11})])
+def test_of_two_clocks_the_youngest_stops(memory, cycles):
+    """One token is there from the start, one from cycle 1; in cycle 2 one is lent, and it is back in cycle 3."""
+    net = PetriNet(
+        "lend",
+        (Place("p", tokens=1, capacity=2), Place("q"), Place("later", tokens=1), Place("once", tokens=1), Place("away")),
+        (
+            Transition("t", ("p",), ("q",), delay=4, servers=2, memory=memory),
+            Transition("come", ("later",), ("p",), delay=1),
+            Transition("lend", ("p", "once"), ("away",), delay=2),
+            Transition("back", ("away",), ("p",), delay=1),
+        ),
+    )
+    assert firings(net, "t") == cycles
+
+
+def test_an_age_clock_stopped_by_a_due_transition_is_still_due_before_lower_priorities():
+    net = PetriNet(
+        "still due",
+        (Place("p", tokens=1), Place("d", tokens=1), Place("race", tokens=1), Place("won")),
+        (
+            Transition("borrow", ("p", "d"), ("p",), delay=2, priority=2),
+            Transition("a", ("race",), ("won",), tests=("p",), delay=2, priority=1, memory="age"),
+            Transition("c", ("race",), delay=2),
+        ),
+    )
+    assert firings(net, "a") == {2}
+    assert firings(net, "c") == set()
+
+
+def test_a_clock_restarts_when_a_firing_enables_what_the_environment_had_disabled():
+    """In cycle 1 the input disables `t` when the clocks stop; then `go` enables it, so that its clock starts at that instant."""
+    net = PetriNet(
+        "restart",
+        (Place("p", tokens=1), Place("q"), Place("go"), Place("s", tokens=1), Place("e", tokens=1), Place("k"), Input("x"),
+         Math("m", "x + go")),
+        (
+            Transition("see", ("e",), ("k",), tests={"m": 1}),
+            Transition("start", ("s",), ("go",), delay=1, priority=1),
+            Transition("unsee", ("k",), (), delay=1, inhibitors={"m": 1}),
+            Transition("t", ("p",), ("q",), tests={"m": 1}, delay=3),
+        ),
+    )  # fmt: skip
+    space, executor = explore_cycles(net), Executor(net)
+    columns = [executor.net.place(name) for name in space.system.places]
+    here = np.arange(space.n_nodes) == 0
+    for cycle in range(5):
+        executor.step({"x": 0.0 if cycle == 1 else 1.0})
+        here = boundary_after(space, here) & (space.markings == executor.marking[0, columns]).all(axis=1)
+        assert here.any(), f"cycle {cycle}"
+    assert executor.read("q") == 1
+
+
+def test_clocks_of_several_servers_are_those_of_the_reference_interpreter():
+    """Without a choice there is one run, and it must be the interpreter's, marking for marking."""
+    seen = set()
+    for seed in range(200):
+        net = random_net(seed, inputs=False, immediate=False)
+        space = explore_cycles(net)
+        assert space.complete
+        reference = Reference(net)
+        node, ends = 0, np.flatnonzero(space.kinds == kernels.OVER)
+        for _ in range(min(len(ends), 40)):
+            while space.kinds[node] != kernels.OVER:
+                low, high = space.graph.offsets[node], space.graph.offsets[node + 1]
+                assert high == low + 1, f"net {seed}: {space.marking(node)} has {high - low} successors"
+                node = int(space.graph.targets[low])
+            reference.step({}, {}, {})
+            wanted = [reference.marking[name] for name in space.system.places]
+            assert space.markings[node].tolist() == wanted, f"net {seed}, cycle {reference.cycle}"
+            node = int(space.graph.targets[space.graph.offsets[node]])
+        seen |= {t.memory for t in net.transitions if t.servers != 1 and len(ends) > 5}
+    assert seen == {"enabling", "age", "resampling"}
 
 
 def test_every_run_of_random_nets_is_among_those_explored():

@@ -91,7 +91,7 @@ def random_transition(rng, i: int, names: list[str], readable: list[str], held: 
     if rng.random() < 0.4:
         emits = pick(rng, [Command("turn", moment="m0"), Command("kick", power="m1", to="h0" if held else 1.0), Command("say", what="p0")])
     memory = pick(rng, ["enabling", "enabling", "age", "resampling"])
-    servers = 1 if memory == "age" else pick(rng, [1, 1, 2, INFINITE])
+    servers = pick(rng, [1, 1, 2, INFINITE])
     return Transition(
         f"t{i}", inputs, outputs, tests=tests, inhibitors=inhibitors, sets=set_to, delay=delay, priority=int(rng.integers(0, 3)),
         emits=emits, weight=float(rng.integers(1, 4)), memory=memory, servers=servers, set_wins=True,

@@ -182,7 +182,10 @@ class Reference:
             wanted = min(wanted, t.servers)
         self.trim(t, wanted)
         while self.may_start and len(self.running[t.name]) < wanted:
-            self.running[t.name].append(self.paused[t.name].pop(0) if self.paused[t.name] else 0)
+            oldest = max(self.paused[t.name], default=0)
+            self.running[t.name].append(oldest)
+            if oldest in self.paused[t.name]:
+                self.paused[t.name].remove(oldest)
 
     def is_due(self, t) -> bool:
         return any(c >= t.delay for c in self.running[t.name])

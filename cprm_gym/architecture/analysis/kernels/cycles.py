@@ -3,10 +3,14 @@
 A node is a row of 16-bit integers: tokens of the places, cells of what the environment sets, clocks of the timed transitions, phase.
 
 * Cell 0 of a variable: not asked for yet in this cycle; -1: must be asked anew before anything else; 1, 2, ...: which cell.
-* Clock 0: off; c > 0: runs and shows c - 1 cycles; c < 0: stands (age memory) and shows -c - 1 cycles.
+* Clock 0: off; c > 0: shows c - 1 cycles. The clocks of one transition stand oldest first. When the cycle is over, c < 0: stands (age
+  memory) and shows -c - 1 cycles. Within an instant which of them run follows from the tokens: as many as the transition is enabled
+  times, the oldest.
 * Phase `INSTANT`: something may still happen at this instant; `BOUNDARY`: the cycle is over, clocks of enabled transitions run.
 
-The environment is asked only for what the net looks at, and its answer holds until the cycle ends.
+The environment is asked only for what the net looks at, and its answer holds until the cycle ends. What a firing changes (a math place that
+reads tokens, a selected object that is taken) is asked for anew; the transitions whose clocks that may stop are marked by negative clocks
+until the answer is there.
 """
 
 from __future__ import annotations
@@ -18,13 +22,16 @@ import numpy as np
 from ....compilation import kernel_group
 
 kernel = kernel_group()
+inlined = kernel_group(forceinline=True)  # a call costs much more than they do: the arrays of the net are passed one by one
 
 INSTANT, BOUNDARY = 0, 1
 IMMEDIATE, TIMED, OUTSIDE = 0, 1, 2
 """Classes of transitions; those of the outside may fire at any instant and pre-empt nothing."""
-ASKING, FIRING, DUE, QUIET, OVER = 0, 1, 2, 3, 4
+ENABLING, AGE, RESAMPLING = 0, 1, 2
+ASKING, FIRING, DUE, QUIET, OVER, STOPPING = 0, 1, 2, 3, 4, 5
 """What a node is: asks for a cell before an immediate transition can be judged; immediate transitions are enabled; a timed
-transition is due; nothing more happens at this instant; the cycle is over."""
+transition is due; nothing more happens at this instant; the cycle is over; clocks stop whose transitions the environment has
+disabled."""
 DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
 
 _MIX = np.uint64(0xD6E8FEB86659FD93)
@@ -51,19 +58,23 @@ class CycleNet(NamedTuple):
     immediate: np.ndarray  # transitions, by priority then declaration
     group_end: np.ndarray  # ends of the priority groups in `immediate`
     timed: np.ndarray  # (C,) transitions, by priority then declaration
+    clock_start: np.ndarray  # (C + 1,) columns of their clocks
     delay: np.ndarray  # (C,)
-    memory: np.ndarray  # (C,) 0 enabling, 1 age, 2 resampling
+    memory: np.ndarray  # (C,) ENABLING, AGE, RESAMPLING
+    touches: np.ndarray  # (T, C) bool: takes tokens that the other needs, where persistence looks at the marking in between
+    shifts: np.ndarray  # (C,) bool: enabling memory, and reads a variable that firings change
+    shifting: bool  # whether there are such
     outside: np.ndarray  # transitions of the outside
     cells: np.ndarray  # (X,) number of cells
     first_label: np.ndarray  # (X,) label of "variable x is in cell 1"
     fixed: np.ndarray  # (X,) bool: keeps its cell for ever
+    stop_label: int
     end_label: int
     tick_label: int
-    atomic: bool  # persistence looks at whole firings only
     limit: int  # tokens beyond which a place counts as unbounded
 
 
-@kernel
+@inlined
 def holds(net, t, row):
     """Whether the tokens allow transition `t`."""
     for k in range(net.guard_start[t], net.guard_start[t + 1]):
@@ -76,7 +87,7 @@ def holds(net, t, row):
     return True
 
 
-@kernel
+@inlined
 def cells_hold(net, t, row):
     """1 if the cells allow transition `t`, 0 if not, -1 - x if that depends on variable x, not asked yet."""
     answer = 1
@@ -88,6 +99,80 @@ def cells_hold(net, t, row):
         elif (net.cell[k, 1] >> c) & 1 == 0:
             return 0
     return answer
+
+
+@kernel
+def unknown_cell(net, t, row):
+    """A variable that transition `t` reads and that is not asked for yet, -1 if there is none."""
+    for k in range(net.cell_start[t], net.cell_start[t + 1]):
+        if row[net.n_places + net.cell[k, 0]] == 0:
+            return net.cell[k, 0]
+    return -1
+
+
+@inlined
+def degree(net, t, row):
+    """How often the tokens in `row` let `t` be enabled at once; test and inhibitor arcs aside."""
+    least = 1 if net.take_start[t] == net.take_start[t + 1] else net.limit
+    for k in range(net.take_start[t], net.take_start[t + 1]):
+        least = min(least, row[net.take[k, 0]] // net.take[k, 1])
+    return least
+
+
+@inlined
+def keep_oldest(net, c, row, keep):
+    """Forget all clocks of timed transition `c` but the `keep` oldest."""
+    for k in range(net.clock_start[c] + keep, net.clock_start[c + 1]):
+        row[k] = 0
+
+
+@inlined
+def adjust(net, c, row, was):
+    """Stop the clocks that timed transition `c` (enabling memory) has too many of; `was`: it was enabled before the firing."""
+    t = net.timed[c]
+    if holds(net, t, row) and cells_hold(net, t, row) != 0:
+        keep_oldest(net, c, row, degree(net, t, row))
+    elif was:
+        keep_oldest(net, c, row, 0)
+
+
+@kernel
+def adjust_marked(net, row):
+    """`adjust` what waited for an answer of the environment, now that none is missing; negative clocks: it was enabled."""
+    for x in range(net.n_cells):
+        if row[net.n_places + x] < 0:
+            return
+    for c in range(net.timed.shape[0]):
+        if net.shifts[c]:
+            was = row[net.clock_start[c]] < 0
+            for k in range(net.clock_start[c], net.clock_start[c + 1]):
+                row[k] = abs(row[k])
+            adjust(net, c, row, was)
+
+
+@inlined
+def adjust_clocks(net, c, u, row, out, between):
+    """The clocks of timed transition `c` after transition `u` has led from the node `row` to `out`.
+
+    between : its tokens with those taken and none put yet
+    """
+    t, low, high = net.timed[c], net.clock_start[c], net.clock_start[c + 1]
+    if net.memory[c] == RESAMPLING:
+        keep_oldest(net, c, out, 0)
+        return
+    if t == u:  # its oldest clock has done its work
+        for k in range(low, high - 1):
+            out[k] = out[k + 1]
+        out[high - 1] = 0
+    if net.memory[c] == AGE:
+        return
+    if net.touches[u, c]:
+        keep_oldest(net, c, out, degree(net, t, between) if holds(net, t, between) else 0)
+    if not net.shifts[c]:
+        adjust(net, c, out, True)
+    elif holds(net, t, row) and cells_hold(net, t, row) == 1:
+        for k in range(low, high):
+            out[k] = -out[k]
 
 
 @kernel
@@ -108,16 +193,11 @@ def fire(net, u, row, out, between):
         out[net.set[k, 0]] = net.set[k, 1]
     for k in range(net.write_start[u], net.write_start[u + 1]):
         out[net.n_places + net.write[k, 0]] = net.write[k, 1]
-    clocks = net.n_places + net.n_cells
     for c in range(net.timed.shape[0]):
-        v = out[clocks + c]
-        if v == 0:
-            continue
-        t = net.timed[c]
-        if t == u or net.memory[c] == 2:
-            out[clocks + c] = 0
-        elif not ((net.atomic or holds(net, t, between)) and holds(net, t, out) and cells_hold(net, t, out) != 0):
-            out[clocks + c] = 0 if net.memory[c] == 0 else -abs(v)
+        if out[net.clock_start[c]] != 0:
+            adjust_clocks(net, c, u, row, out, between)
+    if net.shifting:
+        adjust_marked(net, out)
     return True
 
 
@@ -128,6 +208,8 @@ def ask(net, x, row, out, labels, n):
         for i in range(row.shape[0]):
             out[n, i] = row[i]
         out[n, net.n_places + x] = c
+        if net.shifting:
+            adjust_marked(net, out[n])
         labels[n] = net.first_label[x] + c - 1
         n += 1
     return n
@@ -147,18 +229,26 @@ def outside_moves(net, row, out, labels, n, between):
 
 
 @kernel
+def enabled_clocks(net, c, row):
+    """How many clocks of timed transition `c` run in a node in which nothing else happens; its cells are known."""
+    t = net.timed[c]
+    if holds(net, t, row) and cells_hold(net, t, row) == 1:
+        return min(degree(net, t, row), net.clock_start[c + 1] - net.clock_start[c])
+    return 0
+
+
+@kernel
 def end_cycle(net, row, out):
     """Write the node at the end of the cycle to `out`: clocks of the enabled run, the environment's answers are forgotten."""
     for i in range(row.shape[0]):
         out[i] = row[i]
-    clocks = net.n_places + net.n_cells
     for c in range(net.timed.shape[0]):
-        t = net.timed[c]
-        v = row[clocks + c]
-        if holds(net, t, row) and cells_hold(net, t, row) == 1:
-            out[clocks + c] = max(abs(v), 1)
-        else:
-            out[clocks + c] = -abs(v) if net.memory[c] == 1 else 0
+        running = net.clock_start[c] + enabled_clocks(net, c, row)
+        for k in range(net.clock_start[c], net.clock_start[c + 1]):
+            if k < running:
+                out[k] = max(row[k], 1)
+            else:
+                out[k] = -row[k] if net.memory[c] == AGE and row[k] > 1 else 0
     for x in range(net.n_cells):
         if not net.fixed[x]:
             out[net.n_places + x] = 0
@@ -166,22 +256,59 @@ def end_cycle(net, row, out):
 
 
 @kernel
-def successors(net, row, out, labels, between, ties):
-    """Every node one step away. Returns their number (-1 - t if firing t overflows) and what the node is."""
-    clocks = net.n_places + net.n_cells
-    phase = row.shape[0] - 1
-    if row[phase] == BOUNDARY:
-        for i in range(row.shape[0]):
-            out[0, i] = row[i]
-        for c in range(net.timed.shape[0]):
-            if row[clocks + c] > 0:
-                out[0, clocks + c] = min(row[clocks + c] + 1, net.delay[c] + 1)
-        out[0, phase] = INSTANT
-        labels[0] = net.tick_label
-        return 1, OVER
+def begin_cycle(net, row, out):
+    """Write the first node of the next cycle to `out`: running clocks advance."""
+    for i in range(row.shape[0]):
+        out[i] = row[i]
+    for c in range(net.timed.shape[0]):
+        for k in range(net.clock_start[c], net.clock_start[c + 1]):
+            out[k] = min(row[k] + 1, net.delay[c] + 1) if row[k] > 0 else -row[k]
+    out[row.shape[0] - 1] = INSTANT
+
+
+@kernel
+def to_ask(net, row):
+    """A variable that must be known before anything fires, -1 if there is none.
+
+    What a firing has changed comes first, then what decides whether a clock runs that a firing may stop.
+    """
     for x in range(net.n_cells):
         if row[net.n_places + x] < 0:
-            return ask(net, x, row, out, labels, 0), ASKING
+            return x
+    if net.shifting:
+        for c in range(net.timed.shape[0]):
+            if net.shifts[c] and row[net.clock_start[c]] != 0:
+                x = unknown_cell(net, net.timed[c], row)
+                if x >= 0:
+                    return x
+    return -1
+
+
+@kernel
+def stop_clocks(net, row, out):
+    """Write the node without the clocks of what is not enabled to `out`, once no immediate transition is; False if none stops."""
+    found = False
+    for i in range(row.shape[0]):
+        out[i] = row[i]
+    for c in range(net.timed.shape[0]):
+        if net.shifts[c] and row[net.clock_start[c]] != 0:
+            running = net.clock_start[c] + enabled_clocks(net, c, row)
+            for k in range(running, net.clock_start[c + 1]):
+                found |= out[k] != 0
+                out[k] = 0
+    return found
+
+
+@kernel
+def successors(net, row, out, labels, between, ties):
+    """Every node one step away. Returns their number (-1 - t if firing t overflows) and what the node is."""
+    if row[row.shape[0] - 1] == BOUNDARY:
+        begin_cycle(net, row, out[0])
+        labels[0] = net.tick_label
+        return 1, OVER
+    x = to_ask(net, row)
+    if x >= 0:
+        return ask(net, x, row, out, labels, 0), ASKING
     begin = 0
     for g in range(net.group_end.shape[0]):
         n = 0
@@ -199,10 +326,13 @@ def successors(net, row, out, labels, between, ties):
         if n > 0:
             return outside_moves(net, row, out, labels, n, between), FIRING
         begin = net.group_end[g]
+    if net.shifting and stop_clocks(net, row, out[0]):
+        labels[0] = net.stop_label
+        return outside_moves(net, row, out, labels, 1, between), STOPPING
     first = -1
     for c in range(net.timed.shape[0]):
         t = net.timed[c]
-        if row[clocks + c] > net.delay[c] and holds(net, t, row):
+        if row[net.clock_start[c]] > net.delay[c] and holds(net, t, row):
             able = cells_hold(net, t, row)
             if able < 0:
                 return ask(net, -1 - able, row, out, labels, 0), ASKING
@@ -225,15 +355,7 @@ def successors(net, row, out, labels, between, ties):
                 return outside_moves(net, row, out, labels, n, between), QUIET
     end_cycle(net, row, out[0])
     labels[0] = net.end_label
-    n = 1
-    for c in range(net.timed.shape[0]):  # due, disabled and enabled again at this instant: now or in the next cycle
-        t = net.timed[c]
-        if -row[clocks + c] > net.delay[c] and holds(net, t, row) and cells_hold(net, t, row) == 1:
-            if not fire(net, t, row, out[n], between):
-                return -1 - t, QUIET
-            labels[n] = t
-            n += 1
-    return outside_moves(net, row, out, labels, n, between), QUIET
+    return outside_moves(net, row, out, labels, 1, between), QUIET
 
 
 @kernel
