@@ -90,7 +90,7 @@ def _key(source: str) -> str:
     return content_key(import_closure(Path(source).resolve()))
 
 
-def kernel_group(*paths: str | Path, **flags: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel_group(**flags: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator like ``numba.njit(cache=True)`` whose cache depends on every file of the package that the kernel's file imports.
 
     Parameters

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 from ..compilation import kernel_group
 from ..simulator.player_types import T_KICKABLE_MARGIN, T_PLAYER_SIZE
 from ..simulator.state import CommandKind, Count, PlayMode
 
-kernel = kernel_group(Path(__file__))
+kernel = kernel_group()
 PLAYERS = 22
 DASH_KIND, KICK_KIND = int(CommandKind.DASH), int(CommandKind.KICK)
 TIME_OVER = int(PlayMode.time_over)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...compilation import kernel_group
 
-kernel = kernel_group(__file__)
+kernel = kernel_group()
 
 CONTRACT, DIVIDE, NORMALISE, ENTROPY = 0, 1, 2, 3
 """What an operation does."""
