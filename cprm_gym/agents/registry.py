@@ -6,7 +6,10 @@ from ..envs.controller import Controller
 from ..envs.tasks import Task
 from ..errors import unknown_name
 
-AGENTS: dict[str, str] = {"GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer", "Goalie": "goalie"}
+AGENTS: dict[str, str] = {
+    "GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer", "Goalie": "goalie",
+    "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
+}  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""
 
 
