@@ -5,7 +5,7 @@ Distances in metres, directions in degrees relative to the player's body, one sl
 
 from __future__ import annotations
 
-from ..architecture.prm.cpds import Chance, Noise, Prior, Switch, Table, Uniform
+from ..architecture.prm.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
 from ..architecture.prm.domains import BOOL, Bins, Labels
 from ..architecture.prm.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
 
@@ -29,7 +29,7 @@ BALL = PRMClass(
     attributes=(
         # hidden: where the ball is; what the player himself did moves it in his frame, the ball's own roll is the noise
         Attribute("dist", DISTANCE, parents=(prev("dist"), prev("dir"), "advanced"), initial=Uniform(),
-                  cpd=Noise("abs(prev.dist - advanced * cos(radians(prev.dir)))", sd=0.5)),
+                  cpd=Noise("abs(prev.dist - advanced * cos(radians(prev.dir)))", sd=0.5, points=12)),
         Attribute("dir", DIRECTION, parents=(prev("dir"), "turned"), initial=Uniform(),
                   cpd=Noise("prev.dir - turned", sd="4 + 0.07 * abs(turned)")),
         # observed: only in cycles with a look
@@ -147,3 +147,119 @@ POSSESSES = Relation(
 
 GOALIE_MODEL = Model("goalie", classes=(TRACKED_BALL, OPPONENT), relations=(ATTENDED, POSSESSES))
 """Ball, opponents, and the two relations between them (§2.3.5)."""
+
+# ------------------------------------------------------------------ what a player of the passing pair tracks, from where he is
+
+_RANGES: tuple[float, ...] = (0.0, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.05, 1.16, 1.28)
+RANGE = Bins((*_RANGES, *(round(1.28 * 1.105**k, 2) for k in range(1, 40))), unit="m", clip=True)
+"""Metres from the player in the steps of the eye: a tenth of the distance, and a decimetre where it is near (SIMULATOR.md 6.1.4)."""
+_APPROACHES = (0.04, 0.13, 0.24, 0.37, 0.53, 0.73, 1.0, 1.4, 2.0, 3.0)
+APPROACH = Bins((*(-a for a in reversed(_APPROACHES)), *_APPROACHES), unit="m/cycle", clip=True)
+"""Of the ball towards the player, by its own motion."""
+BEARING = Bins.circle(72, "deg")
+"""Direction from the player, in the frame of his team's pitch: his own turns do not change it."""
+_SWINGS = (0.3, 1.0, 2.2, 4.5, 8.0, 14.0, 26.0, 60.0)
+SWING = Bins((*(-s for s in reversed(_SWINGS)), *_SWINGS), unit="deg/cycle", clip=True)
+"""Change of the bearing by the ball's own motion."""
+MET = Bins.linear(-1.1, 1.1, 11, "m", clip=True)
+"""Metres by which the ball came nearer in the last cycle by the player's own way and kick."""
+_SLIDES = (0.5, 1.5, 3.0, 5.0, 8.0, 13.0, 22.0, 40.0, 80.0, 180.0)
+SLID = Bins((*(-a for a in reversed(_SLIDES)), *_SLIDES), unit="deg", clip=True)
+"""Change of the bearing by the player's own way and kick, with the opposite sign."""
+SENT = Bins((-1.0, 0.0, 0.04, 0.2, 0.5, 0.8, 1.1, 1.4, 1.8, 2.2, 3.0), unit="m/cycle", clip=True)
+"""Speed at which his own kick was to send the ball away, about 0 where it hit his body; -1 for neither."""
+EYES = Bins.circle(36, "deg")
+"""Where the face points, in the frame of the pitch."""
+FIELD_X = Bins.linear(-56.0, 56.0, 112, "m", clip=True)
+FIELD_Y = Bins.linear(-36.0, 36.0, 72, "m", clip=True)
+TOWARDS = Labels(("me", "aside", "away"))
+"""Whether a team-mate's body points at the player (within 40 degrees), aside of him, or away from him (over 110)."""
+
+_KNOCKED = 0.01
+"""Share of cycles in which somebody or something else changes how the ball moves."""
+_LOST = 0.001
+"""Share of cycles in which the ball is somewhere else than its motion says: somebody touched it, or the player was moved."""
+_MISREAD = 1e-4
+_NO_KICK = "sent < 0"
+
+PASSED_BALL = PRMClass(
+    "Ball",
+    inputs=(
+        Input("met", MET, default=0.0), Input("slid", SLID, default=0.0), Input("sent", SENT, default=-1.0),
+        Input("eyes", EYES, default=0.0),
+    ),
+    attributes=(
+        # hidden: how it moves, and then where it is; distance and bearing are components of their own, so that both are cheap
+        Attribute("approach", APPROACH, parents=(prev("approach"), "sent"), initial=Uniform(),
+                  cpd=Mixture((1.0 - _KNOCKED, Noise(f"{BALL_DECAY} * prev.approach if {_NO_KICK} else -sent", points=3,
+                                                     sd=f"0.01 + 0.04 * abs(prev.approach) if {_NO_KICK} else 0.02 + 0.15 * sent")),
+                              (_KNOCKED, Noise("0", sd=1.0)))),
+        Attribute("dist", RANGE, parents=(prev("dist"), "approach", "met"), initial=Uniform(),
+                  cpd=Noise("prev.dist - approach - met", sd=0.03, floor=_LOST, points=2)),
+        Attribute("swing", SWING, parents=(prev("swing"), "sent"), initial=Uniform(),
+                  cpd=Mixture((1.0 - _KNOCKED, Noise(f"{BALL_DECAY} * prev.swing if {_NO_KICK} else 0", points=3,
+                                                     sd=f"0.1 + 0.25 * abs(prev.swing) if {_NO_KICK} else 1 + 4 * sent")),
+                              (_KNOCKED, Noise("0", sd=15.0)))),
+        Attribute("bearing", BEARING, parents=(prev("bearing"), "swing", "slid"), initial=Uniform(),
+                  cpd=Noise("prev.bearing + swing - slid", sd=0.6, floor=_LOST, points=1)),
+        # observed in cycles with a look, the velocities where the eye tells them; they are what the decay has left
+        Attribute("seen_dist", RANGE, parents=("dist",), cpd=Noise("dist", sd=f"0.03 + {QUANTUM} * dist", floor=_MISREAD)),
+        Attribute("seen_approach", APPROACH, parents=("approach",),
+                  cpd=Noise(f"{BALL_DECAY} * approach", sd=f"0.03 + {QUANTUM} * abs(approach)", floor=1e-3)),
+        Attribute("seen_bearing", BEARING, parents=("bearing",), cpd=Noise("bearing", sd=1.2, floor=_MISREAD)),
+        Attribute("seen_swing", SWING, parents=("swing",),
+                  cpd=Noise(f"{BALL_DECAY} * swing", sd="0.1 + 0.05 * abs(swing)", floor=1e-3)),
+        # a ball that is not where the player looks is somewhere else
+        Attribute("seen", BOOL, parents=("bearing", "eyes"),
+                  cpd=Chance(f"0.98 if abs(norm_deg(bearing - eyes)) < {VIEW_HALF} else 0.005", points=8)),
+    ),
+)  # fmt: skip
+"""The ball as a player tracks it who runs and kicks himself: distance, bearing and their rates (Fig. 2.25).
+
+``seen`` hangs on the bearing alone, not on the distance, for the dissertation's reason: distance and bearing stay components of their
+own. So it must be observed only of a ball too far off to be felt (`FELT`)."""
+
+TEAMMATE = PRMClass(
+    "Teammate",
+    attributes=(
+        Attribute("x", FIELD_X),
+        Attribute("y", FIELD_Y),
+        Attribute("facing", TOWARDS, cpd=Prior((0.3, 0.5, 0.2))),
+        Attribute("seen_x", FIELD_X, parents=("x",), cpd=Noise("x", sd=0.35, floor=1e-3)),
+        Attribute("seen_y", FIELD_Y, parents=("y",), cpd=Noise("y", sd=0.35, floor=1e-3)),
+        Attribute("seen_facing", TOWARDS, parents=("facing",), cpd=Table({"me": (0.9, 0.09, 0.01), "aside": (0.08, 0.84, 0.08),
+                                                                          "away": (0.01, 0.09, 0.9)})),
+    ),
+)  # fmt: skip
+"""A team-mate to whom nobody attends: his place is a guess from the present glance (as Fig. 2.26)."""
+
+ATTENDED_MATE = Relation(
+    "attendedTeammate",
+    roles=(("m", "Teammate"),),
+    changes=(
+        Replace("m.x", parents=(prev("m.x"),), cpd=Noise("prev.m.x", sd=0.6)),
+        Replace("m.y", parents=(prev("m.y"),), cpd=Noise("prev.m.y", sd=0.4)),
+        Replace("m.facing", parents=(prev("m.facing"),), cpd=Table({"me": (0.9, 0.09, 0.01), "aside": (0.06, 0.88, 0.06),
+                                                                    "away": (0.01, 0.09, 0.9)})),
+    ),
+)  # fmt: skip
+"""Attention: the place of the partner is remembered, and becomes less certain at the pace of a runner (as Fig. 2.27)."""
+
+POSSESSES_MATE = Relation(
+    "possessesTeammate",
+    roles=(("m", "Teammate"), ("b", "Ball")),
+    attributes=(Attribute("pass", BOOL, parents=("m.facing",), cpd=Table({"me": (0.9, 0.1), "aside": (0.97, 0.03), "away": (0.995, 0.005)})),),
+    changes=(
+        Replace("b.approach", parents=(prev("b.approach"), "b.sent", "pass"), cpd=Switch("pass", {
+            "yes": Noise("1.3", sd=0.4, floor=0.01),
+            "no": Noise(f"{BALL_DECAY} * prev.b.approach if b.sent < 0 else -b.sent",
+                        sd="0.1 + 0.04 * abs(prev.b.approach) if b.sent < 0 else 0.02 + 0.15 * b.sent", floor=_TOUCHED, points=3),
+        })),
+    ),
+    conflict="mixture",
+    keep_joint=(("b.dist", "b.approach"), ("b.bearing", "b.swing")),
+)  # fmt: skip
+"""A team-mate who has the ball: from the way he faces follows whether he passes, and then the ball comes (as Fig. 2.28)."""
+
+PASSER_MODEL = Model("passer", classes=(PASSED_BALL, TEAMMATE), relations=(ATTENDED_MATE, POSSESSES_MATE))
+"""Ball, team-mates, and the two relations between them."""

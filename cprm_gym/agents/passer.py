@@ -5,17 +5,29 @@
     recovery:  passing.failed, receive.missed, shoot.failed, an unclaimed ball -> go -> on_ball
                go.lost_ball, ball out of sight -> search -> go;   the team-mate nearer to the ball than he who fetches it -> advance
 
-Both players run the same net, each on his own percepts; they say nothing to each other. The safe state is having the ball, or else
-standing in place with the ball in sight. `passer_net(recovering=False)` is the same net without the recovery transitions: what goes
-wrong then leaves a token in an error place that nobody takes.
+Both players run the same net, each on his own percepts; they say nothing to each other. What the net decides by is believed
+(`PASSER_MODEL`): the ball's distance, bearing and motion, tracked through closed eyes, own steps and own kicks, and the place of the
+partner. The partner is an object token: while it is held, the player attends to him (relation ``attendedTeammate``), and while
+somebody is held to be at the ball he possesses it (``possessesTeammate``), which makes a pass expected before it is seen.
+
+The safe state is having the ball, or else standing in place with the ball in sight. `passer_net(recovering=False)` is the same net
+without the recovery transitions: what goes wrong then leaves a token in an error place that nobody takes.
 """
 
 from __future__ import annotations
 
-from ..architecture.cprm import CPRM
-from ..architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Transition
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..architecture.cprm import CPRM, Cluster, Observe
+from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ..architecture.prm.projection import ProjectionEngine
+from ..envs.controller import Observation
 from ..envs.tasks import Task
-from .percepts import field_percepts
+from .models import BALL_DECAY, FELT, PASSER_MODEL
+from .percepts import OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
 from .play import SoccerAgent
 from .skills.advance import ADVANCE
 from .skills.go_to_ball import GO_TO_BALL_REFLEX
@@ -46,19 +58,50 @@ YIELD = 10
 """Cycles for which the team-mate is clearly nearer before he leaves the ball to him."""
 AFTER_SHOT = 30
 """Cycles after a shot in which the goal is expected."""
+AT_BALL = 1.6
+"""Metres from the ball within which a team-mate has it, as far as the eye can tell."""
+AT_FEET = 2.0
+"""Metres within which the player acts on what he sees of the ball in this very cycle."""
+NEVER = 1000.0
+"""Age of a team-mate who was never seen."""
+
+_BELIEVED: tuple[AnyPlace, ...] = (
+    Belief("believed_distance", variable="ball.dist"), Belief("believed_bearing", variable="ball.bearing"),
+    Belief("rolled", variable="ball.approach"), Belief("swung", variable="ball.swing"),
+    Belief("partner_x", variable="partner.x"), Belief("partner_y", variable="partner.y"),
+    ObjectPlace("partner", "Teammate", Selection("Teammate", best="teammate.distance", where=f"teammate.age < {NEVER}", minimize=True)),
+    ObjectPlace("holder", "Teammate", Selection("Teammate", best="teammate.ball_gap", where=f"teammate.ball_gap < {AT_BALL}",
+                                                minimize=True)),
+    # at his feet a reading is finer than any bins; everything else is as it is believed to be
+    Input("seen", observes="ball.seen"), Input("seen_distance", observes="ball.distance"), Input("seen_bearing", observes="ball.bearing"),
+    Input("moving", observes="ball.moving"), Input("rolling", observes="ball.rolling"), Input("swinging", observes="ball.swinging"),
+    Math("at_feet", f"1 if seen and seen_distance < {AT_FEET} else 0"), Math("told", "1 if at_feet and moving else 0"),
+    Math("ball_distance", "seen_distance if at_feet else believed_distance"),
+    Math("ball_bearing", "seen_bearing if at_feet else believed_bearing"),
+    Math("approach", f"rolling if told else {BALL_DECAY} * rolled"),
+    Math("across", f"radians(swinging if told else {BALL_DECAY} * swung) * ball_distance"),
+    # from there follow the direction from the body, the velocity along the body and to its right, the place on the pitch
+    Math("ball_direction", "norm_deg(ball_bearing - facing)"),
+    Math("vx", "-approach * cos(radians(ball_direction)) - across * sin(radians(ball_direction))"),
+    Math("vy", "across * cos(radians(ball_direction)) - approach * sin(radians(ball_direction))"),
+    Math("ball_x", "me_x + ball_distance * cos(radians(ball_bearing))"),
+    Math("ball_y", "me_y + ball_distance * sin(radians(ball_bearing))"),
+    Math("mate_x", f"partner_x if mate_age < {NEVER} else me_x"), Math("mate_y", f"partner_y if mate_age < {NEVER} else me_y"),
+    Math("mate_direction", "norm_deg(degrees(atan2(mate_y - me_y, mate_x - me_x)) - facing) "
+         "if hypot(mate_x - me_x, mate_y - me_y) > 0.01 else 0"),
+)  # fmt: skip
+"""What the model believes, the objects that switch its relations, and what follows from both."""
 
 _PLACES: tuple[AnyPlace, ...] = (
     Place("intend", capacity=1, tokens=1),
     *(Place(name, capacity=1) for name in ("on_ball", "in_place", "faced", "taking", "over", "search", "searched")),
     Place("looking", capacity=1, tokens=1),
     Input("me_x", observes="me.x"), Input("me_y", observes="me.y"), Input("facing", observes="me.facing"),
-    Input("ball_x", observes="ball.x"), Input("ball_y", observes="ball.y"), Input("ball_age", observes="ball.age"),
-    Input("ball_distance", observes="ball.reckoned_distance"), Input("ball_direction", observes="ball.reckoned_direction"),
-    Input("approach", observes="ball.approach"), Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"),
-    Input("mate_x", observes="mate.x"), Input("mate_y", observes="mate.y"), Input("mate_direction", observes="mate.direction"),
+    Input("ball_age", observes="ball.age"), Input("mate_age", observes="mate.age"),
     Input("goal_distance", observes="goal.distance"), Input("speed", observes="body.speed"),
+    *_BELIEVED,
     # whose ball it is: how much nearer to it the team-mate is
-    Math("mate_gap", "hypot(mate_x - ball_x, mate_y - ball_y)"),
+    Math("mate_gap", f"hypot(mate_x - ball_x, mate_y - ball_y) if mate_age < {NEVER} else {OFF_PITCH}"),
     Math("mine", "mate_gap - ball_distance"), Math("his", "ball_distance - mate_gap"),
     # metres by which the team-mate is behind the ball; 50 where it does not matter
     Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),
@@ -139,20 +182,96 @@ def passer_net(recovering: bool = True) -> PetriNet:
         modules={"passing": PASS_BALL, "advance": ADVANCE, "watch": WATCH_BALL, "receive": RECEIVE, "go": GO_TO_BALL_REFLEX,
                  "shoot": SHOOT},
         fuse={"advance.place_x": "wait_x", "advance.place_y": "wait_y", "passing.target_distance": "pass_distance",
-              "passing.target_direction": "pass_direction", "passing.arriving": "softly", "watch.ball_direction": "ball_direction",
-              "watch.coming": "coming"},
+              "passing.target_direction": "pass_direction", "passing.arriving": "softly", "passing.mate_age": "mate_age",
+              "watch.ball_direction": "ball_direction", "watch.coming": "coming", "receive.approach": "approach",
+              "go.believed_distance": "ball_distance", "go.believed_direction": "ball_direction",
+              "shoot.speed_ahead": "vx", "shoot.speed_aside": "vy",
+              **{f"{skill}.{name}": f"ball_{name}" for skill in ("passing", "receive", "shoot") for name in ("distance", "direction")},
+              **{f"{skill}.{name}": name for skill in ("passing", "receive") for name in ("vx", "vy")}},
         transitions=_PRIMARY + (_RECOVERY if recovering else ()),
     )  # fmt: skip
 
 
 PASSER_NET = passer_net()
 """With its recovery parts."""
-PASSER = CPRM("passer", net=PASSER_NET)
+
+CLUSTERS = (("ball.dist", "ball.approach"), ("ball.bearing", "ball.swing"))
+"""What a possession has linked stays linked within the ball only: its belief is projected on these pairs."""
+_KICKS = ("passing.kick", "passing.trap", "shoot.kick")
+
+
+def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
+    """The passer's net, his beliefs, and the links between them.
+
+    Parameters
+    ----------
+    recovering : bool
+    mates : int
+        How many team-mates there are.
+    """
+    names = [f"m{k}" for k in range(1, mates + 1)]
+    # what the net has just kicked, the model sees in the places of the kick; a ball that hit the body is as good as stopped
+    sent, further, deflected = "0.001 if body.hit_ball >= 1 else -1", "0", "0"
+    for kick in _KICKS:
+        sent = f"max({kick}.leaves, 0.001) if {kick}.acted >= 1 else ({sent})"
+        further = f"{kick}.sends - {kick}.leaves if {kick}.acted >= 1 else ({further})"
+        deflected = f"{kick}.deflects if {kick}.acted >= 1 else ({deflected})"
+    return CPRM(
+        "passer" if recovering else "passer_without_recovery",
+        net=passer_net(recovering),
+        model=PASSER_MODEL,
+        objects={"ball": "Ball", **dict.fromkeys(names, "Teammate")},
+        observations=(
+            Observe("ball.met", f"me.met - ({further})"),
+            Observe("ball.slid", f"me.slid - ({deflected})"),
+            Observe("ball.eyes", "me.eyes"),
+            Observe("ball.sent", sent),
+            Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
+            Observe("ball.seen_bearing", "ball.bearing", when="ball.seen"),
+            Observe("ball.seen_approach", "ball.rolling", when="ball.moving"),
+            Observe("ball.seen_swing", "ball.swinging", when="ball.moving"),
+            # within this distance it is felt, wherever he looks
+            Observe("ball.seen", "ball.seen", when=f"body.fresh >= 1 and believed_distance > {FELT + 1.0}"),
+            *(
+                Observe(f"{m}.{variable}", f"{m}.{percept}", when=f"{m}.seen")
+                for m in names
+                for variable, percept in (("seen_x", "x"), ("seen_y", "y"), ("seen_facing", "facing"))
+            ),
+        ),
+        clusters=(Cluster("attendedTeammate", ("partner",)), Cluster("possessesTeammate", ("holder", "=ball"))),
+    )
+
+
+PASSER = passer_cprm()
 """One of the pair."""
-PASSER_WITHOUT_RECOVERY = CPRM("passer_without_recovery", net=passer_net(recovering=False))
+PASSER_WITHOUT_RECOVERY = passer_cprm(recovering=False)
 """For comparison."""
 
 
-def make_controller(task: Task, agent: str, recovering: bool = True) -> SoccerAgent:
+class PasserAgent(SoccerAgent):
+    """One of the pair as a controller.
+
+    Parameters
+    ----------
+    recovering : bool
+    mates : int
+        How many team-mates he has.
+    """
+
+    def __init__(self, recovering: bool = True, mates: int = 1, **options: Any) -> None:
+        cprm = (PASSER if recovering else PASSER_WITHOUT_RECOVERY) if mates == 1 else passer_cprm(recovering, mates)
+
+        def percepts(observation: Observation) -> Percepts:
+            found = motion_percepts(observation, field_percepts(observation))
+            found.update(mates_percepts(observation, mates))
+            return found
+
+        def objects(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:
+            return {"Teammate": mate_attributes(observation, mates)}
+
+        super().__init__(cprm, percepts, needs=("memory",), objects=objects, engine=ProjectionEngine(CLUSTERS), **options)
+
+
+def make_controller(task: Task, agent: str, recovering: bool = True) -> PasserAgent:
     """One of the pair as a controller."""
-    return SoccerAgent(PASSER if recovering else PASSER_WITHOUT_RECOVERY, field_percepts, needs=("memory",))
+    return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1)

@@ -133,3 +133,95 @@ def _mate_percepts(percepts: Percepts, body: np.ndarray, memory: np.ndarray, age
     percepts["mate.age"] = np.where(found, age[rows, 1 + nearest], 1000.0)
     percepts["mate.distance"] = np.where(found, distance, OFF_PITCH)
     percepts["mate.direction"] = np.where(found, direction, 0.0)
+
+
+PLAYER_DECAY = 0.4
+"""Share of his speed that a player keeps in a cycle (SIMULATOR.md 3.1); the speed that he feels is what is left."""
+
+
+def motion_percepts(observation: Mapping[str, np.ndarray], percepts: Percepts) -> Percepts:
+    """How ball and player move along and across the line between them, added to `field_percepts`.
+
+    Returns
+    -------
+    dict of (N,) float64
+        `percepts`, with ``ball.bearing`` (degrees in the frame of the own team's pitch, where seen), ``ball.moving`` (1 where its velocity
+        was seen too), ``ball.rolling`` (m / cycle towards the player) and ``ball.swinging`` (degrees / cycle) by its own motion;
+        ``me.met`` (metres that the player went towards the ball in the last cycle), ``me.slid`` (degrees by which his own way moved its
+        bearing, with the opposite sign), ``me.eyes`` (degrees in the frame of the pitch); ``body.hit_ball`` (1 where
+        the ball hit the body in the last cycle).
+    """
+    me = np.asarray(observation["self"], np.float64)
+    ball = np.asarray(observation["ball"], np.float64)
+    moving = np.asarray(observation["level"])[:, 0] >= 3
+    seen = percepts["ball.seen"] > 0
+    facing = percepts["me.facing"]
+    bearing = np.where(seen, percepts["ball.direction"], percepts["ball.reckoned_direction"]) + facing
+    distance = np.maximum(np.where(seen, percepts["ball.distance"], percepts["ball.reckoned_distance"]), 0.3)
+    cos, sin = np.cos(np.radians(bearing)), np.sin(np.radians(bearing))
+    vx, vy = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
+    ahead, aside = vx * cos + vy * sin, vy * cos - vx * sin
+    percepts["ball.bearing"] = (bearing + 180.0) % 360.0 - 180.0
+    percepts["ball.moving"] = moving.astype(np.float64)
+    percepts["ball.rolling"] = np.where(moving, -(ball[:, ObjectFeature.DISTANCE_CHANGE] + ahead), 0.0)
+    swinging = np.degrees(ball[:, ObjectFeature.DIRECTION_CHANGE] + aside / distance)
+    percepts["ball.swinging"] = np.where(moving, swinging, 0.0)
+    percepts["me.met"] = ahead / PLAYER_DECAY
+    percepts["me.slid"] = np.degrees(np.arctan2(aside / PLAYER_DECAY, distance))
+    percepts["body.hit_ball"] = np.asarray(observation["body"], np.float64)[:, BodyFeature.COLLIDED_BALL]
+    percepts["me.eyes"] = (np.degrees(me[:, SelfFeature.FACE]) + 180.0) % 360.0 - 180.0
+    return percepts
+
+
+def _mates(observation: Mapping[str, np.ndarray], mates: int) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 1) rows and (N, mates) uniform numbers of the team-mates, in order and without the own."""
+    own = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64)[:, None]
+    numbers = np.arange(1, mates + 1)[None] + np.zeros_like(own)
+    return np.arange(len(own))[:, None], numbers + (numbers >= own)
+
+
+def mates_percepts(observation: Mapping[str, np.ndarray], mates: int) -> Percepts:
+    """What was just seen of each team-mate, in the order of their numbers without the own.
+
+    Returns
+    -------
+    dict of (N,) float64
+        ``m1.seen``, ``m1.x``, ``m1.y`` (m, own team's frame), ``m1.facing``: 0 his body points at the player, 1 aside of him, 2 away.
+    """
+    rows, numbers = _mates(observation, mates)
+    me = np.asarray(observation["self"], np.float64)
+    place = np.asarray(observation["memory"], np.float64)[rows, numbers]
+    body = np.asarray(observation["body"])
+    seen = (np.asarray(observation["memory_age"])[rows, numbers] == 0) & (body[:, BodyFeature.FRESH, None] > 0)
+    # the rows of `players` are left 1 to 11, right 1 to 11
+    index = numbers - 1 + np.where(body[:, BodyFeature.SIDE, None] > 0, 0, 11)
+    heading = me[:, SelfFeature.FACE, None] + np.asarray(observation["players"], np.float64)[rows, index, ObjectFeature.BODY]
+    off = heading - np.arctan2(me[:, SelfFeature.Y, None] - place[..., 1], me[:, SelfFeature.X, None] - place[..., 0])
+    off = np.abs((np.degrees(off) + 180.0) % 360.0 - 180.0)
+    facing = np.select([off < 40.0, off > 110.0], [0.0, 2.0], 1.0)
+    percepts: Percepts = {}
+    for k in range(mates):
+        percepts[f"m{k + 1}.seen"] = seen[:, k].astype(np.float64)
+        percepts[f"m{k + 1}.x"], percepts[f"m{k + 1}.y"] = place[:, k, 0], place[:, k, 1]
+        percepts[f"m{k + 1}.facing"] = facing[:, k]
+    return percepts
+
+
+def mate_attributes(observation: Mapping[str, np.ndarray], mates: int) -> dict[str, np.ndarray]:
+    """Of the same team-mates, what object places choose by.
+
+    Returns
+    -------
+    dict of (N, mates) float64
+        ``distance`` (m), ``age`` (cycles since he was seen), ``ball_gap`` (m from the ball; 99 when he or the ball was not seen of late).
+    """
+    rows, numbers = _mates(observation, mates)
+    me, memory = np.asarray(observation["self"], np.float64), np.asarray(observation["memory"], np.float64)
+    ages = np.asarray(observation["memory_age"], np.float64)
+    place, age = memory[rows, numbers], ages[rows, numbers]
+    gap = np.hypot(place[..., 0] - memory[:, :1, 0], place[..., 1] - memory[:, :1, 1])
+    return {
+        "distance": np.hypot(place[..., 0] - me[:, SelfFeature.X, None], place[..., 1] - me[:, SelfFeature.Y, None]),
+        "age": age,
+        "ball_gap": np.where((age <= 4) & (ages[:, :1] <= 4), gap, 99.0),
+    }

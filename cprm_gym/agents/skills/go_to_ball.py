@@ -75,6 +75,8 @@ _RECKONED = {"believed_distance": "ball.reckoned_distance", "believed_direction"
 GO_TO_BALL_REFLEX = replace(
     GO_TO_BALL,
     name="go_to_ball_reflex",
+    ports=replace(GO_TO_BALL.ports, parameters=tuple(_RECKONED)),
     places=tuple(Input(p.name, observes=_RECKONED[p.name]) if isinstance(p, Belief) else p for p in GO_TO_BALL.places),
 )
-"""The same for an agent without a model: while the eye is closed, what was last seen is carried on (§2.2.7)."""
+"""The same for an agent without a model: while the eye is closed, what was last seen is carried on (§2.2.7); or for one whose model
+says otherwise than `GO_TO_BALL` where the ball is, who gives what he believes as parameters."""

@@ -19,7 +19,10 @@ REACH = 1.02
 ROLL = 0.06
 """1 - ``ball_decay``: a ball of v m / cycle rolls v / ROLL metres."""
 
-_PORTS = interface("kicked", "failed", parameters=("target_distance", "target_direction", "arriving", "at_most"))
+_PORTS = interface(
+    "kicked", "failed",
+    parameters=("target_distance", "target_direction", "arriving", "at_most", "distance", "direction", "speed_ahead", "speed_aside"),
+)  # fmt: skip
 
 KICK = PetriNet(
     "kick",
@@ -42,6 +45,14 @@ KICK = PetriNet(
         Math("rate", "0.027 * (1 - 0.25 * abs(direction) / 180 - 0.25 * gap)"),
         Math("power", "clip(hypot(push_x, push_y) / max(rate, 0.01), 0, 100)"),
         Math("kick_direction", "degrees(atan2(push_y, push_x)) if hypot(push_x, push_y) > 0.001 else 0"),
+        # what the kick is to do, for a model of the ball: metres that it is further off in the next cycle, degrees by which it turns aside,
+        # m / cycle at which it then goes away
+        Math("next_x", "distance * cos(radians(direction)) + speed * to_x / way"),
+        Math("next_y", "distance * sin(radians(direction)) + speed * to_y / way"),
+        Math("next_distance", "max(0.1, hypot(next_x, next_y))"),
+        Math("sends", "next_distance - distance"),
+        Math("deflects", "norm_deg(degrees(atan2(next_y, next_x)) - direction) if hypot(next_x, next_y) > 0.01 else 0"),
+        Math("leaves", "speed * (to_x * next_x + to_y * next_y) / (way * next_distance)"),
     ),
     transitions=(
         *life(pace=False),

@@ -37,7 +37,9 @@ MOVED = 1.6
 WATCH = 8
 """Cycles within which it must have."""
 
-_PORTS = interface("passed", "failed", parameters=("target_distance", "target_direction", "mate_age", "arriving"))
+_BALL = ("distance", "direction", "vx", "vy")
+"""What he has to know of the ball: metres, degrees from the body, m / cycle along the body and to its right."""
+_PORTS = interface("passed", "failed", parameters=("target_distance", "target_direction", "mate_age", "arriving", *_BALL))
 
 PASS_BALL = PetriNet(
     "pass_ball",
@@ -59,7 +61,9 @@ PASS_BALL = PetriNet(
     ),
     modules={"kick": KICK, "trap": KICK},
     fuse={"kick.target_distance": "target_distance", "kick.target_direction": "target_direction", "kick.arriving": "arriving",
-          "trap.at_most": "no_speed"},
+          "trap.at_most": "no_speed",
+          **{f"{kick}.{inner}": own for kick in ("kick", "trap")
+             for inner, own in zip(("distance", "direction", "speed_ahead", "speed_aside"), _BALL)}},
     transitions=(
         *life(("ready", "acted", "watching", "settling"), ("turns", "seeks")),
         *within_module("kick", ("kicked", "aborted"), "kicking"),

@@ -42,7 +42,7 @@ def _further(before: str, after: str) -> tuple[Math, Math]:
     return Math(f"time_to_{before}", time), Math(after, f"max(nearest, ball_speed / {ROLL} * (1 - exp({DECAY} * time_to_{before})))")
 
 
-_PORTS = interface("received", "missed")
+_PORTS = interface("received", "missed", parameters=("distance", "direction", "approach", "vx", "vy"))
 
 RECEIVE = PetriNet(
     "receive",

@@ -11,18 +11,24 @@ kick.failed --> [miss] ----> failed           the ball was out of reach
 
 from __future__ import annotations
 
-from ...architecture.petri import Continuous, PetriNet, Transition
+from ...architecture.petri import Continuous, Input, PetriNet, Transition
 from .kick import KICK
 from .parts import interface, interface_places, within_module
 
-_PORTS = interface("shot", "failed")
+BALL = ("distance", "direction", "speed_ahead", "speed_aside")
+"""What the kick has to know of the ball."""
+_PORTS = interface("shot", "failed", parameters=BALL)
 
 SHOOT = PetriNet(
     "shoot",
     ports=_PORTS,
-    places=(*interface_places(_PORTS, "kicking", "stopping_kick"), Continuous("arriving", 3.0)),
+    places=(
+        *interface_places(_PORTS, "kicking", "stopping_kick"), Continuous("arriving", 3.0),
+        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction"),
+        Input("speed_ahead", observes="ball.speed_ahead"), Input("speed_aside", observes="ball.speed_aside"),
+    ),
     modules={"kick": KICK},
-    fuse={"kick.arriving": "arriving"},
+    fuse={"kick.arriving": "arriving", **{f"kick.{name}": name for name in BALL}},
     transitions=(
         Transition("start", ("begin",), ("ongoing", "kicking", "kick.begin")),
         *within_module("kick", ("kicked", "failed", "aborted"), "kicking"),
