@@ -16,7 +16,7 @@ import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
-from ..simulator.senses import BodyColumn, new_body, new_hear, new_see
+from ..simulator.senses import BodyColumn, See, new_body, new_hear, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import COMMAND, LEFT, PLAYERS, RIGHT, Stream
 from . import kernels
@@ -178,6 +178,8 @@ class SoccerCore:
         Current observations, each (W, A, ...), float32; overwritten by `reset` and `step`.
     output : dict of str to array, or array
         What the preset makes of them; (W, A, ...) too.
+    see_changes : list of callable
+        Each is given what everybody sees (`See`) before anything is made of it, observations and memories alike, and may change it.
     """
 
     def __init__(
@@ -242,6 +244,7 @@ class SoccerCore:
             self._memories = self.macros.memories if self.macros else Memories(self.sim, active, task.full_state)
         self._hear = new_hear(worlds, HEARD) if "hear" in self.include else None
         self._see, self._body = new_see(worlds), new_body(worlds)
+        self.see_changes: list[Callable[[See], None]] = []
         self._commands = self.sim.commands
         self._rows = self.players - 1
         # a view of the simulator's own array, which stays the same one
@@ -389,6 +392,8 @@ class SoccerCore:
         if fresh_start is not None:
             kernels.open_eyes(self.sim.world, fresh_start)
         see = self.sim.see(self._see)
+        for change in self.see_changes:
+            change(see)
         body = self.sim.sense_body(self._body)
         o = self.observation
         kernels.pack(

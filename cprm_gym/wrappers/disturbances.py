@@ -1,6 +1,6 @@
 """Things that go wrong, on purpose: to measure how agents recover (dissertation §4, "simulated interruptions").
 
-A `Disturbance` is a value that says what happens; a `Disturber` makes it happen in a batch of worlds, once per episode, at a cycle drawn
+A `Disturbance` is a value that says what happens, to the world or to what is seen of it; a `Disturber` makes it happen in a batch of worlds, once per episode, at a cycle drawn
 for each world from (seed, number of the world) alone: every controller meets the same one.
 
     disturber = Disturber(core, BallDisplaced(), seed=0)
@@ -20,6 +20,8 @@ import numpy as np
 
 from ..envs.core import SoccerCore
 from ..errors import ParameterError
+from ..simulator.senses import BallLevel, See
+from ..simulator.state import PLAYERS
 
 EDGE = 1.0
 """Metres that displaced things stay away from the lines."""
@@ -74,6 +76,17 @@ class Disturbance:
             Cycles since it struck, 0 in the first.
         """
         raise ParameterError(f"disturbance {type(self).__name__} does not say what it does")
+
+    def blur(self, see: See, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """What it does to what everybody sees after the step of such a cycle; nothing, if a kind does not say otherwise.
+
+        Parameters
+        ----------
+        see : See
+            Changed in place.
+        worlds, draws, age : arrays
+            As for `strike`.
+        """
 
 
 def _displacement(draws: np.ndarray, near: float, far: float) -> np.ndarray:
@@ -138,12 +151,66 @@ class BlindSpell(Disturbance):
 
 @dataclass(frozen=True)
 class NoiseBurst(Disturbance):
+    """For `cycles` cycles everybody sees ball and players badly: each number is off by a normal error of its own in every cycle.
+
+    Whether something is seen, and how much of it (the level), stays as it is. What the players remember is what they saw.
+
+    Parameters
+    ----------
+    cycles : int
+    distance : float
+        Standard deviation of the logarithm of a distance, so about a share of it.
+    direction : float
+        Of a direction, degrees.
+    distance_change : float
+        Of a distance change, m / cycle.
+    direction_change : float
+        Of a direction change, degrees / cycle.
+    """
+
+    cycles: int = 30
+    distance: float = 0.15
+    direction: float = 8.0
+    distance_change: float = 0.3
+    direction_change: float = 6.0
+    name: ClassVar[str] = "noise burst"
+
+    @property
+    def duration(self) -> int:
+        """`cycles`."""
+        return self.cycles
+
+    def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Touches nothing: the world goes on as it would."""
+
+    def blur(self, see: See, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+        """Adds errors to what is seen of ball (row 0 of them) and players, observer by observer."""
+        sd = np.array([self.distance, np.radians(self.direction), self.distance_change, np.radians(self.direction_change)])
+        for k, world in enumerate(worlds):
+            # the errors of a cycle follow from the drawn numbers alone, whoever sees what
+            seed = [*(draws[k] * 2.0**32).astype(np.uint64).tolist(), int(age[k])]
+            errors = sd * np.random.default_rng(np.random.SeedSequence(seed)).standard_normal((PLAYERS, PLAYERS + 1, 4))
+            _add_errors(see.ball[world], see.ball_level[world], errors[:, 0])
+            _add_errors(see.players[world], see.players_level[world], errors[:, 1:])
+
+
+def _add_errors(rows: np.ndarray, level: np.ndarray, errors: np.ndarray) -> None:
+    """Errors (..., 4) in place to the distances and directions of what is seen, and to the changes where they are told."""
+    seen, moving = level > 0, level >= BallLevel.MOVING
+    rows[..., 0] = np.where(seen, rows[..., 0] * np.exp(errors[..., 0]), rows[..., 0])
+    direction = rows[..., 1] + errors[..., 1]
+    rows[..., 1] = np.where(seen, (direction + np.pi) % (2.0 * np.pi) - np.pi, rows[..., 1])
+    rows[..., 2:4] += np.where(moving[..., None], errors[..., 2:4], 0.0)
+
+
+@dataclass(frozen=True)
+class Push(Disturbance):
     """For `cycles` cycles ball and players are pushed about, by accelerations of up to `ball` and `player` m / cycle in any direction."""
 
     cycles: int = 10
     ball: float = 0.5
     player: float = 0.2
-    name: ClassVar[str] = "noise burst"
+    name: ClassVar[str] = "pushed about"
 
     @property
     def duration(self) -> int:
@@ -184,7 +251,9 @@ class BallStopped(Disturbance):
         core.sim.world["vel"][worlds, 0] = 0.0
 
 
-DISTURBANCES: dict[str, Disturbance] = {d.name: d for d in (BallDisplaced(), PlayerDisplaced(), BlindSpell(), NoiseBurst(), BallStopped())}
+DISTURBANCES: dict[str, Disturbance] = {
+    d.name: d for d in (BallDisplaced(), PlayerDisplaced(), BlindSpell(), NoiseBurst(), Push(), BallStopped())
+}
 """One of each kind with its default sizes, by name."""
 
 
@@ -212,6 +281,8 @@ class Disturber:
         self.struck = np.full(core.worlds, -1, np.int64)
         self._due = np.zeros(core.worlds, np.int64)
         self._draws = np.zeros((core.worlds, DRAWS))
+        self._now = self._cycle = np.zeros(0, np.int64)
+        core.see_changes.append(self._blur)
         self.reset()
 
     def reset(self, worlds: np.ndarray | None = None) -> None:
@@ -231,5 +302,13 @@ class Disturber:
             hit = waiting[self.disturbance.ready(self.core, waiting)]
             self.struck[hit] = cycle[hit]
         active = np.flatnonzero((self.struck >= 0) & (cycle - self.struck < self.disturbance.duration))
+        self._now, self._cycle = active, cycle[active]
         if len(active):
-            self.disturbance.strike(self.core, active, self._draws[active], cycle[active] - self.struck[active])
+            self.disturbance.strike(self.core, active, self._draws[active], self._cycle - self.struck[active])
+
+    def _blur(self, see: See) -> None:
+        """What is seen after the step, in the worlds that were struck in it and have not begun another episode since."""
+        here = self.core.cycle[self._now] == self._cycle + 1
+        worlds = self._now[here]
+        if len(worlds):
+            self.disturbance.blur(see, worlds, self._draws[worlds], self._cycle[here] - self.struck[worlds])

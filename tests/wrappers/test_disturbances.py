@@ -1,5 +1,7 @@
 """Disturbances: what each does, once an episode, at times that depend on seed and world alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from cprm_gym.wrappers.disturbances import (
     Disturber,
     NoiseBurst,
     PlayerDisplaced,
+    Push,
 )
 
 
@@ -64,13 +67,94 @@ def test_in_a_blind_spell_nobody_sees_and_afterwards_everybody_does():
     assert fresh[22:].any(axis=0).all()
 
 
-def test_a_noise_burst_pushes_ball_and_players_while_it_lasts():
-    _, _, places, _ = disturbed(NoiseBurst(first=4, last=4, cycles=6, ball=0.5, player=0.2))
+def test_pushes_move_ball_and_players_while_they_last():
+    _, _, places, _ = disturbed(Push(first=4, last=4, cycles=6, ball=0.5, player=0.2))
     steps = np.linalg.norm(np.diff(places, axis=0), axis=-1)
     assert (steps[:4] < 1e-9).all()
     assert (steps[4:10].max(axis=0) > 0.01).all()
     assert steps[-1, :, 1:].max() < 1e-3
     assert len(np.unique(np.round(steps[4:10, :, 0], 9))) > 25, "irregular"
+
+
+def watched(disturbance, cycles=24, worlds=6, first_world=0, seed=0, episodes=1):
+    """Idle players with memories; the observations (copies) of each cycle of the last episode, begun anew in all worlds."""
+    core = SoccerCore(make_task("PassAndAdvance"), worlds, seed=1, first_world=first_world, include=("memory",))
+    disturber = Disturber(core, disturbance, seed) if disturbance else None
+    for episode in range(episodes):
+        core.reset(1)
+        if disturber and episode:
+            disturber.reset()
+        seen = []
+        for _ in range(cycles):
+            if disturber:
+                disturber()
+            core.step(idle(core))
+            seen.append({key: value.copy() for key, value in core.observation.items()})
+    return {key: np.stack([s[key] for s in seen]) for key in seen[0]}
+
+
+BURST = NoiseBurst(first=6, last=6, cycles=8, distance=0.2, direction=10.0)
+
+
+def test_a_noise_burst_blurs_what_is_seen_while_it_lasts_and_leaves_levels_and_the_world_alone():
+    clear, blurred = watched(None), watched(BURST)
+    seen = (clear["level"][..., 0] > 0) & (clear["body"][..., BodyFeature.FRESH] > 0)
+    during = np.zeros(len(seen), bool)
+    during[6:14] = True
+    for key in ("level", "body", "age"):
+        assert (clear[key] == blurred[key]).all(), key
+    for column in (0, 1):
+        off = np.abs(clear["ball"][..., column] - blurred["ball"][..., column])
+        assert (off[during][seen[during]] > 1e-6).all()
+        assert (off[~during] == 0.0).all()
+    told = clear["level"][..., 0] == 3
+    assert (clear["ball"][..., 2:][told & during[:, None, None]] != blurred["ball"][..., 2:][told & during[:, None, None]]).all()
+    assert (blurred["ball"][clear["level"][..., 0] == 0] == 0.0).all()
+    mate = clear["level"][:, :, 1, 1] > 0
+    assert mate[during].any()
+    assert ((clear["players"][:, :, 1, 0, 0] != blurred["players"][:, :, 1, 0, 0]) == (mate & during[:, None])).all()
+
+
+def test_the_errors_of_a_noise_burst_have_the_sizes_asked_for_and_differ_by_cycle_and_player():
+    clear, blurred = watched(None, worlds=60), watched(BURST, worlds=60)
+    seen = clear["level"][6:14, ..., 0] > 0
+    ratio = np.log(blurred["ball"][6:14, ..., 0][seen] / clear["ball"][6:14, ..., 0][seen])
+    turned = np.degrees(blurred["ball"][6:14, ..., 1][seen] - clear["ball"][6:14, ..., 1][seen])
+    assert len(ratio) > 300
+    assert 0.17 < ratio.std() < 0.23
+    assert 8.5 < turned.std() < 11.5
+    assert abs(ratio.mean()) < 0.04
+    assert len(np.unique(np.round(ratio, 9))) == len(ratio)
+
+
+def test_what_is_remembered_in_a_noise_burst_is_what_was_seen():
+    clear, blurred = watched(None), watched(BURST)
+    assert (clear["self"] == blurred["self"]).all(), "he still knows where he is himself"
+    fresh = blurred["level"][6:14, ..., 0] > 0
+    o = {key: value[6:14][fresh] for key, value in blurred.items()}
+    angle = o["self"][:, 5] + o["ball"][:, 1]
+    place = o["self"][:, :2] + o["ball"][:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    assert np.abs(place - o["memory"][:, 0, :2]).max() < 1e-3
+    assert np.abs(clear["memory"][6:14][fresh][:, 0, :2] - o["memory"][:, 0, :2]).max() > 0.5
+
+
+def test_the_blur_of_a_world_is_the_same_alone_and_in_a_batch_and_gone_in_the_next_episode():
+    many, one = watched(BURST), watched(BURST, worlds=1, first_world=4)
+    for key in many:
+        assert (many[key][:, 4] == one[key][:, 0]).all(), key
+    core = SoccerCore(make_task("PassAndAdvance"), 2, seed=1, include=("memory",))
+    disturber = Disturber(core, replace(BURST, first=0, last=0), 0)
+    core.reset(1)
+    clear = {key: value.copy() for key, value in core.observation.items()}
+    for _ in range(3):
+        disturber()
+        core.step(idle(core))
+    core.reset(1)
+    for key, value in clear.items():
+        assert (core.observation[key] == value).all(), key
+    again, other = watched(BURST), watched(BURST, episodes=2)
+    assert (again["ball"] == many["ball"]).all()
+    assert (other["ball"][6:14] != many["ball"][6:14]).any(), "another episode has other errors"
 
 
 def test_a_rolling_ball_is_stopped_and_one_that_lies_is_not_struck():
@@ -85,8 +169,6 @@ def test_a_rolling_ball_is_stopped_and_one_that_lies_is_not_struck():
 
 @pytest.mark.parametrize("name", DISTURBANCES)
 def test_a_world_is_disturbed_alike_alone_and_in_a_batch(name):
-    from dataclasses import replace
-
     disturbance = replace(DISTURBANCES[name], first=2, last=12)
 
     def roll(core):
