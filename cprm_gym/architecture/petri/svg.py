@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from xml.sax.saxutils import escape
 
+from .labels import place_labels
 from .layout import Edge, Node, Point, arrange
 from .picture import Box, Item, Link
 
@@ -37,7 +38,9 @@ def render(box: Box) -> str:
     width, height = laid.width + 2 * MARGIN, laid.height + 2 * MARGIN
     body: list[str] = []
     _draw_boxes(laid, (MARGIN, MARGIN), body)
-    _draw_links(laid, (MARGIN, MARGIN), body)
+    drawn: list[tuple[Link, list[Point]]] = []
+    _draw_links(laid, (MARGIN, MARGIN), body, drawn)
+    _draw_labels(laid, (MARGIN, MARGIN), body, drawn)
     _draw_items(laid, (MARGIN, MARGIN), body)
     return (
         "\n".join(
@@ -190,15 +193,26 @@ def _draw_inside(item: Item, x: float, y: float, body: list[str]) -> None:
         body.append(f'<text x="{x:.1f}" y="{y + 3.5:.1f}" text-anchor="middle" font-size="{SMALL:g}">{item.tokens}</text>')
 
 
-def _draw_links(laid: _Laid, corner: Point, body: list[str]) -> None:
+def _draw_links(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
+    """Draw the arcs, inner boxes first, and add them with the points through which they go to `drawn`."""
     for child, (x, y) in laid.inner:
-        _draw_links(child, (x + corner[0], y + corner[1]), body)
+        _draw_links(child, (x + corner[0], y + corner[1]), body, drawn)
     ends = _attachments(laid)
-    labels: list[str] = []
     for (link, points), (start, end) in zip(laid.routes, ends):
         path = [(x + corner[0], y + corner[1]) for x, y in (start, *_upright(laid, link, points, start, end), end)]
-        _draw_link(link, path, body, labels)
-    body += labels
+        drawn.append((link, _draw_link(link, path, body)))
+
+
+def _draw_labels(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
+    texts = []
+    for key, (x, y) in laid.at.items():
+        left, right, height = _extent(laid.items[key])
+        x, y = x + corner[0], y + corner[1]
+        texts.append((x - left, y - height / 2, x + right, y + height / 2))
+    labels = [(link.label, number) for number, (link, _) in enumerate(drawn) if link.label]
+    found = place_labels([(_text_width(label, SMALL), number) for label, number in labels], SMALL, texts, [path for _, path in drawn])
+    for (label, _), (left, _, _, bottom) in zip(labels, found):
+        body += _text(label, left, bottom - 1.5, SMALL, INK)
 
 
 def _upright(laid: _Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
@@ -240,7 +254,8 @@ def _attachments(laid: _Laid) -> list[tuple[Point, Point]]:
     return [(found[i, 0], found[i, 1]) for i in range(len(laid.routes))]
 
 
-def _draw_link(link: Link, path: list[Point], body: list[str], labels: list[str]) -> None:
+def _draw_link(link: Link, path: list[Point], body: list[str]) -> list[Point]:
+    """Draw an arc; returns the points through which its line goes."""
     tip, before = path[-1], path[-2]
     up = before[1] > tip[1]
     reach = {"inhibitor": 7.0, "arc": 7.0, "test": 7.0, "set": 12.0, "operand": 5.0}.get(link.style, 0.0)
@@ -260,9 +275,7 @@ def _draw_link(link: Link, path: list[Point], body: list[str], labels: list[str]
             body.append(_head(x, y - direction * 6, direction, INK))
     elif link.style == "operand":
         body.append(_head(x, y, direction, GREY, 5.0))
-    if link.label:
-        middle = _halfway(path)
-        labels += _text(link.label, middle[0] + 4, middle[1] + 3, SMALL, INK)
+    return path
 
 
 def _head(x: float, y: float, direction: float, colour: str, size: float = 7.0) -> str:
@@ -282,7 +295,3 @@ def _curve(path: list[Point]) -> str:
             parts.append(f"C{x0:.1f} {middle:.1f} {x1:.1f} {middle:.1f} {x1:.1f} {y1:.1f}")
     return " ".join(parts)
 
-
-def _halfway(path: list[Point]) -> Point:
-    (x0, y0), (x1, y1) = path[-2], path[-1]
-    return (x0 + x1) / 2, (y0 + y1) / 2

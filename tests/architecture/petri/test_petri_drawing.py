@@ -11,6 +11,7 @@ from test_petri_modules import ORIENT, TWICE
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition, flatten
 from cprm_gym.architecture.petri.drawing import ALL, save_drawing, to_dot, to_svg
+from cprm_gym.architecture.petri.labels import curve_points, place_labels
 from cprm_gym.architecture.petri.layout import Edge, Node, arrange
 from cprm_gym.architecture.petri.picture import picture
 from cprm_gym.architecture.petri.svg import BAR, RADIUS
@@ -146,3 +147,14 @@ def test_arcs_that_need_not_cross_do_not():
     arrange(nodes, [Edge("a", "z"), Edge("b", "y"), Edge("c", "x")])
     at = {node.key: node.x for node in nodes}
     assert sorted("abc", key=lambda k: at[k]) == [{"z": "a", "y": "b", "x": "c"}[k] for k in sorted("xyz", key=lambda k: at[k])]
+
+
+def test_labels_of_crossing_arcs_stand_clear_of_each_other_of_texts_and_of_arcs():
+    paths = [[(0.0, 0.0), (100.0, 60.0)], [(100.0, 0.0), (0.0, 60.0)]]
+    text = (20.0, 8.0, 45.0, 18.0)
+    rects = [*place_labels([(20.0, 0), (20.0, 1)], 9.0, [text], paths), text]
+    for n, (left, top, right, bottom) in enumerate(rects[:2]):
+        for x, y in np.concatenate([curve_points(path) for path in paths]):
+            assert not (left < x < right and top < y < bottom)
+        for other in rects[n + 1 :]:
+            assert right <= other[0] or other[2] <= left or bottom <= other[1] or other[3] <= top
