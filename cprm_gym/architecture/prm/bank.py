@@ -65,6 +65,14 @@ class _Cohort:
     state: Snapshot
 
 
+class _Tie(NamedTuple):
+    """A link as numbers: the objects that agents mean in each role, and for which agents it holds, (W,)."""
+
+    relation: str
+    roles: tuple[Role, ...]
+    held: NDArray[np.bool_]
+
+
 class _Group(NamedTuple):
     """Agents of one cohort who make the same step, with which relations; None: they are not due."""
 
@@ -125,6 +133,7 @@ class FilterBank:
             self._pilot.foresee(*self._examples())
         self._renamings: Recent[tuple[Layout, Pairs], _Renaming] = Recent(1024)
         self._likenesses: dict[str, bool] = {}
+        self._told: Recent[tuple[tuple[str, ...], int], list[str]] = Recent(16)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
@@ -249,12 +258,13 @@ class FilterBank:
         due = np.ones(self.width, bool) if due is None else due
         hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.width)
         told = [name for name in self._names if name in evidence]
-        holds = [due & np.logical_and.reduce([r.index >= 0 for r in link.roles if isinstance(r, Role)], axis=0) for link in links]
-        self._turn(self._engaged(links, holds, told), due)
+        ties = [self._tie(link, due) for link in links]
+        self._turn(self._engaged(ties, told), due)
         hard = self._renumbered(hard)
+        told = self._told.fetch((tuple(told), len(self.object_in)), lambda: self._told_of_any(told))
         after: list[_Cohort] = []
         answers: list[tuple[Indices, Result]] = []
-        for agents, cohort, relations in self._groups(links, self._codes(links, holds), due):
+        for agents, cohort, relations in self._groups(ties, due):
             whole = len(agents) == len(cohort.agents)
             state = cohort.state if whole else select(cohort.state, self._position[agents])
             if relations is None:
@@ -270,14 +280,26 @@ class FilterBank:
         self.answers, self._answered_for = answers, dict(self._place_of)
         self._settle(after)
 
-    def _engaged(self, links: Sequence[Link], holds: Sequence[NDArray[np.bool_]], told: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
-        """For each class whose objects are alike: (W, n), which of them stand in relations."""
+    def _tie(self, link: Link, due: NDArray[np.bool_]) -> _Tie:
+        """A link with a role for every object, and for whom it holds."""
+        roles = []
+        for role in link.roles:
+            if isinstance(role, str):
+                class_name = self.grounding.objects.get(role)
+                if class_name is None:
+                    raise ModelError(f"a link names the unknown object {role!r}.{did_you_mean(role, self.grounding.objects)}")
+                role = Role(class_name, np.full(self.width, self.members[class_name].index(role)))
+            roles.append(role)
+        return _Tie(link.relation, tuple(roles), due & np.logical_and.reduce([role.index >= 0 for role in roles]))
+
+    def _engaged(self, ties: Sequence[_Tie], told: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
+        """For each class of several objects that are alike: (W, n), which of them stand in relations."""
         engaged: dict[str, NDArray[np.bool_]] = {}
-        for link, held in zip(links, holds):
-            for role in link.roles:
-                if isinstance(role, Role) and self._are_alike(role.class_name, links, told):
+        for tie in ties:
+            for role in tie.roles:
+                if self._are_alike(role.class_name, told):
                     marks = engaged.setdefault(role.class_name, np.zeros((self.width, len(self.members[role.class_name])), bool))
-                    marks[held, role.index[held]] = True
+                    marks[tie.held, role.index[tie.held]] = True
         return engaged
 
     def _turn(self, engaged: Mapping[str, NDArray[np.bool_]], due: NDArray[np.bool_]) -> None:
@@ -319,38 +341,47 @@ class FilterBank:
             cohorts.append(_Cohort(agents, self._with_names(state, dict(pairs)) if pairs else state))
         self._settle(cohorts)
 
-    def _codes(self, links: Sequence[Link], holds: Sequence[NDArray[np.bool_]]) -> list[NDArray[np.int64]]:
-        """For each kind of link the tuples that hold for an agent, as sorted numbers (W, k) that `_tuples` reads; -1 fills up."""
-        kinds: dict[Any, list[NDArray[np.int64]]] = {}
+    def _codes(self, ties: Sequence[_Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
+        """For each kind of tie the tuples that hold for an agent, as sorted numbers (W, k) that `_tuples` reads; -1 fills up."""
+        kinds: dict[tuple[str, ...], list[NDArray[np.int64]]] = {}
         everybody = np.arange(self.width)
-        for link, held in zip(links, holds):
+        for tie in ties:
             code = np.zeros(self.width, np.int64)
-            for role in link.roles:
-                if isinstance(role, Role):
-                    index = np.maximum(role.index, 0)
-                    if role.class_name in self._place_of:
-                        index = self._place_of[role.class_name][everybody, index]
-                    code = code * len(self.members[role.class_name]) + index
-            kinds.setdefault(_pattern(link), []).append(np.where(held, code, -1))
-        return [_sets(np.stack(columns, axis=1)) for columns in kinds.values()]
+            for role in tie.roles:
+                index = np.maximum(role.index, 0)
+                if role.class_name in self._place_of:
+                    index = self._place_of[role.class_name][everybody, index]
+                code = code * len(self.members[role.class_name]) + index
+            kind = (tie.relation, *(role.class_name for role in tie.roles))
+            kinds.setdefault(kind, []).append(np.where(tie.held, code, -1))
+        return {kind: _sets(np.stack(columns, axis=1)) for kind, columns in kinds.items()}
 
-    def _are_alike(self, class_name: str, links: Sequence[Link], told: Sequence[str]) -> bool:
-        """Whether the objects of a class are alike in all but their names: nothing refers to them, and all of an input or none is told."""
+    def _are_alike(self, class_name: str, told: Sequence[str]) -> bool:
+        """Whether the several objects of a class differ in their names only: nothing refers to them, an input is told of all or none."""
         known = self._likenesses.get(class_name)
         if known is None:
-            model, members = self.grounding.model, self.members[class_name]
-            fixed = {role for link in links for role in link.roles if isinstance(role, str)}
-            inputs = [{n.partition(".")[0] for n in told if n in self._inputs and n.endswith(f".{i}")} & {*members}
-                      for i in {n.partition(".")[2] for n in self._inputs}]  # fmt: skip
-            known = (
+            model, members = self.grounding.model, {*self.members[class_name]}
+            inputs: dict[str, set[str]] = {}
+            for owner, _, attribute in (name.partition(".") for name in told if name in self._inputs):
+                inputs.setdefault(attribute, set()).add(owner)
+            known = self._likenesses[class_name] = (
                 self._factored
+                and len(members) > 1
                 and not any(c.references for c in model.classes)
                 and not self.grounding.static
-                and not fixed & {*members}
-                and all(not some or some == {*members} for some in inputs)
+                and all(not owners & members or owners >= members for owners in inputs.values())
             )
-            self._likenesses[class_name] = known
         return known
+
+    def _told_of_any(self, told: Sequence[str]) -> list[str]:
+        """What is told of an object may be told of any in the agents' own orders."""
+        names = dict.fromkeys(told)
+        for name in told:
+            owner, _, attribute = name.partition(".")
+            class_name = self.grounding.objects.get(owner, "")
+            if class_name in self.object_in:
+                names.update(dict.fromkeys(f"{o}.{attribute}" for o in self.members[class_name]))
+        return list(names)
 
     def _renumbered(self, hard: NDArray[np.int64]) -> NDArray[np.int64]:
         """Readings in every agent's own order of objects."""
@@ -365,38 +396,35 @@ class FilterBank:
             out[rows] = np.take_along_axis(hard[rows], order.T[None], axis=1)
         return out
 
-    def _groups(self, links: Sequence[Link], codes: Sequence[NDArray[np.int64]], due: NDArray[np.bool_]) -> list[_Group]:
+    def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[_Group]:
         """Agents who can step together."""
-        table = np.column_stack([self._cohort_of, ~due, *codes])
+        codes = self._codes(ties)
+        table = np.column_stack([self._cohort_of, ~due, *codes.values()])
         keys, group_of = np.unique(table, axis=0, return_inverse=True) if self.width > 1 else (table, np.zeros(1, np.int64))
         order = np.argsort(group_of.ravel(), kind="stable")
         bounds = np.searchsorted(group_of.ravel()[order], np.arange(len(keys) + 1))
         groups: list[_Group] = []
-        patterns = list(dict.fromkeys(_pattern(link) for link in links))
-        for k, key in enumerate(keys.tolist()):
-            cohort = self._cohorts[key[0]]
+        for k, (cohort_number, idle, *numbers) in enumerate(keys.tolist()):
+            cohort = self._cohorts[cohort_number]
             agents = order[bounds[k] : bounds[k + 1]]
             if len(agents) == len(cohort.agents):
                 agents = cohort.agents
-            at, relations = 2, []
-            for pattern, columns in zip(patterns, codes):
-                relations += self._tuples(pattern, key[at : at + columns.shape[1]])
-                at += columns.shape[1]
-            groups.append(_Group(agents, cohort, None if key[1] else tuple(relations)))
+            relations: list[str] = []
+            for kind, columns in codes.items():
+                relations += self._tuples(kind, numbers[: columns.shape[1]])
+                numbers = numbers[columns.shape[1] :]
+            groups.append(_Group(agents, cohort, None if idle else tuple(relations)))
         return groups
 
-    def _tuples(self, pattern: tuple[str, Pairs], numbers: Sequence[int]) -> list[str]:
-        """Relation tuples from their numbers (`_arrange`)."""
-        relation, roles = pattern
+    def _tuples(self, kind: tuple[str, ...], numbers: Sequence[int]) -> list[str]:
+        """Relation tuples from their numbers (`_codes`)."""
+        relation, *classes = kind
         found = []
         for number in numbers:
             if number < 0:
                 continue
             names = []
-            for fixed, class_name in reversed(roles):
-                if fixed:
-                    names.append(fixed)
-                    continue
+            for class_name in reversed(classes):
                 number, index = divmod(number, len(self.members[class_name]))
                 names.append(self.members[class_name][index])
             found.append(canonical_tuple(relation, reversed(names)))
@@ -572,11 +600,6 @@ def _fronted(engaged: Sequence[bool]) -> list[int]:
     late = [k for k in range(count, len(engaged)) if engaged[k]]
     front = [k if engaged[k] else late.pop(0) for k in range(count)]
     return [*front, *(k for k in range(len(engaged)) if not engaged[k])]
-
-
-def _pattern(link: Link) -> tuple[str, Pairs]:
-    """A relation and for each role the fixed object or the class: what its tuples' numbers mean."""
-    return link.relation, tuple((r, "") if isinstance(r, str) else ("", r.class_name) for r in link.roles)
 
 
 def _sets(codes: NDArray[np.int64]) -> NDArray[np.int64]:

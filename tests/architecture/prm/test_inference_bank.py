@@ -69,7 +69,7 @@ def wander(rng, width, steps):
         first = np.where(rng.random(width) < 0.2, rng.integers(-1, 4, width), first)
         second = np.where(rng.random(width) < 0.2, rng.integers(-1, 4, width), second)
         holder = np.where(rng.random(width) < 0.3, rng.integers(-1, 4, width), holder)
-        seen = {name: np.where(rng.random(width) < 0.5, rng.integers(0, 4, width), -1) for name in SEEN}
+        seen = {name: np.where(rng.random(width) < 0.5, rng.integers(0, 4, width), -1) for name in SEEN if rng.random() < 0.8}
         yield first, second, holder, {**seen, "ball.push": rng.integers(0, 2, width)}, rng.random(width) < 0.9
 
 
@@ -110,6 +110,20 @@ def test_views_follow_whom_each_agent_means():
             assert np.isnan(read[k]) if second[k] < 0 else read[k] == pytest.approx(mean(bank.marginal(f"{NAMES[second[k]]}.at", k), PLACE))
             assert ball[k] == pytest.approx(mean(bank.marginal("ball.at", k), PLACE))
             assert p2[k] == pytest.approx(mean(bank.marginal("p2.at", k), PLACE))
+
+
+def test_an_object_that_all_agents_mean_is_given_by_name():
+    bank, width = FilterBank(Grounding(MODEL, OBJECTS), 3), 3
+    one = Filter(Grounding(MODEL, OBJECTS), width)
+    one.foresee(("watched(p2)",))
+    for t in range(4):
+        whom = np.array([0, 2, 3])
+        bank.step({"p2.seen_at": np.array([t % 4, 1, 2])}, (Link("watched", ("p2",)), Link("watched", (Role("Player", whom),))))
+        expected = one.step({"p2.seen_at": np.array([t % 4, 1, 2])}, active=("watched(p2)",))
+        for k in range(width):
+            np.testing.assert_allclose(bank.marginal("p2.at", k), expected["p2.at"][k], atol=1e-12)
+    with pytest.raises(ModelError, match=r"unknown object 'p9'"):
+        bank.step({}, (Link("watched", ("p9",)),))
 
 
 def test_attention_to_any_object_is_one_cohort():
