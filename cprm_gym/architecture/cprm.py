@@ -297,10 +297,10 @@ class Controller:
             alike = not cprm.clusters and cprm.period == 1
             grounding = Grounding(cprm.model, cprm.objects)
             self.bank = FilterBank(grounding, copies, engine, on_impossible=on_impossible, seed=seed, alike=alike)
-            self._sights = _by_domain(cprm.observations, self.bank.variables)
+            self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
         self._trace = trace
         self._percepts: Percepts = {}
-        self._told: dict[str, tuple[NDArray[Any], NDArray[np.bool_]]] = {}
+        self._told: tuple[NDArray[np.float64], NDArray[np.bool_]] | None = None
         self._in_force: tuple[Link, ...] = ()
         self._cycle = np.zeros(copies, np.int64)
 
@@ -393,25 +393,26 @@ class Controller:
                 active.append(canonical_tuple(link.relation, names))
         return tuple(dict.fromkeys(active))
 
-    def _read(self, bank: FilterBank, percepts: Percepts) -> dict[str, Any]:
+    def _read(self, bank: FilterBank, percepts: Percepts) -> dict[str, NDArray[np.int64]]:
         """What the model is told: name -> (W,) states, -1 where not observed."""
-        evidence: dict[str, Any] = {}
-        for variable, sights in self._sights:
-            values = self._evaluate([s.value for s in sights], percepts)
-            shown = self._evaluate([s.when for s in sights], percepts) >= 0.5
+        if not self._sights:
+            return {}
+        values = self._evaluate([s.value for s in self._sights], percepts)
+        shown = self._evaluate([s.when for s in self._sights], percepts) >= 0.5
+        states = np.full(values.shape, UNOBSERVED, np.int64)
+        for variable, rows in self._domains:
+            numbers, seen = values[rows], shown[rows]
             if variable.edges is None:
-                values = np.rint(values).astype(np.int64)
-            states = np.full(values.shape, UNOBSERVED, np.int64)
+                values[rows] = numbers = np.rint(numbers)
+                numbers = numbers.astype(np.int64)
             try:
-                states[shown] = state_of(variable, values[shown])
+                states[rows][seen] = state_of(variable, numbers[seen])
             except EvidenceError:  # again one by one: the message names the variable
-                for sight, row, mask in zip(sights, values, shown):
+                for sight, row, mask in zip(self._sights[rows], numbers, seen):
                     state_of(bank.variables[sight.name], row[mask])
                 raise
-            for sight, row, numbers, mask in zip(sights, states, values, shown):
-                evidence[sight.name] = row
-                self._told[sight.name] = numbers, mask
-        return evidence
+        self._told = values, shown
+        return {sight.name: row for sight, row in zip(self._sights, states)}
 
     def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
         """(n, W) values of expressions over percepts and places."""
@@ -453,7 +454,10 @@ class Controller:
                     fired.append(firing.transition)
                     enabled.update(firing.enabled)
         row = executor.marking[copy]
-        told = {name: float(numbers[copy]) if shown[copy] else None for name, (numbers, shown) in self._told.items()}
+        told: dict[str, float | None] = {}
+        if self._told is not None:
+            values, shown = self._told
+            told = {s.name: float(v) if seen else None for s, v, seen in zip(self._sights, values[:, copy], shown[:, copy])}
         commands = {
             name: {key: float(v[copy]) for key, v in executor._commands.values[name].items()}
             for name, out in executor._commands.fired.items() if out[copy]
@@ -479,14 +483,19 @@ class _Sight(NamedTuple):
     when: Formula
 
 
-def _by_domain(observations: Sequence[Observe], variables: Mapping[str, GroundVariable]) -> list[tuple[GroundVariable, list[_Sight]]]:
-    """Observations of variables of one domain together: they are read as one array."""
-    groups: dict[Any, tuple[GroundVariable, list[_Sight]]] = {}
+def _sights(
+    observations: Sequence[Observe], variables: Mapping[str, GroundVariable]
+) -> tuple[list[_Sight], list[tuple[GroundVariable, slice]]]:
+    """Observations in an order in which those of one domain stand together, and where: they are read as one array."""
+    groups: dict[Any, list[_Sight]] = {}
     for link in observations:
-        variable = variables[link.variable]
-        sights = groups.setdefault(variable.domain, (variable, []))[1]
-        sights.append(_Sight(link.variable, Formula(link.value), Formula(link.when or "1")))
-    return list(groups.values())
+        groups.setdefault(variables[link.variable].domain, []).append(_Sight(link.variable, Formula(link.value), Formula(link.when or "1")))
+    sights: list[_Sight] = []
+    places = []
+    for group in groups.values():
+        places.append((variables[group[0].name], slice(len(sights), len(sights) + len(group))))
+        sights += group
+    return sights, places
 
 
 __all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "cprm_from_json", "cprm_to_json", "view_of"]

@@ -95,9 +95,10 @@ class ProjectionEngine(ExactEngine):
         transition = self.transition(belief, info, readings, status)
         chosen = self.choice(belief, info, transition)
         if not chosen:
-            return super().advance(belief, info, readings, status)
+            self.check(transition, readings.hard.shape[1])
+            return self.run(belief, info, readings, transition)
         projected, loss = project(self, belief, chosen)
-        outcome = super().advance(projected, info, readings, status)
+        outcome = super().advance(projected, info, readings, transition.status)
         clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
         return replace(outcome, loss=outcome.loss + loss, report={**outcome.report, "clusters": clusters})
 
