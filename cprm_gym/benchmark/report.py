@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import statistics
-import tempfile
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Any
 
 from rich.table import Table
 
+from ..files import write_atomically
 from .runner import BlockResult, Plan
 from .statistics import wilson_interval
 
@@ -132,7 +131,7 @@ class Report:
         """
         written = []
         for name, text in (("report.json", self.to_json()), ("report.md", self.to_markdown())):
-            write_atomically(folder / name, text.encode())
+            write_atomically(folder / name, text)
             written.append(folder / name)
         picture = plot(self)
         if picture is not None:
@@ -167,19 +166,6 @@ def summarise(plan: Plan, results: Iterable[BlockResult]) -> Report:
         spent, decisions = sum(r.controller_seconds for r in good), sum(r.decisions for r in good)
         timing.append(Timing(task, controller, wall, played / wall if wall else None, 1e6 * spent / decisions if decisions else None))
     return Report(plan, tuple(rows), tuple(timing))
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that it is either there whole or not there."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def plot(report: Report) -> bytes | None:

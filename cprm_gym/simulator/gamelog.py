@@ -12,16 +12,16 @@ import contextlib
 import gzip
 import io
 import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import LogError
+from ..files import hidden_beside
 from .parameter_fields import ParameterSet
 from .parameters import ServerParameters
 from .player_types import PlayerParameters, PlayerType
@@ -260,16 +260,14 @@ class AtomicFile:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
+        self._temporary = hidden_beside(self.path)
         try:
-            handle, name = tempfile.mkstemp(prefix=f".{self.path.name}.", suffix=".incomplete", dir=self.path.parent)
+            self._raw = self._temporary.open("xb")
         except OSError as error:
             raise LogError(f"{self.path}: cannot be written: {error.strerror or error}") from error
-        self._temporary = Path(name)
-        raw: IO[bytes] = os.fdopen(handle, "wb")
-        self._raw = raw
         packed = self.path.suffix == ".gz"
         # no name and no time in the gzip header: the same content gives the same file
-        binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=raw, mtime=0) if packed else raw
+        binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=self._raw, mtime=0) if packed else self._raw
         self._text = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="\n")
 
     def write(self, text: str) -> None:
@@ -280,9 +278,6 @@ class AtomicFile:
         """Finish the file and move it to its place."""
         self._text.close()
         self._raw.close()
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(self._temporary, 0o666 & ~umask)
         os.replace(self._temporary, self.path)
 
     def abort(self) -> None:

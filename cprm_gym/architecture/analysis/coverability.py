@@ -15,6 +15,7 @@ import numpy as np
 
 from ...errors import NetError
 from .kernels import coverability as kernels
+from .kernels.table import rehash
 from .state_space import Budget
 from .system import FREE, System
 
@@ -86,7 +87,7 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
     nodes, parents, by = np.zeros((capacity, places), np.int64), np.full(capacity, -1, np.int64), np.full(capacity, -1, np.int64)
     table = np.zeros(slots, np.int64)
     nodes[0] = system.marking
-    table[-1 - kernels.find(nodes, table, nodes[0])] = 1
+    rehash(nodes, 1, table)
     state = np.array([0, 1], np.int64)
     arrays = [a.astype(np.int64) for a in (system.pre, system.post, system.need, system.inhibit, system.sets)]
     began = time.monotonic()
@@ -103,9 +104,9 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
                 if 3 * (nodes.nbytes + parents.nbytes + by.nbytes + table.nbytes) > budget.memory:
                     break
                 nodes, parents, by = (np.concatenate((a, np.full_like(a, fill))) for a, fill in ((nodes, 0), (parents, -1), (by, -1)))
-                table = np.zeros(4 * len(nodes), np.int64)
-                for i in range(int(state[1])):
-                    table[-1 - kernels.find(nodes, table, nodes[i])] = i + 1
+                slots *= 2
+                table = np.zeros(slots, np.int64)
+                rehash(nodes, int(state[1]), table)
     except (KeyboardInterrupt, MemoryError):
         complete = False
     n = int(state[1])

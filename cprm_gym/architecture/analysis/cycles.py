@@ -37,6 +37,7 @@ from ..petri import (
 )
 from ..petri.net import resolve_name
 from .kernels import cycles as kernels
+from .kernels.table import rehash
 from .state_space import Budget, Graph, Progress
 from .system import FREE, KEEP, System, selected_places
 
@@ -580,7 +581,7 @@ def explore_cycles(
     ties = np.zeros((n, n), bool)
     state = np.array([0, 1, 0, -1], np.int64)
     rows[0] = system.start
-    kernels.rehash(rows, 1, table)
+    rehash(rows, 1, table)
     began = time.monotonic()
     reason, complete = "", False
     try:
@@ -607,7 +608,7 @@ def explore_cycles(
                     rows, parents, kinds, offsets = _longer(rows), _longer(parents), _longer(kinds), _longer(offsets)
                 if state[1] > len(table) * 6 // 10 - branch:
                     table = np.zeros(2 * len(table), np.int32)
-                    kernels.rehash(rows, int(state[1]), table)
+                    rehash(rows, int(state[1]), table)
             if progress:
                 progress(int(state[1]), int(state[0]), seconds)
     except KeyboardInterrupt:

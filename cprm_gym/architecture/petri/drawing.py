@@ -20,11 +20,11 @@ box                                    module instance: ports on its border when
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from ...errors import NetError
+from ...files import write_atomically
 from .net import PetriNet
 from .picture import ALL, Box, picture
 from .svg import render
@@ -113,12 +113,4 @@ def save_drawing(net: PetriNet, path: str | os.PathLike[str], unfold: int = 0) -
     writers = {".svg": to_svg, ".dot": to_dot, ".gv": to_dot}
     if target.suffix not in writers:
         raise NetError(f"a drawing is written as {', '.join(writers)}, got {target.name!r}")
-    text = writers[target.suffix](net, unfold)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_atomically(target, writers[target.suffix](net, unfold))

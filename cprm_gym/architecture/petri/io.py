@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
 from ...errors import LogError, NetError, did_you_mean
+from ...files import write_atomically
 from .net import PetriNet, depth_first_order
 from .places import (
     PLACE_KINDS,
@@ -247,15 +247,7 @@ def net_from_json(text: str) -> PetriNet:
 
 def save_net(net: PetriNet, path: str | os.PathLike[str]) -> None:
     """Write a net to a JSON file, all of it or nothing."""
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(net_to_json(net))
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_atomically(path, net_to_json(net))
 
 
 def load_net(path: str | os.PathLike[str]) -> PetriNet:

@@ -1,10 +1,9 @@
-"""PNML (ISO/IEC 15909-2): writing, and reading our own extensions back.
+"""PNML (ISO/IEC 15909-2): writing.
 
 The plain part of a file is the skeleton that every place/transition tool understands: one flat page with the discrete and object
 places, their initial tokens, and the ordinary arcs; a test arc is a pair of opposite arcs. Inhibitor and set arcs are never ``<arc>``
 elements, because other tools silently take those for ordinary arcs; they are entries of one ``toolspecific`` block at the net, like
-everything else that a place/transition net cannot say. The block ends with the whole net as JSON (`io.py`), so that reading gives an
-equal value; a file whose plain part was changed by another tool afterwards is refused rather than half believed.
+everything else that a place/transition net cannot say (`pnml_block.py`).
 
 `expanded_net` is the other way out: a place/transition net with the same behaviour, with complement places for bounded places.
 """
@@ -13,24 +12,21 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import re
-import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-from ...errors import LogError, NetError
-from .io import net_from_json, net_to_dict
+from ...errors import NetError
+from ...files import write_atomically
+from .io import net_to_dict
 from .modules import flatten
 from .net import PetriNet
 from .places import ObjectPlace, Place, Transition
-from .pnml import PTNET, TOOL, Node
-from .values import FrozenMap
+from .pnml_block import moved_places, skeleton
+from .pnml_tree import PTNET, TOOL, VERSION
 
-VERSION = "1"
 _KINDS = {
     "Place": "discrete",
     "ObjectPlace": "object",
@@ -55,16 +51,7 @@ def write_pnml(net: PetriNet, path: str | Path, *, expanded: bool = False, bound
     bounds : mapping from place to tokens, optional
         For `expanded_net`.
     """
-    text = to_pnml(expanded_net(net, bounds) if expanded else net)
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_atomically(path, to_pnml(expanded_net(net, bounds) if expanded else net))
 
 
 def to_pnml(net: PetriNet) -> str:
@@ -148,39 +135,9 @@ def _transition(t: Transition, identifier: str) -> list[str]:
     ]
 
 
-def skeleton(t: Transition, moved: frozenset[str]) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
-    """The plain arcs of a transition.
-
-    Parameters
-    ----------
-    t : Transition
-    moved : frozenset of str
-        The discrete and object places.
-
-    Returns
-    -------
-    inputs, outputs : dict from place to weight
-        Test arcs included as pairs of opposite arcs.
-    read : dict from place to weight
-        How much of both arcs is the test arc.
-    """
-    inputs, outputs, read = dict(t.inputs), dict(t.outputs), {}
-    for name, threshold in t.tests.items():
-        more = max(0, int(threshold) - inputs.get(name, 0)) if name in moved else 0
-        read[name] = more
-        if more:
-            inputs[name] = inputs.get(name, 0) + more
-            outputs[name] = outputs.get(name, 0) + more
-    return inputs, outputs, read
-
-
-def _moved(flat: PetriNet) -> frozenset[str]:
-    return frozenset(p.name for p in flat.places if isinstance(p, (Place, ObjectPlace)))
-
-
 def _arcs(t: Transition, flat: PetriNet, place_id: Mapping[str, str], identifier: str, arcs: list[str], entries: list[str]) -> None:
     """Add the plain arcs of `t` to `arcs` and its other arcs to `entries`."""
-    inputs, outputs, read = skeleton(t, _moved(flat))
+    inputs, outputs, read = skeleton(t, moved_places(flat))
     for name, weight in inputs.items():
         arcs.append(_arc(place_id[name], identifier, weight))
     for name, weight in outputs.items():
@@ -250,105 +207,6 @@ def _block(net: PetriNet, entries: list[str]) -> list[str]:
         f"   <definition>{escape(json.dumps(net_to_dict(net), separators=(',', ':')))}</definition>",
         "  </toolspecific>",
     ]
-
-
-def net_from_block(
-    block: Node,
-    plain: PetriNet,
-    names: Mapping[str, str],
-    capacities: Mapping[str, int],
-    refuse: Callable[[Node, str], LogError],
-) -> PetriNet:
-    """The net that our block and the plain part mean together.
-
-    Parameters
-    ----------
-    block : Node
-        The ``toolspecific`` element.
-    plain : PetriNet
-        The plain part as read.
-    names : mapping from XML id to name
-    capacities : mapping from place to tokens
-        Those that our hints on the places give.
-    refuse : callable
-        Makes the error for a node.
-    """
-    if block.attributes.get("version") != VERSION:
-        raise refuse(block, f"version {block.attributes.get('version')!r} of our extensions; this package reads {VERSION}")
-    definition = block.first("definition")
-    if definition is None:
-        return _with_entries(block, plain, names, capacities, refuse)
-    try:
-        net = net_from_json(definition.text)
-        flat = flatten(net)
-    except NetError as error:
-        raise refuse(definition, str(error)) from None
-    difference = _difference(flat, plain)
-    if difference:
-        raise refuse(
-            definition, f"the plain part was changed after this was written: {difference}; read with block=False to take the plain part"
-        )
-    return net
-
-
-def _difference(flat: PetriNet, plain: PetriNet) -> str:
-    """The first difference between the skeleton of `flat` and a plain net, or ``""``."""
-    moved = _moved(flat)
-    wanted = {p.name: p.tokens if isinstance(p, Place) else 0 for p in flat.places}
-    found = {p.name: p.tokens for p in plain.places if isinstance(p, Place)}
-    if wanted != found:
-        name = next(n for n in (*wanted, *found) if wanted.get(n) != found.get(n))
-        return f"place {name!r} has {found.get(name, 'gone')} instead of {wanted.get(name, 'not being there')}"
-    arcs = {t.name: skeleton(t, moved)[:2] for t in flat.transitions}
-    read = {t.name: (dict(t.inputs), dict(t.outputs)) for t in plain.transitions}
-    name = next((n for n in (*arcs, *read) if arcs.get(n) != read.get(n)), "")
-    return f"the arcs of transition {name!r} differ" if name else ""
-
-
-def _with_entries(
-    block: Node,
-    plain: PetriNet,
-    names: Mapping[str, str],
-    capacities: Mapping[str, int],
-    refuse: Callable[[Node, str], LogError],
-) -> PetriNet:
-    """The plain net with the arcs that the entries of a block without definition add."""
-    changed = {t.name: t for t in plain.transitions}
-    known = {p.name for p in plain.places}
-    for node in block.children:
-        if node.tag == "note":
-            continue
-        if node.tag != "arc":
-            raise refuse(node, "is not understood in our block; known: arc, definition, note")
-        place, name = (names.get(node.attributes.get(end, ""), "") for end in ("place", "transition"))
-        kind = node.attributes.get("type", "")
-        if place not in known or name not in changed:
-            raise refuse(
-                node, f"joins {node.attributes.get('place')!r} and {node.attributes.get('transition')!r}, which the net does not have"
-            )
-        t = changed[name]
-        try:
-            value = int(node.attributes.get("value" if kind == "set" else "threshold", "1"))
-            if kind == "inhibitor":
-                changed[name] = replace(t, inhibitors=FrozenMap({**t.inhibitors, place: value}))
-            elif kind == "set":
-                changed[name] = replace(t, sets=FrozenMap({**t.sets, place: value}), set_wins=True)
-            elif kind == "test":
-                weight = int(node.attributes.get("weight", "0"))
-                inputs, outputs = ({k: w - weight if k == place else w for k, w in arcs.items()} for arcs in (t.inputs, t.outputs))
-                inputs, outputs = ({k: w for k, w in arcs.items() if w} for arcs in (inputs, outputs))
-                changed[name] = replace(t, inputs=FrozenMap(inputs), outputs=FrozenMap(outputs), tests=FrozenMap({**t.tests, place: value}))
-            else:
-                raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")
-        except (ValueError, NetError) as error:
-            if isinstance(error, LogError):
-                raise
-            raise refuse(node, str(error)) from None
-    try:
-        places = (replace(p, capacity=capacities.get(p.name, p.capacity)) if isinstance(p, Place) else p for p in plain.places)
-        return replace(plain, places=tuple(places), transitions=tuple(changed.values()))
-    except NetError as error:
-        raise refuse(block, str(error)) from None
 
 
 def expanded_net(net: PetriNet, bounds: Mapping[str, int] | None = None) -> PetriNet:

@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import LogError, ModelError, did_you_mean
+from ...files import write_atomically
 from .grounding import SAME, GroundCPD, GroundSlice, GroundVariable
-from .io import read_text, write_text
+from .io import read_text
 
 ROUNDING = 1e-2
 """How far a row of a foreign file may be from summing to 1; it is normalised. Rows within 1e-9 are left as they are."""
@@ -104,7 +105,7 @@ def from_bif(text: str, where: str = "BIF") -> GroundSlice:
 
 def save_bif(ground: GroundSlice, path: str | os.PathLike[str], name: str = "net") -> None:
     """Write a static net to a file, all or nothing."""
-    write_text(path, to_bif(ground, name))
+    write_atomically(path, to_bif(ground, name))
 
 
 def load_bif(path: str | os.PathLike[str]) -> GroundSlice:

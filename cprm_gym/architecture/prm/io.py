@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import CprmError, LogError, did_you_mean
+from ...files import write_atomically
 from . import aggregates, cpds, domains, schema
 from .grounding import Grounding
 
@@ -111,7 +111,7 @@ def world_from_json(text: str, where: str = "world") -> Grounding:
 
 def save(model: schema.Model, path: str | os.PathLike[str]) -> None:
     """Write a model to a file, all or nothing."""
-    write_text(path, to_json(model))
+    write_atomically(path, to_json(model))
 
 
 def load(path: str | os.PathLike[str]) -> schema.Model:
@@ -124,19 +124,6 @@ def load(path: str | os.PathLike[str]) -> schema.Model:
     ModelError
     """
     return from_json(read_text(path), str(path))
-
-
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a file by writing another one and renaming it, so that a reader sees the old or the new text."""
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def read_text(path: str | os.PathLike[str]) -> str:

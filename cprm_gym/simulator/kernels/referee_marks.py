@@ -146,6 +146,16 @@ def mark_goal_kick(w, p, i):
 
 
 @kernel
+def mark_touch_after_free_kick(w, p, i):
+    """The first touch after a set play was taken: a fault if the taker himself dashed to it."""
+    if w.fk_taker == i + 1 and p.free_kick_faults:
+        if w.counts[i, DASHES] > w.fk_taker_dashes:
+            call_free_kick_fault(w, i)
+    else:
+        w.fk_taken = 0
+
+
+@kernel
 def mark_set_play(w, p, i):
     """Player `i` plays the ball; true when he is to be remembered as the taker once the ruling is carried out."""
     pair = PAIR[w.mode]
@@ -157,11 +167,7 @@ def mark_set_play(w, p, i):
         rule(w, RULING_MODE, PLAY_ON, 0.0, 0.0)
         return True
     if w.fk_taken:
-        if w.fk_taker == i + 1 and p.free_kick_faults:
-            if w.counts[i, DASHES] > w.fk_taker_dashes:
-                call_free_kick_fault(w, i)
-        else:
-            w.fk_taken = 0
+        mark_touch_after_free_kick(w, p, i)
     return False
 
 
@@ -173,11 +179,7 @@ def mark_set_play_touch(w, p, i):
         w.fk_taken = 0
         rule_here(w, RULING_GOAL_KICK, SIDE[w.mode])
     elif w.fk_taken:
-        if w.fk_taker == i + 1 and p.free_kick_faults:
-            if w.counts[i, DASHES] > w.fk_taker_dashes:
-                call_free_kick_fault(w, i)
-        else:
-            w.fk_taken = 0
+        mark_touch_after_free_kick(w, p, i)
 
 
 # --- last touch, for goals and outs

@@ -178,6 +178,10 @@ def test_growth_under_an_inhibitor_arc_is_not_pumped():
     assert (len(graph.nodes), graph.nodes.max() < OMEGA) == (11, True)
 
 
+def test_a_coverability_graph_outgrows_its_first_arrays():
+    assert len(karp_miller(System.from_net(kanban(2))).nodes) == 4600
+
+
 def test_coverability_refuses_priorities():
     net = PetriNet("prio", (Place("p", tokens=1),), (Transition("a", ("p",)), Transition("b", ("p",), priority=1)))
     with pytest.raises(NetError, match="not defined here for nets with priorities"):

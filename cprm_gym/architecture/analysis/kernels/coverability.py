@@ -2,38 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ....compilation import kernel_group
+from .table import find
 
 kernel = kernel_group()
 
 OMEGA = 1 << 40
 """As many tokens as you like."""
-_MIX = np.uint64(0xD6E8FEB86659FD93)
-_S32 = np.uint64(32)
-
-
-@kernel
-def find(nodes, table, row):
-    """Number of a node, or -1 - slot where it belongs in the table."""
-    h = np.uint64(0x9E3779B97F4A7C15)
-    for p in range(row.shape[0]):
-        h = (h ^ np.uint64(row[p])) * _MIX
-        h ^= h >> _S32
-    mask = table.shape[0] - 1
-    slot = np.int64(h & np.uint64(mask))
-    while table[slot] != 0:
-        i = table[slot] - 1
-        equal = True
-        for p in range(row.shape[0]):
-            if nodes[i, p] != row[p]:
-                equal = False
-                break
-        if equal:
-            return i
-        slot = (slot + 1) & mask
-    return -1 - slot
 
 
 @kernel

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compilation import kernel_group
+from .table import find
 
 kernel = kernel_group()
 inlined = kernel_group(forceinline=True)  # a call costs much more than they do: the arrays of the net are passed one by one
@@ -33,9 +34,6 @@ ASKING, FIRING, DUE, QUIET, OVER, STOPPING = 0, 1, 2, 3, 4, 5
 transition is due; nothing more happens at this instant; the cycle is over; clocks stop whose transitions the environment has
 disabled."""
 DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
-
-_MIX = np.uint64(0xD6E8FEB86659FD93)
-_S32 = np.uint64(32)
 
 
 class CycleNet(NamedTuple):
@@ -356,41 +354,6 @@ def successors(net, row, out, labels, between, ties):
     end_cycle(net, row, out[0])
     labels[0] = net.end_label
     return outside_moves(net, row, out, labels, 1, between), QUIET
-
-
-@kernel
-def hash_row(row):
-    """64-bit hash of one node."""
-    h = np.uint64(0x9E3779B97F4A7C15)
-    for i in range(row.shape[0]):
-        h = (h ^ np.uint64(row[i] & 0xFFFF)) * _MIX
-        h ^= h >> _S32
-    return h
-
-
-@kernel
-def find(rows, table, row):
-    """Number of a node, or -1 - slot where it belongs in the table."""
-    mask = table.shape[0] - 1
-    slot = np.int64(hash_row(row) & np.uint64(mask))
-    while table[slot] != 0:
-        i = table[slot] - 1
-        equal = True
-        for k in range(row.shape[0]):
-            if rows[i, k] != row[k]:
-                equal = False
-                break
-        if equal:
-            return np.int64(i)
-        slot = (slot + 1) & mask
-    return -1 - slot
-
-
-@kernel
-def rehash(rows, n, table):
-    """Fill an empty table with the first `n` nodes."""
-    for i in range(n):
-        table[-1 - find(rows, table, rows[i])] = i + 1
 
 
 @kernel

@@ -1,0 +1,27 @@
+"""Files that are there whole or not at all."""
+
+import os
+import stat
+
+import pytest
+
+from cprm_gym.files import write_atomically
+
+
+def test_a_written_file_has_the_permissions_of_any_new_file(tmp_path):
+    write_atomically(tmp_path / "ours", "text")
+    (tmp_path / "plain").write_text("text")
+    assert (tmp_path / "ours").read_bytes() == b"text"
+    assert stat.S_IMODE((tmp_path / "ours").stat().st_mode) == stat.S_IMODE((tmp_path / "plain").stat().st_mode)
+
+
+def test_a_failed_write_leaves_the_old_content_and_nothing_else(tmp_path, monkeypatch):
+    write_atomically(tmp_path / "file", b"old")
+
+    def fail(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "file", b"new")
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("file", b"old")]
