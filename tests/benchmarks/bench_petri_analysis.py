@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "architecture" / "analysis"))
 
 from contract_modules import turn_to_ball  # noqa: E402
-from structure_nets import flexible_manufacturing, kanban, token_ring  # noqa: E402
+from structure_nets import flexible_manufacturing, kanban, landing_detector, token_ring  # noqa: E402
 
 from cprm_gym.architecture.analysis.contracts import check_contract  # noqa: E402
 from cprm_gym.architecture.analysis.cycles import explore_cycles  # noqa: E402
@@ -31,6 +31,7 @@ from cprm_gym.architecture.petri.pnml import read_pnml  # noqa: E402
 CASES = ROOT.parent / "shared" / "cases" / "petri" / "mcc"
 REFERENCES = {  # LoLA 2, verifypn, LTSmin
     "Dekker-PT-010": (0.10, 0.086, 0.23),
+    "AirplaneLD-PT-0010": (0.13, 0.12, 0.41),
     "TokenRing-PT-010": (0.38, 0.26, 1.8),
     "Kanban-PT-0005": (13.1, 12.1, 17.0),
     "FMS-PT-005": (37.1, 13.1, 20.5),
@@ -55,6 +56,7 @@ def models(quick: bool) -> dict[str, Callable[[], PetriNet]]:
     for name in files[: 2 if quick else None]:
         if (CASES / f"{name}.pnml").is_file():
             found[name] = lambda name=name: read_pnml(CASES / f"{name}.pnml")
+    found["AirplaneLD-PT-0010"] = lambda: landing_detector(10)
     found["TokenRing-PT-010"] = lambda: token_ring(10)
     found["Kanban-PT-0004" if quick else "Kanban-PT-0005"] = lambda: kanban(4 if quick else 5)
     if not quick:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from structure_nets import flexible_manufacturing, kanban, philosophers, producer, random_net, token_ring
+from structure_nets import flexible_manufacturing, kanban, landing_detector, philosophers, producer, random_net, token_ring
 from structure_oracle import Oracle
 
 from cprm_gym.architecture.analysis import state_space
@@ -17,6 +17,12 @@ from cprm_gym.errors import NetError, UnknownName
 def test_kanban_has_the_published_number_of_markings(tickets, states):
     space = explore(System.from_net(kanban(tickets)))
     assert (space.n_states, space.complete, space.n_deadlocks) == (states, True, 0)
+
+
+def test_the_landing_detector_has_the_published_number_of_markings():
+    net = landing_detector(10)
+    assert (len(net.places), len(net.transitions)) == (89, 88)
+    assert explore(System.from_net(net)).n_states == 43_463, "AirplaneLD-PT-0010"
 
 
 @pytest.mark.slow
