@@ -1,6 +1,6 @@
 """P- and T-invariants: weighted sums of tokens that never change, and bags of firings that change nothing.
 
-`flow_basis` is an integer basis of all invariants, by exact elimination: fast, complete, signs mixed. `semiflows` are the minimal
+`flow_basis` is a basis of all invariants, by exact elimination: whole numbers, fast, complete, signs mixed. `semiflows` are the minimal
 ones without negative weights, by Farkas' algorithm (Colom, Silva 1991): readable, but there can be exponentially many.
 
 Set arcs are not linear: a P-invariant here uses no place that a set arc writes, a T-invariant no transition that has one. Test and
@@ -72,7 +72,7 @@ class Invariants:
 
 
 def flow_basis(system: System, kind: Literal["P", "T"] = "P") -> Invariants:
-    """An integer basis of the P- or T-invariants.
+    """A basis of the P- or T-invariants, in whole numbers.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def _reduced(rest: Vector, part: Vector) -> tuple[Vector, Vector]:
 
 
 def integer_kernel(columns: list[Vector]) -> list[Vector]:
-    """An integer basis of all y with ``sum y[i] * columns[i] = 0``, by exact elimination.
+    """A basis, with whole numbers, of all rational y with ``sum y[i] * columns[i] = 0``, by exact elimination.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def integer_kernel(columns: list[Vector]) -> list[Vector]:
     Returns
     -------
     list of sparse vectors
-        Entries without common divisor, the first one positive.
+        Entries without common divisor and with a sum that is not negative.
     """
     rows = {i: (dict(c), {i: 1}) for i, c in enumerate(columns)}
     where: dict[int, set[int]] = {}

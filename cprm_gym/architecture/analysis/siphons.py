@@ -1,9 +1,9 @@
 """Siphons and traps.
 
-A siphon is a set of places that stays empty once it is empty: whatever puts a token in also takes one out of it. A trap stays
-marked once it is marked. Test arcs count as taking and giving back. In an ordinary net in which every minimal siphon holds a trap
-that is marked from the start, no deadlock can be reached (Commoner, 1972); with weights, inhibitor or set arcs the sets are reported as
-structure only. Enumeration by partitioning (Cordone, Ferrarini, Piroddi 2005).
+A siphon is a set of places that stays empty once it is empty: whatever puts a token in needs one of it. A trap stays marked once it is
+marked: whatever takes a token out leaves one in it. A set arc puts or takes, whatever was there. In an ordinary net in which every
+minimal siphon holds a trap that is marked from the start, no deadlock can be reached (Commoner, 1972). Enumeration by partitioning
+(Cordone, Ferrarini, Piroddi 2005).
 """
 
 from __future__ import annotations
@@ -32,26 +32,29 @@ class PlaceSets:
 
 
 class _Flow:
-    """Which places each transition takes from and gives to, as bit masks."""
+    """What each transition does to sets of places, as pairs of bit masks: if it is in the first, it must be in the second.
 
-    def __init__(self, system: System, reverse: bool) -> None:
-        reads = (system.need > 0) & (system.pre == 0)
-        takes = (system.pre > 0) | reads
-        gives = (system.post > 0) | reads | (system.sets > 0)
-        if reverse:
-            takes, gives = gives, takes
-        self.takes = [_mask(row) for row in takes]
-        self.gives = [_mask(row) for row in gives]
-        self.pairs = sorted({(t, g) for t, g in zip(self.takes, self.gives) if g})
+    Siphons: the places it puts tokens into, and those in which it needs some. Traps: the places it takes tokens from, and those in which
+    it leaves some.
+    """
+
+    def __init__(self, system: System, traps: bool) -> None:
+        kept = system.sets == KEEP
+        puts = ((system.post > 0) & kept) | (system.sets > 0)
+        if traps:
+            if_in, also_in = (system.pre > 0) | (system.sets == 0), puts | ((system.need > system.pre) & kept)
+        else:
+            if_in, also_in = puts, system.need > 0
+        self.pairs = sorted({(_mask(a), _mask(b)) for a, b in zip(if_in, also_in) if a.any()})
 
     def largest(self, within: int) -> int:
-        """The largest siphon inside a set of places."""
+        """The largest siphon or trap inside a set of places."""
         changed = True
         while changed:
             changed = False
-            for takes, gives in self.pairs:
-                if gives & within and not takes & within:
-                    within &= ~gives
+            for if_in, also_in in self.pairs:
+                if if_in & within and not also_in & within:
+                    within &= ~if_in
                     changed = True
         return within
 

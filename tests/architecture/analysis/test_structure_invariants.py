@@ -121,6 +121,20 @@ def test_minimal_siphons_and_traps_are_those_of_brute_force():
             assert (set(found.sets), found.complete) == (expected, True), f"net {seed}"
 
 
+def test_empty_siphons_stay_empty_and_marked_traps_stay_marked_under_set_arcs_too():
+    looked = 0
+    for seed, system in random_systems(120, inputs=False):
+        markings = explore(system, Budget(states=2_000)).markings()
+        sets = [(frozenset(s), kind) for find, kind in ((minimal_siphons, False), (minimal_traps, True)) for s in find(system).sets]
+        for names, marked in sets:
+            inside = np.isin(system.places, list(names))
+            for m in markings[markings[:, inside].any(axis=1) == marked][:200]:
+                for t in np.flatnonzero(system.enabled(m)):
+                    assert system.fire(int(t), m)[inside].any() == marked, f"net {seed}: {sorted(names)}, {system.transitions[t]}"
+                    looked += 1
+    assert looked > 500
+
+
 def test_a_siphon_that_may_run_empty_is_shown_and_one_that_cannot_proves_freedom_from_deadlock():
     rude, polite = System.from_net(philosophers(3)), System.from_net(philosophers(3, polite=True))
     assert is_ordinary(rude)
