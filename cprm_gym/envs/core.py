@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,12 +92,12 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
     if isinstance(controlled, str):
         controlled = [part.strip() for part in controlled.split(",")]
     chosen: set[str] = set()
-    for part in _several("controlled", controlled):
+    for part in _several("agents", controlled):
         group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
         if not group:
             allowed = ("all", "left", "right", *names)
             hint = did_you_mean(str(part), allowed)
-            raise UnknownName(f"controlled: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
+            raise UnknownName(f"agents: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
         chosen.update(group)
     return tuple(n for n in names if n in chosen)
 

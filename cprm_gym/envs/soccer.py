@@ -29,6 +29,9 @@ STATE_OBJECT = 7
 class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     """2D soccer for several agents, one command each per cycle of 100 ms.
 
+    An agent's info holds ``status`` (of ``task.statuses``), ``is_success``, the named parts of his reward in ``reward_terms``, the
+    version of the observations in ``schema``, and with macros what he can do now in ``action_mask``.
+
     Parameters
     ----------
     task : str or Task
@@ -41,7 +44,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         Cycles per episode; the task's own if not given.
     copy : bool
         Every observation is the agent's to keep (default). ``False`` returns the same dicts of arrays every time, overwritten by the next
-        step; it saves a fifth of the time of a step of 22 agents.
+        step, which then takes a quarter less time for 22 agents.
     render_mode, debug_info, others, include, observation, flatten, reward, reward_gamma, **options
         As for `cprm_gym.envs.single.SoccerEnv`.
 
@@ -143,13 +146,13 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         except CommandError:
             self._blame(chosen)
             raise
-        terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
+        terminated = bool(step.terminated[0])
         # wrappers and tests may shorten an episode by setting max_cycles
-        truncated = truncated or (not terminated and int(self.core.cycle[0]) >= self.max_cycles)
+        truncated = bool(step.truncated[0]) or (not terminated and int(self.core.cycle[0]) >= self.max_cycles)
         rewards = dict(zip(self.agents, step.reward[0].tolist()))
         terminations = dict.fromkeys(rewards, terminated)
         truncations = dict.fromkeys(rewards, truncated)
-        infos = self._infos(int(step.status[0]), bool(step.success[0]))
+        infos = self._infos(-1 if truncated else int(step.status[0]), bool(step.success[0]))
         for name, values in step.terms.items():
             for info, value in zip(infos.values(), values[0].tolist()):
                 info["reward_terms"][name] = value
@@ -193,6 +196,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         return dict(zip(self.possible_agents, rows))
 
     def _infos(self, status: int, success: bool) -> dict[str, dict[str, Any]]:
+        """An info for each agent; `status` as an index into ``task.statuses``, whose last one means out of time."""
         word = self.task.statuses[status]
         infos: dict[str, dict[str, Any]] = {
             a: {"status": word, "is_success": success, "schema": SCHEMA_VERSION, "reward_terms": {}} for a in self.possible_agents

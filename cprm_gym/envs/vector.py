@@ -97,8 +97,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
                 raise ParameterError(f"reset_mask: expected bool of shape ({self.num_envs},), got {mask.dtype} of shape {mask.shape}")
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**31))
-        self._seeded = self._running = True
         self.core.reset(seed, mask)
+        self._seeded = self._running = True
         self._over[slice(None) if mask is None else mask] = False
         return self._observation(), self._with_mask({})
 

@@ -76,6 +76,16 @@ def test_infos_have_the_same_keys_after_reset_and_step():
     assert after_step["left_2"]["reward_terms"] == {"goal": 0.0}
 
 
+def test_an_episode_cut_short_by_a_wrapper_is_out_of_time():
+    env = soccer_v0.parallel_env(left=2, right=2)
+    env.reset(seed=1)
+    env.max_cycles = 2
+    assert env.step(dict.fromkeys(env.agents, DASH))[4]["left_1"]["status"] == "IN_GAME"
+    _, _, terminated, truncated, infos = env.step(dict.fromkeys(env.agents, DASH))
+    assert (terminated["left_1"], truncated["left_1"], infos["left_1"]["status"]) == (False, True, "OUT_OF_TIME")
+    assert env.agents == []
+
+
 def test_a_goal_is_worth_one_to_those_who_scored():
     env = soccer_v0.parallel_env(left=2, right=1)
     env.reset(seed=1)
@@ -226,7 +236,7 @@ def test_every_face_refuses_a_bad_argument(face, options, error, message):
 def test_who_acts_is_somebody():
     with pytest.raises(UnknownName, match="controlled: nobody chosen"):
         soccer_v0.parallel_env(controlled=[])
-    with pytest.raises(UnknownName, match="controlled: expected a string or a sequence of strings, got int 5"):
+    with pytest.raises(UnknownName, match="agents: expected a string or a sequence of strings, got int 5"):
         soccer_v0.parallel_env(controlled=5)
     with pytest.raises(UnknownName, match=r"agent 'all': one agent is needed here, such as 'left_1'; use soccer_v0 for several"):
         SoccerEnv("Soccer", agent="all")
