@@ -18,6 +18,7 @@ from ..architecture.petri import PetriNet, instances
 from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.rendering import Viewer
+from ..envs.spaces import SelfFeature
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
 from .play import SoccerAgent
@@ -117,6 +118,12 @@ def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> 
     if bank is not None and bank.answers and {"ball.x", "ball.y"} <= bank.variables.keys():
         x, y = (bank.variables[name].edges for name in ("ball.x", "ball.y"))
         return _grid(bank.marginal("ball.x"), x, bank.marginal("ball.y"), y)
+    if bank is not None and bank.answers and {"ball.dist", "ball.bearing"} <= bank.variables.keys() and "self" in observation:
+        dist, bearing = (bank.variables[name].edges for name in ("ball.dist", "ball.bearing"))
+        points = _grid(bank.marginal("ball.dist"), dist, bank.marginal("ball.bearing"), bearing)
+        way, angle = points[:, 0], np.radians(points[:, 1])
+        x, y = observation["self"][0, [SelfFeature.X, SelfFeature.Y]]
+        return np.stack([x + way * np.cos(angle), y + way * np.sin(angle), points[:, 2]], axis=1)
     age = float(observation["memory_age"][0, 0])
     return np.array([[*observation["memory"][0, 0, :2], max(0.1, 1.0 - age / FADE)]])
 

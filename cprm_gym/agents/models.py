@@ -177,10 +177,17 @@ TOWARDS = Labels(("me", "aside", "away"))
 
 _KNOCKED = 0.01
 """Share of cycles in which somebody or something else changes how the ball moves."""
-_LOST = 0.001
+_LOST = 0.003
 """Share of cycles in which the ball is somewhere else than its motion says: somebody touched it, or the player was moved."""
-_MISREAD = 1e-4
+_BLURRED = 0.05
+"""Share of readings that are much worse than the eye is by itself."""
 _NO_KICK = "sent < 0"
+
+
+def _read(mean: str, sd: str, blurred: str) -> Mixture:
+    """A reading as the eye gives it, or now and then a blurred one, which tells a little still."""
+    return Mixture((1.0 - _BLURRED, Noise(mean, sd=sd)), (_BLURRED, Noise(mean, sd=blurred, floor=1e-3)))
+
 
 PASSED_BALL = PRMClass(
     "Ball",
@@ -203,12 +210,12 @@ PASSED_BALL = PRMClass(
         Attribute("bearing", BEARING, parents=(prev("bearing"), "swing", "slid"), initial=Uniform(),
                   cpd=Noise("prev.bearing + swing - slid", sd=0.6, floor=_LOST, points=1)),
         # observed in cycles with a look, the velocities where the eye tells them; they are what the decay has left
-        Attribute("seen_dist", RANGE, parents=("dist",), cpd=Noise("dist", sd=f"0.03 + {QUANTUM} * dist", floor=_MISREAD)),
+        Attribute("seen_dist", RANGE, parents=("dist",), cpd=_read("dist", f"0.03 + {QUANTUM} * dist", "0.1 + 0.2 * dist")),
         Attribute("seen_approach", APPROACH, parents=("approach",),
-                  cpd=Noise(f"{BALL_DECAY} * approach", sd=f"0.03 + {QUANTUM} * abs(approach)", floor=1e-3)),
-        Attribute("seen_bearing", BEARING, parents=("bearing",), cpd=Noise("bearing", sd=1.2, floor=_MISREAD)),
+                  cpd=_read(f"{BALL_DECAY} * approach", f"0.03 + {QUANTUM} * abs(approach)", "0.4")),
+        Attribute("seen_bearing", BEARING, parents=("bearing",), cpd=_read("bearing", "1.2", "10")),
         Attribute("seen_swing", SWING, parents=("swing",),
-                  cpd=Noise(f"{BALL_DECAY} * swing", sd="0.1 + 0.05 * abs(swing)", floor=1e-3)),
+                  cpd=_read(f"{BALL_DECAY} * swing", "0.1 + 0.05 * abs(swing)", "8")),
         # a ball that is not where the player looks is somewhere else
         Attribute("seen", BOOL, parents=("bearing", "eyes"),
                   cpd=Chance(f"0.98 if abs(norm_deg(bearing - eyes)) < {VIEW_HALF} else 0.005", points=8)),

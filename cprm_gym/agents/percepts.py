@@ -112,7 +112,8 @@ def field_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
     mode = body[:, BodyFeature.PLAY_MODE].astype(np.int64)
     left = body[:, BodyFeature.SIDE] > 0
     set_play = (mode >= PlayMode.kick_off_l) & (mode <= PlayMode.goal_kick_r)
-    percepts["game.waiting"] = np.isin(mode, (PlayMode.before_kick_off, PlayMode.goal_l, PlayMode.goal_r)).astype(np.float64)
+    scored = (mode == PlayMode.goal_l) | (mode == PlayMode.goal_r)
+    percepts["game.waiting"] = (scored | (mode == PlayMode.before_kick_off)).astype(np.float64)
     percepts["game.playing"] = (mode == PlayMode.play_on).astype(np.float64)
     percepts["game.ours"] = (set_play & ((mode % 2 == 0) == left)).astype(np.float64)
     return percepts

@@ -12,7 +12,7 @@ from ..envs.controller import Action, Observation, no_action
 from ..envs.spaces import NECK_SCALE, scaled
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
-from .percepts import Percepts
+from .percepts import PLAYER_DECAY, Percepts
 
 BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
     "dash": (CommandKind.DASH, ("power", "direction")),
@@ -79,10 +79,10 @@ class SoccerAgent:
         if self.controller is None:
             raise ControllerError("act before reset: the controller does not know how many worlds there are")
         percepts = self.percepts(observation)
-        # his own motion: the turn that was commanded, and the way that the body makes in a cycle
+        # his own motion: the turn that was commanded, and the way of the body in the cycle (the speed that it feels is what the decay left)
         percepts["body.turned"] = self._turned
         along = np.cos(np.radians(percepts["body.speed_direction"]))
-        percepts["body.advanced"] = percepts["body.speed"] * along
+        percepts["body.advanced"] = percepts["body.speed"] * along / PLAYER_DECAY
         commands = self.controller.step(percepts, self.objects(observation) if self.objects else None)
         count = self.controller.copies
         action = no_action(count)

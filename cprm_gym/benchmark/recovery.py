@@ -20,8 +20,8 @@ from ..simulator.state import Count
 from ..wrappers.disturbances import DISTURBANCES, Disturbance, Disturber
 from .statistics import Interval, wilson_interval
 
-BLOCK = 250
-"""Episodes played as one batch."""
+WORLDS = 250
+"""Most worlds that are played side by side; each plays its share of the episodes one after the other."""
 
 Factory = Callable[[Task, str], Controller]
 
@@ -65,7 +65,7 @@ class Recovery:
 
 
 def measure(factory: Factory, disturbance: Disturbance | None, episodes: int = 1000, seed: int = 0, task: Task | None = None) -> Recovery:
-    """Play episodes with a disturbance (or none); every controller meets the same worlds and the same strikes.
+    """Play episodes with a disturbance (or none); every controller meets the same starts and the same strikes.
 
     Parameters
     ----------
@@ -77,36 +77,67 @@ def measure(factory: Factory, disturbance: Disturbance | None, episodes: int = 1
         PassAndAdvance by default.
     """
     task = task or make_task("PassAndAdvance")
-    parts = [_block(factory, disturbance, min(BLOCK, episodes - first), first, seed, task) for first in range(0, episodes, BLOCK)]
-    return Recovery(*(np.concatenate([getattr(part, key) for part in parts]) for key in ("success", "struck", "time", "cycles")))
-
-
-def _block(factory: Factory, disturbance: Disturbance | None, count: int, first: int, seed: int, task: Task) -> Recovery:
-    core = SoccerCore(task, count, seed=seed, first_world=first, include=("memory",))
+    worlds = min(WORLDS, episodes)
+    core = SoccerCore(task, worlds, seed=seed, include=("memory",))
     players = [factory(task, agent) for agent in core.agents]
     observation = core.reset(seed)
     for i, player in enumerate(players):
         player.reset({key: value[:, i] for key, value in observation.items()}, seed)
     disturber = Disturber(core, disturbance, seed) if disturbance else None
-    running, success = np.ones(count, bool), np.zeros(count, bool)
-    cycles, struck, time = np.zeros(count, np.int64), np.zeros(count, bool), np.full(count, np.nan)
+    left = np.array([len(range(k, episodes, worlds)) for k in range(worlds)])
+    tally = _Tally(worlds)
     rows = core.players - 1
-    while running.any():
+    while (left > 0).any():
         if disturber:
             disturber()
-            struck |= running & (disturber.struck >= 0)
         before = core.sim.world["counts"][:, rows, Count.KICK].sum(axis=1)
         actions = [player.act({key: value[:, i] for key, value in observation.items()}) for i, player in enumerate(players)]
         step = core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
         kicked = core.sim.world["counts"][:, rows, Count.KICK].sum(axis=1) > before
+        tally.note(core, disturber, kicked)
+        over = (left > 0) & (step.terminated | step.truncated)
+        if over.any():
+            tally.close(over, step.success)
+            left -= over
+            again = over & (left > 0)
+            observation = core.reset(worlds=again)
+            for i, player in enumerate(players):
+                player.reset({key: value[:, i] for key, value in observation.items()}, seed, again)
+            if disturber:
+                disturber.reset(again)
+    return tally.result(episodes)
+
+
+class _Tally:
+    """What happens in the episodes that are being played, and what happened in those that are over."""
+
+    def __init__(self, worlds: int) -> None:
+        self.struck, self.time = np.zeros(worlds, bool), np.full(worlds, np.nan)
+        self.cycles = np.zeros(worlds, np.int64)
+        self.played = np.zeros(worlds, np.int64)
+        self.closed: list[tuple[int, int, bool, bool, float, int]] = []
+
+    def note(self, core: SoccerCore, disturber: Disturber | None, kicked: np.ndarray) -> None:
+        """The cycle just played."""
+        self.cycles += 1
         if disturber:
-            over = core.cycle - disturber.struck >= disturber.disturbance.duration
-            again = running & struck & kicked & over & np.isnan(time)
-            time[again] = (core.cycle - disturber.struck)[again]
-        cycles += running
-        success |= running & step.success
-        running &= ~(step.terminated | step.truncated)
-    return Recovery(success, struck, time, cycles)
+            self.struck |= disturber.struck >= 0
+            since = core.cycle - disturber.struck
+            again = self.struck & kicked & (since >= disturber.disturbance.duration) & np.isnan(self.time)
+            self.time[again] = since[again]
+
+    def close(self, over: np.ndarray, success: np.ndarray) -> None:
+        """The episodes of these worlds are over."""
+        for k in np.flatnonzero(over):
+            entry = bool(success[k]), bool(self.struck[k]), float(self.time[k]), int(self.cycles[k])
+            self.closed.append((int(self.played[k]), int(k), *entry))
+        self.played += over
+        self.struck[over], self.time[over], self.cycles[over] = False, np.nan, 0
+
+    def result(self, episodes: int) -> Recovery:
+        """In the order of rounds and worlds, whichever ended first."""
+        _, _, success, struck, time, cycles = zip(*sorted(self.closed)[:episodes])
+        return Recovery(np.array(success), np.array(struck), np.array(time), np.array(cycles))
 
 
 def main() -> None:
@@ -114,10 +145,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Recovery of the passing pair, with and without its recovery parts.")
     parser.add_argument("--episodes", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", action="append", choices=["none", *DISTURBANCES], help="one disturbance; may be given several times")
     options = parser.parse_args()
     print(f"PassAndAdvance, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")
     print(f"{'disturbance':18}{'recovering':28}{'without':28}{'ball again':>14}{'without':>14}{'cycles':>8}{'without':>8}")
-    for name, disturbance in ((("none", None)), *DISTURBANCES.items()):
+    for name, disturbance in (("none", None), *DISTURBANCES.items()):
+        if options.only and name not in options.only:
+            continue
         results = [
             measure(partial(make_controller, recovering=recovering), disturbance, options.episodes, options.seed)
             for recovering in (True, False)
