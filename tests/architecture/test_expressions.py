@@ -330,3 +330,26 @@ def test_many_rows_at_once():
     k.run_rows(code.code, code.constants, code.start[second], code.start[second + 1], rows, stack, out)
     assert out[0] == 0.5
     assert math.isnan(out[1])
+
+
+EXTREMES = (-1.7976931348623157e308, -1e308, -1.0, -5e-324, 0.0, 5e-324, 0.3, 1.0, 1e308, 1.7976931348623157e308)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["x % 0.5", "x % -1e-10", "x % x", "x / 1e-10", "x ** 16", "x ** -15", "norm_deg(x)", "norm_angle(2 * x)", "hypot(x, x)", "floor(x)",
+     "round(x)", "tan(x)", "exp(x)", "log(x)", "degrees(x)", "atan2(x, x)"],
+)  # fmt: skip
+def test_bounds_hold_up_to_the_largest_numbers(text):
+    expression = Expression(text)
+    for i, low in enumerate(EXTREMES):
+        for high in EXTREMES[i:]:
+            bounds = expression.bounds({"x": (low, high)})
+            for x in (low, high):
+                result = interpret(expression.tree, {"x": x})
+                assert not bounds.total if math.isnan(result) else bounds.low <= result <= bounds.high, (low, high, x)
+
+
+def test_there_is_one_zero():
+    assert value("atan2(-0, -1)") == math.pi
+    assert Expression("-0.0 + x").rename(str) == Expression("0 + x")

@@ -71,9 +71,10 @@ def _mod(a: Interval, b: Interval) -> Interval:
     if b.low == b.high == 0.0:
         return _NEVER
     total = not b.low <= 0.0 <= b.high
-    if total and b.low == b.high and math.floor(a.low / b.low) == math.floor(a.high / b.low):
+    if total and b.low == b.high:
+        turns = a.low / b.low, a.high / b.low
         x, y = a.low % b.low, a.high % b.low
-        if x <= y:
+        if all(map(math.isfinite, turns)) and math.floor(turns[0]) == math.floor(turns[1]) and x <= y:
             return _wide(x, y, True)
     return Interval(min(0.0, b.low), max(0.0, b.high), total)
 
@@ -163,6 +164,8 @@ def _tan(a: Interval) -> Interval:
 
 def _turn(half: float) -> Callable[[Interval], Interval]:
     def bound(a: Interval) -> Interval:
+        if max(abs(a.low), abs(a.high)) > 1e6:  # the rounding of the shift would be felt
+            return Interval(-half, half)
         shift = round((a.low + a.high) / 2 / (2 * half)) * 2 * half
         low, high = a.low - shift, a.high - shift
         if -half < low - 1e-9 and high + 1e-9 < half:

@@ -196,7 +196,7 @@ class _Reader:
         if isinstance(tree.op, ast.Not):
             return Node("not", (arg,), at=self.at(tree))
         if arg.op == "number":
-            return Node("number", value=-arg.value, at=self.at(tree))
+            return Node("number", value=-arg.value or 0.0, at=self.at(tree))  # there is one zero
         return Node("neg", (arg,), at=self.at(tree))
 
     def binary(self, tree: ast.BinOp, depth: int) -> Node:
