@@ -255,7 +255,9 @@ ATTENDED_MATE = Relation(
 POSSESSES_MATE = Relation(
     "possessesTeammate",
     roles=(("m", "Teammate"), ("b", "Ball")),
-    attributes=(Attribute("pass", BOOL, parents=("m.facing",), cpd=Table({"me": (0.9, 0.1), "aside": (0.97, 0.03), "away": (0.995, 0.005)})),),
+    attributes=(
+        Attribute("pass", BOOL, parents=("m.facing",), cpd=Table({"me": (0.9, 0.1), "aside": (0.97, 0.03), "away": (0.995, 0.005)})),
+    ),
     changes=(
         Replace("b.approach", parents=(prev("b.approach"), "b.sent", "pass"), cpd=Switch("pass", {
             "yes": Noise("1.3", sd=0.4, floor=0.01),

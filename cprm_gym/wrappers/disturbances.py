@@ -1,7 +1,7 @@
 """Things that go wrong, on purpose: to measure how agents recover (dissertation §4, "simulated interruptions").
 
-A `Disturbance` is a value that says what happens, to the world or to what is seen of it; a `Disturber` makes it happen in a batch of worlds, once per episode, at a cycle drawn
-for each world from (seed, number of the world) alone: every controller meets the same one.
+A `Disturbance` is a value that says what happens, to the world or to what is seen of it; a `Disturber` makes it happen in a batch of
+worlds, once per episode, at a cycle drawn for each world from (seed, number of the world) alone: every controller meets the same one.
 
     disturber = Disturber(core, BallDisplaced(), seed=0)
     core.reset(0); disturber.reset()
