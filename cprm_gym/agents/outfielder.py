@@ -89,14 +89,14 @@ _OBJECTS: tuple[AnyPlace, ...] = (
 """The team-mate who is first at the ball; he to whom a pass is worth most; who is nearest to the ball; who has it; who to mark."""
 
 _BELIEFS: tuple[AnyPlace, ...] = (
-    *(Belief(f"believed_{v}", variable=f"ball.{v}") for v in ("x", "y", "vx", "vy")),
+    *(Belief(f"believed_{v}", variable=f"ball.{v}") for v in ("x", "y")),
     Belief("rival_x", variable="watched.x", value=FAR), Belief("rival_y", variable="watched.y"),
     Belief("mate_x", variable="receiver.x", value=FAR), Belief("mate_y", variable="receiver.y"),
 )  # fmt: skip
 
 _INPUTS = {
     "me_x": "me.x", "me_y": "me.y", "facing": "me.facing", "speed": "body.speed", "seen_x": "ball.x", "seen_y": "ball.y",
-    "seen_vx": "ball.vx", "seen_vy": "ball.vy", "ball_age": "ball.age", "ball_distance": "ball.reckoned_distance",
+    "vx": "ball.speed_ahead", "vy": "ball.speed_aside", "ball_age": "ball.age", "ball_distance": "ball.reckoned_distance",
     "ball_direction": "ball.reckoned_direction", "approach": "ball.approach", "me_time": "me.time", "meet_x": "meet.x", "meet_y": "meet.y",
     "place_x": "place.x", "place_y": "place.y", "line": "line.x", "goal_distance": "goal.distance", "goal_direction": "goal.direction",
     "goal_room": "goal.room", "way_direction": "way.direction", "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
@@ -106,7 +106,7 @@ _INPUTS = {
 _SITUATION: tuple[AnyPlace, ...] = (
     Math("lost", f"1 if ball_age > {LOST} else 0"),
     Math("ball_x", f"seen_x if ball_age <= {STALE} else believed_x"), Math("ball_y", f"seen_y if ball_age <= {STALE} else believed_y"),
-    Math("ball_speed", f"hypot(seen_vx, seen_vy) if ball_age <= {STALE} else hypot(believed_vx, believed_vy)"),
+    Math("ball_speed", "hypot(vx, vy)"),
     Math("off_ball_x", "ball_x - me_x"), Math("off_ball_y", "ball_y - me_y"),
     Math("look_angle", "norm_deg(degrees(atan2(off_ball_y, off_ball_x)) - facing) if hypot(off_ball_x, off_ball_y) > 0.01 else 0"),
     # may he touch the ball, and is he the one to do it

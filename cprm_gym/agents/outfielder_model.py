@@ -12,13 +12,12 @@ from ..architecture.prm.domains import BOOL, Bins
 from ..architecture.prm.schema import Attribute, Model, PRMClass, Relation, Replace, prev
 from .models import BALL_DECAY, BALL_RAND
 
-BALL_X = Bins.linear(-54.0, 54.0, 72, "m", clip=True)
-BALL_Y = Bins.linear(-36.0, 36.0, 48, "m", clip=True)
-"""A metre and a half wide: where the eye has the ball, the net goes by the eye; this is for when it has not."""
+BALL_PLACE = Bins.linear(-54.0, 54.0, 72, "m", clip=True)
+"""A metre and a half wide: where the eye has the ball, the net goes by the eye; this is for when it has not. The same along and across
+the pitch, so that both coordinates are filtered as two copies of one component."""
 VELOCITY = Bins((-3.0, -2.2, -1.6, -1.1, -0.7, -0.4, -0.2, -0.06, 0.06, 0.2, 0.4, 0.7, 1.1, 1.6, 2.2, 3.0), unit="m/cycle", clip=True)
 """Of the ball along an axis, fine where it is slow."""
-PLAYER_X = Bins.linear(-54.0, 54.0, 54, "m", clip=True)
-PLAYER_Y = Bins.linear(-36.0, 36.0, 36, "m", clip=True)
+PLAYER_PLACE = Bins.linear(-54.0, 54.0, 54, "m", clip=True)
 """Two metres wide."""
 EYE = 0.8
 """Standard deviation of a seen coordinate, m: that of a reading from about 25 m, with the own place that it is reckoned from."""
@@ -30,29 +29,29 @@ TOUCHED = 0.05
 _ROLL = f"{BALL_RAND / 6**0.5:.4f}"
 
 
-def _coordinate(name: str, bins: Bins) -> tuple[Attribute, ...]:
+def _coordinate(name: str) -> tuple[Attribute, ...]:
     """A hidden coordinate of the ball, its velocity, and what is seen of both."""
     v = f"v{name}"
     return (
-        Attribute(name, bins, parents=(prev(name), prev(v)), initial=Uniform(), cpd=Noise(f"prev.{name} + prev.{v}", sd=0.15)),
+        Attribute(name, BALL_PLACE, parents=(prev(name), prev(v)), initial=Uniform(), cpd=Noise(f"prev.{name} + prev.{v}", sd=0.15)),
         Attribute(v, VELOCITY, parents=(prev(v),), initial=Noise("0", sd=0.8),
                   cpd=Noise(f"{BALL_DECAY} * prev.{v}", sd=f"0.02 + {_ROLL} * abs(prev.{v})", floor=TOUCHED)),
-        Attribute(f"seen_{name}", bins, parents=(name,), cpd=Noise(name, sd=EYE, floor=1e-3)),
+        Attribute(f"seen_{name}", BALL_PLACE, parents=(name,), cpd=Noise(name, sd=EYE, floor=1e-3)),
         Attribute(f"seen_{v}", VELOCITY, parents=(v,), cpd=Noise(v, sd=f"0.05 + 0.05 * abs({v})", floor=1e-3)),
     )  # fmt: skip
 
 
-BALL = PRMClass("Ball", attributes=(*_coordinate("x", BALL_X), *_coordinate("y", BALL_Y)))
+BALL = PRMClass("Ball", attributes=(*_coordinate("x"), *_coordinate("y")))
 """Along and across the pitch it moves apart: two components of place and velocity."""
 
 PLAYER = PRMClass(
     "Player",
     abstract=True,
     attributes=(
-        Attribute("x", PLAYER_X),
-        Attribute("y", PLAYER_Y),
-        Attribute("seen_x", PLAYER_X, parents=("x",), cpd=Noise("x", sd=EYE, floor=1e-3)),
-        Attribute("seen_y", PLAYER_Y, parents=("y",), cpd=Noise("y", sd=EYE, floor=1e-3)),
+        Attribute("x", PLAYER_PLACE),
+        Attribute("y", PLAYER_PLACE),
+        Attribute("seen_x", PLAYER_PLACE, parents=("x",), cpd=Noise("x", sd=EYE, floor=1e-3)),
+        Attribute("seen_y", PLAYER_PLACE, parents=("y",), cpd=Noise("y", sd=EYE, floor=1e-3)),
     ),
 )  # fmt: skip
 """A player whom he does not attend to: where he is seen, and no memory."""

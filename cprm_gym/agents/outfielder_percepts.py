@@ -37,8 +37,6 @@ WAY = 6.0
 ANGLES = np.arange(-4, 5) * 0.35
 """Ways that are considered, radians from that to the goal."""
 _AIMS = np.arange(-3, 4) * (CORNER / 3.0)
-_FREE_KICKS = (int(PlayMode.indirect_free_kick_l), int(PlayMode.indirect_free_kick_r))
-_KICK_OFFS = (int(PlayMode.kick_off_l), int(PlayMode.kick_off_r))
 
 
 def meeting(memory: np.ndarray, x: np.ndarray, y: np.ndarray, delay: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -164,12 +162,13 @@ def _game(percepts: Percepts, body: np.ndarray) -> None:
     """Whose set play it is, indirect free kicks among them."""
     mode = body[:, BodyFeature.PLAY_MODE].astype(np.int64)
     left = body[:, BodyFeature.SIDE] > 0
-    set_play = ((mode >= PlayMode.kick_off_l) & (mode <= PlayMode.goal_kick_r)) | np.isin(mode, _FREE_KICKS)
+    indirect = (mode == PlayMode.indirect_free_kick_l) | (mode == PlayMode.indirect_free_kick_r)
+    set_play = ((mode >= PlayMode.kick_off_l) & (mode <= PlayMode.goal_kick_r)) | indirect
     ours = (mode % 2 == 0) == left
     percepts["game.playing"] = ((mode == PlayMode.play_on) | (mode == PlayMode.drop_ball)).astype(np.float64)
     percepts["game.ours"] = (set_play & ours).astype(np.float64)
     percepts["game.theirs"] = (set_play & ~ours).astype(np.float64)
-    percepts["game.kick_off"] = np.isin(mode, _KICK_OFFS).astype(np.float64)
+    percepts["game.kick_off"] = ((mode == PlayMode.kick_off_l) | (mode == PlayMode.kick_off_r)).astype(np.float64)
 
 
 def _with_ball(percepts: Percepts, observation: Observation, memory: np.ndarray, age: np.ndarray) -> None:

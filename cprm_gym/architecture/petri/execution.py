@@ -231,6 +231,8 @@ class Executor:
         """Write observations into input places: the first part of `step`."""
         layout = self._layout
         if isinstance(inputs, Mapping):
+            if self._all_at_once(inputs):
+                return
             for name, value in inputs.items():
                 if name not in layout.inputs:
                     raise unknown_name("input", name, layout.inputs)
@@ -238,6 +240,19 @@ class Executor:
                 self._set(name, slots, value)
             return
         self._write(inputs, "inputs", layout.inputs, layout.input_slots, layout.input_columns)
+
+    def _all_at_once(self, inputs: Mapping[str, Any]) -> bool:
+        """Write inputs that are all there as one array; False when there is anything to say about them."""
+        layout = self._layout
+        if len(inputs) != len(layout.inputs):
+            return False
+        values = np.empty((self.copies, len(layout.inputs)))
+        try:
+            for column, name in enumerate(layout.inputs):
+                values[:, column] = inputs[name]
+        except (KeyError, TypeError, ValueError):
+            return False
+        return bool(kernels.write(self._state.row, layout.input_slots, layout.input_columns, values, self._failed))
 
     def believe(self, beliefs: Values) -> None:
         """Write belief places: the second part of `step`."""
