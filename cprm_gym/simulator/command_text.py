@@ -38,6 +38,7 @@ class Parsed(NamedTuple):
 
 _BLANK = re.compile(r"[ \t\r\n]*")
 _NUMBER = re.compile(r"[+-]?(?:\d*\.\d+|\d+)(?:[eE][+-]?\d+)?")
+_OPEN_NUMBER = re.compile(r"[+-]?\d+\.")
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _WORD = re.compile(r"[A-Za-z0-9_\-]+")
 _STRING = re.compile(r'"[A-Za-z0-9 ().+\-*/?<>_]+"')
@@ -466,4 +467,4 @@ def parse_trainer(text: str) -> PlayerCommand:
 def _trainer_word(word: str) -> Any:
     if word.startswith('"'):
         return word[1:-1]
-    return float(word) if _NUMBER.fullmatch(word) or word.rstrip(".").lstrip("+-").isdecimal() else word
+    return float(word) if _NUMBER.fullmatch(word) or _OPEN_NUMBER.fullmatch(word) else word

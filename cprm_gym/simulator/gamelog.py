@@ -109,6 +109,17 @@ class GameLogHeader:
     player_types: list[dict[str, Any]] = field(default_factory=list)
     remarks: dict[str, str] = field(default_factory=dict)
 
+    def add(self, kind: str, values: Any) -> None:
+        """Add what a ``server_param``, ``player_param`` or ``player_type`` says; ValueError when it cannot be one."""
+        if not isinstance(values, dict):
+            raise ValueError(f"names and values were expected, got {str(values)[:40]!r}")
+        if kind == "player_type":
+            if not isinstance(values.get("id"), int):
+                raise ValueError(f"a player type has a whole number as its id, got {values.get('id')!r}")
+            self.player_types.append(values)
+        else:
+            setattr(self, kind, values)
+
     def parameters(self) -> ServerParameters:
         """The server's parameters; what the log does not tell has the default, names of other servers are passed over."""
         return ServerParameters.from_mapping(_known(self.server_param, ServerParameters))
@@ -119,7 +130,7 @@ class GameLogHeader:
 
     def types(self) -> tuple[PlayerType, ...]:
         """The player types in the order of their ids; empty when the log has none."""
-        ordered = sorted(self.player_types, key=lambda values: int(values["id"]))
+        ordered = sorted(self.player_types, key=lambda values: values["id"])
         return tuple(PlayerType.from_mapping(_known(values, PlayerType)) for values in ordered)
 
 
@@ -276,9 +287,13 @@ class AtomicFile:
 
     def close(self) -> None:
         """Finish the file and move it to its place."""
-        self._text.close()
-        self._raw.close()
-        os.replace(self._temporary, self.path)
+        try:
+            self._text.close()
+            self._raw.close()
+            os.replace(self._temporary, self.path)
+        except BaseException:
+            self.abort()
+            raise
 
     def abort(self) -> None:
         """Forget the file; nothing appears under its name."""

@@ -115,11 +115,11 @@ class BinaryParser:
         header = self.header
         while self.header.version == 3 and kind in (SERVER_PARAM, PLAYER_PARAM, PLAYER_TYPE):
             if kind == SERVER_PARAM:
-                header.server_param = _unpack(_SERVER_LAYOUT, self._read(_SERVER_SIZE))
+                header.add("server_param", _unpack(_SERVER_LAYOUT, self._read(_SERVER_SIZE)))
             elif kind == PLAYER_PARAM:
-                header.player_param = _unpack(_PLAYER_LAYOUT, self._read(_PLAYER_PARAM_SIZE))
+                header.add("player_param", _unpack(_PLAYER_LAYOUT, self._read(_PLAYER_PARAM_SIZE)))
             else:
-                header.player_types.append(_unpack(_TYPE_LAYOUT, self._read(_TYPE_SIZE)))
+                header.add("player_type", _unpack(_TYPE_LAYOUT, self._read(_TYPE_SIZE)))
             kind = self._kind()
         self._pending = kind
 

@@ -17,7 +17,8 @@ from .state import PlayMode
 
 _DECODER = json.JSONDecoder(strict=False)
 _LONGEST = 1 << 20
-_HEADER = {"version", "timestamp", "server_param", "player_param", "player_type"}
+_GAP = ", \t\r\n\0"
+_REMARKS = {"version", "timestamp"}
 
 
 class JsonParser:
@@ -46,33 +47,34 @@ class JsonParser:
                 if not opened:
                     text = text.lstrip().removeprefix("[")
                     opened = True
-                while (text := text.lstrip(", \t\r\n\0")) and not text.startswith("]"):
+                at = 0
+                while (at := _after_gap(text, at)) < len(text) and text[at] != "]":
                     try:
-                        item, end = _DECODER.raw_decode(text)
+                        item, end = _DECODER.raw_decode(text, at)
                     except json.JSONDecodeError as error:
                         at_end = error.pos >= len(text.rstrip()) - 1 or error.msg.startswith("Unterminated")
-                        if at_end and len(text) < _LONGEST:
+                        if at_end and len(text) - at < _LONGEST:
                             break
                         raise self._error(f"not JSON: {error.msg} at {text[error.pos:error.pos + 20]!r}") from error
                     if not isinstance(item, dict) or len(item) != 1:
                         raise self._error(f"an object with one name was expected, got {str(item)[:40]!r}")
-                    text = text[end:]
+                    at = end
                     yield next(iter(item.items()))
+                text = text[at:]
         except (OSError, EOFError) as error:
             raise self._error(f"cannot be decompressed: {error}") from error
-        if text.strip(", \t\r\n\0]"):
+        if text.strip(_GAP + "]"):
             raise self._error(f"ends inside an object: {text[:40]!r}")
 
     def _read_header(self) -> None:
         header = self.header
         for name, content in self._items:
-            if name == "server_param":
-                header.server_param = content
-            elif name == "player_param":
-                header.player_param = content
-            elif name == "player_type":
-                header.player_types.append(content)
-            elif name in _HEADER:
+            if name in ("server_param", "player_param", "player_type"):
+                try:
+                    header.add(name, content)
+                except ValueError as error:
+                    raise self._error(f"{name} cannot be read: {error}") from None
+            elif name in _REMARKS:
                 header.remarks[name] = str(content)
             else:
                 self._pending = (name, content)
@@ -111,6 +113,13 @@ class JsonParser:
                 raise self._error(f"{name} cannot be read ({type(error).__name__}: {error})") from error
             item = next(self._items, None)
         self.trailing = tuple(messages)
+
+
+def _after_gap(text: str, at: int) -> int:
+    """Where the next item begins, from `at` on."""
+    while at < len(text) and text[at] in _GAP:
+        at += 1
+    return at
 
 
 def _team(content: dict[str, Any]) -> Team:

@@ -73,15 +73,14 @@ class TextParser:
 
     def _read_header(self) -> None:
         for line in self._lines:
-            if line.startswith("(server_param"):
-                self.header.server_param = parameter_pairs(line[13:])
-            elif line.startswith("(player_param"):
-                self.header.player_param = parameter_pairs(line[13:])
-            elif line.startswith("(player_type"):
-                self.header.player_types.append(parameter_pairs(line[12:]))
-            else:
+            kind = line[1 : line.find(" ")]
+            if kind not in ("server_param", "player_param", "player_type"):
                 self._pending = line
                 return
+            try:
+                self.header.add(kind, parameter_pairs(line[len(kind) + 1 :]))
+            except ValueError as error:
+                raise self._error(f"{kind} cannot be read: {error}") from None
 
     def frames(self) -> Iterator[Frame]:
         """The frames in order, each with the messages written since the frame before."""

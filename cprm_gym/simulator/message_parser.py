@@ -143,7 +143,7 @@ def parse_sense_body(text: str) -> dict[str, tuple[str | float, ...]]:
         raise LogError(f"malformed sense_body message: {text[:60]!r}")
     told: dict[str, tuple[str | float, ...]] = {"time": (_value(items[1]),)}
     for item in items[2:]:
-        if not isinstance(item, list) or not item:
+        if not isinstance(item, list) or not item or [] in item:
             raise LogError(f"malformed sense_body message, a list was expected, not {item!r}: {text[:60]!r}")
         name = str(item[0])
         told[name] = tuple(_value(part) for part in item[1:] if isinstance(part, str))
@@ -172,8 +172,8 @@ def parse_hear(text: str) -> HearMessage:
         When it is none.
     """
     match = re.fullmatch(
-        r'\(hear (?P<time>\d+) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)'
-        r'|(?:(?P<direction>-?\d+) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d+)? ?(?P<message>"[^"]*")?)\)',
+        r'\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)'
+        r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
         text,
         re.DOTALL,
     )

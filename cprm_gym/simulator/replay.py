@@ -154,5 +154,7 @@ class Recorder:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.command_log.__exit__(kind, error, trace)
-        self.game_log.__exit__(kind, error, trace)
+        try:
+            self.command_log.__exit__(kind, error, trace)
+        finally:
+            self.game_log.__exit__(kind, error, trace)

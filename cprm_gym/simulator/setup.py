@@ -40,7 +40,7 @@ def initial_world(packed: npt.NDArray[Any], left: int, right: int, goalies: tupl
     for name, size in (("left", left), ("right", right)):
         if isinstance(size, bool) or not isinstance(size, (int, np.integer)) or not 0 <= size <= 11:
             raise ParameterError(f"`{name}` takes a number of players from 0 to 11, got {size!r}")
-    if len(goalies) != 2:
+    if not isinstance(goalies, (tuple, list)) or len(goalies) != 2:
         raise ParameterError(f"`goalies` takes two uniform numbers, got {goalies!r}")
     p = packed[0]
     w = np.zeros((), WORLD)

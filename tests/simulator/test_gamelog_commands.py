@@ -168,6 +168,8 @@ def test_trainer_commands_are_lists():
     assert parse_trainer("(move (ball) 1. -2.5 0 3 4)") == ("move", (("ball",), 1.0, -2.5, 0.0, 3.0, 4.0))
     assert parse_trainer('(move (player "R" 3) 0 0) trailing') == ("move", (("player", "R", 3.0), 0.0, 0.0))
     assert parse_trainer("(say (a) b)") == ("say", ("(a) b",))
+    assert parse_trainer("(say --3. 3..)")[0] == "say"
+    assert parse_trainer("(x --3. 3.. +4.)") == ("x", ("--3.", "3..", 4.0))
     for text in ("", "start", "(start", "()"):
         with pytest.raises(CommandError, match="one list in parentheses"):
             parse_trainer(text)

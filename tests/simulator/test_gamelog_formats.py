@@ -3,13 +3,14 @@
 import datetime
 import gzip
 import json
+import random
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cprm_gym.errors import LogError
+from cprm_gym.errors import LogError, ParameterError
 from cprm_gym.simulator.commandlog import CommandLogReader, CommandLogWriter, LogLine
 from cprm_gym.simulator.gamelog import Frame, GameLogReader, Message, Team, player_row
 from cprm_gym.simulator.gamelog_writer import GameLogWriter
@@ -112,6 +113,25 @@ def test_version_6_and_json_of_one_game_hold_the_same_frames(tmp_path):
                 np.testing.assert_array_equal(text.players[name], other.players[name])
 
 
+def test_a_json_log_may_stand_on_one_line(tmp_path):
+    source, flat = FORMATS / "v-1.rcg", tmp_path / "flat.rcg"
+    flat.write_bytes(source.read_bytes().replace(b"\n", b" "))
+    for frame, other in zip(GameLogReader(source), GameLogReader(flat), strict=True):
+        assert (frame.time, frame.mode, frame.left, frame.messages) == (other.time, other.mode, other.left, other.messages)
+        for name in frame.players.dtype.names:
+            np.testing.assert_array_equal(frame.players[name], other.players[name])
+
+
+def test_a_log_that_cannot_be_finished_leaves_nothing(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.replace", fail)
+    with pytest.raises(OSError, match="disk full"), GameLogWriter(tmp_path / "game.rcg"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_old_log_can_be_written_anew_what_it_does_not_tell_being_zero(tmp_path):
     path = tmp_path / "new.rcg"
     with GameLogWriter(path) as writer:
@@ -190,6 +210,26 @@ def test_a_log_cut_short_is_refused(version, tmp_path):
     path.write_bytes(data[: len(data) // 2 + 7])
     with pytest.raises(LogError, match="ends inside"):
         list(GameLogReader(path))
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_damaged_logs_raise_nothing_but_errors_of_ours(version, tmp_path):
+    draw, whole = random.Random(version), (FORMATS / f"v{version}.rcg").read_bytes()
+    refused = 0
+    for _ in range(60):
+        data = bytearray(whole)
+        for _ in range(draw.randint(1, 4)):
+            at = draw.randrange(min(len(data), 4000) if draw.random() < 0.5 else len(data))
+            data[at : at + draw.randint(0, 3)] = draw.choice([b"", bytes([draw.randrange(256)]), b'"', b"(", b"}", b"-", b"e9"])
+        (tmp_path / "damaged.rcg").write_bytes(data)
+        try:
+            reader = GameLogReader(tmp_path / "damaged.rcg")
+            assert all(isinstance(frame, Frame) for frame in reader)
+            for read in (reader.header.parameters, reader.header.player_parameters, reader.header.types):
+                read()
+        except (LogError, ParameterError):
+            refused += 1
+    assert refused > 10
 
 
 def test_writers_refuse_what_a_log_cannot_hold(tmp_path):

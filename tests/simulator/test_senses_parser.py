@@ -88,6 +88,8 @@ def test_sense_body_is_read_as_lists():
         parse_sense_body("(sense_body)")
     with pytest.raises(LogError, match="sense_body"):
         parse_sense_body("(sense_body 3 x)")
+    with pytest.raises(LogError, match="sense_body"):
+        parse_sense_body("(sense_body 3 (arm ()))")
 
 
 def test_landmarks_are_those_of_the_table():
