@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -32,7 +32,7 @@ def check_name(name: object, what: str) -> None:
 
 
 def _count(value: object, what: str, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or int(value) != value:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or (isinstance(value, float) and not value.is_integer()):
         raise NetError(f"{what} is a whole number, got {value!r}")
     if not least <= value <= MAX_WEIGHT:
         raise NetError(f"{what} is {least} to {MAX_WEIGHT}, got {value}")
@@ -40,7 +40,7 @@ def _count(value: object, what: str, least: int) -> int:
 
 
 def _real(value: object, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
         raise NetError(f"{what} is a finite number, got {value!r}")
     return int(value) if float(value).is_integer() and abs(value) <= MAX_WEIGHT else float(value)
 
@@ -357,7 +357,7 @@ class Transition:
             raise NetError(f"{where}: `memory` is 'enabling', 'age' or 'resampling', got {memory!r}")
         if servers != INFINITE and not (isinstance(servers, int) and 1 <= servers <= 64):
             raise NetError(f"{where}: `servers` is 1 to 64 or INFINITE, got {servers!r}")
-        if not (isinstance(weight, (int, float)) and 0.0 < weight < math.inf):
+        if not (isinstance(weight, (int, float)) and 0.0 < weight <= sys.float_info.max):
             raise NetError(f"{where}: `weight` is a positive number, got {weight!r}")
         if not isinstance(priority, int) or abs(priority) > MAX_WEIGHT:
             raise NetError(f"{where}: `priority` is a whole number, got {priority!r}")

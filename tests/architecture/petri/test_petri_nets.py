@@ -62,7 +62,7 @@ def test_repeated_names_add_weight():
     assert t == Transition("t", {"a": 2}, ("b", "b", "b"))
 
 
-@pytest.mark.parametrize("weight", [0, -1, 1.5, True, "1", float("nan"), 2**31])
+@pytest.mark.parametrize("weight", [0, -1, 1.5, True, "1", float("nan"), float("inf"), 2**31, 10**400])
 def test_weights_are_whole_numbers_from_one(weight):
     with pytest.raises(NetError, match="transition 't': `inputs`: weight of 'a' is"):
         Transition("t", {"a": weight})
@@ -78,6 +78,8 @@ def test_thresholds_of_discrete_places_are_whole_numbers_from_one():
     refused("threshold of 'busy' is a whole number from 1, got 0", Transition("t", inhibitors={"busy": 0}))
     refused("threshold of 'idle' is a whole number from 1, got 1.5", Transition("t", tests={"idle": 1.5}))
     PetriNet("m", PLACES, (Transition("t", tests={"bearing": -1.5}),))
+    with pytest.raises(NetError, match="threshold of 'bearing' is a finite number, got 1000"):
+        Transition("t", tests={"bearing": 10**400})
 
 
 def test_set_and_output_arc_to_one_place_need_a_decision():
