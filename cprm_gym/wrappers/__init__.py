@@ -8,6 +8,7 @@
 `BeliefObservation` a model's posteriors appended to the observation
 `SingleAgent`      one agent of a parallel environment as a Gymnasium environment
 `EpisodeStatistics` return, length, status, success and reward terms of every episode, in ``info["episode"]``
+`Disturbed`        something goes wrong once in every episode: things displaced, eyes shut, noise (`disturbances`)
 `GameLog`          every episode as a game log (``.rcg``) that rcssmonitor plays
 `sb3.SoccerVecEnv` agents x worlds as one batch for stable-baselines3 (imported from `cprm_gym.wrappers.sb3`)
 ================== ====================================================================================================
@@ -15,6 +16,7 @@
 
 from .belief import BeliefObservation
 from .discrete import DiscreteActions
+from .disturbances import Disturbed, ParallelDisturbed
 from .episode_statistics import EpisodeStatistics
 from .flatten import Flatten
 from .frame_stack import FrameStack
@@ -23,6 +25,6 @@ from .macro import MacroSteps
 from .single_agent import SingleAgent
 
 __all__ = [
-    "BeliefObservation", "DiscreteActions", "EpisodeStatistics", "Flatten", "FrameStack", "GameLog", "MacroSteps", "ParallelGameLog",
-    "SingleAgent",
+    "BeliefObservation", "DiscreteActions", "Disturbed", "EpisodeStatistics", "Flatten", "FrameStack", "GameLog", "MacroSteps",
+    "ParallelDisturbed", "ParallelGameLog", "SingleAgent",
 ]  # fmt: skip

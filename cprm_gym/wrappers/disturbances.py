@@ -9,14 +9,18 @@ worlds, once per episode, at a cycle drawn for each world from (seed, number of 
         disturber()                 # before each step
         core.step(actions)
     disturber.struck                # cycle in which each world was struck, -1 where it has not been
+
+`Disturbed` and `ParallelDisturbed` are the same around an environment.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import gymnasium
 import numpy as np
+from pettingzoo.utils import BaseParallelWrapper
 
 from ..envs.core import SoccerCore
 from ..errors import ParameterError
@@ -312,3 +316,65 @@ class Disturber:
         worlds = self._now[here]
         if len(worlds):
             self.disturbance.blur(see, worlds, self._draws[worlds], self._cycle[here] - self.struck[worlds])
+
+
+def _disturber(env: Any, disturbance: Disturbance, seed: int) -> Disturber:
+    core = getattr(env.unwrapped, "core", None)
+    if core is None:
+        raise ParameterError(f"disturbances need an environment of cprm_gym; got {env}")
+    return Disturber(core, disturbance, seed)
+
+
+class Disturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """A Gymnasium environment of ours in which something goes wrong once in every episode.
+
+    Parameters
+    ----------
+    env : gymnasium.Env
+        `cprm_gym.envs.single.SoccerEnv`, wrapped or not.
+    disturbance : Disturbance
+    seed : int
+        The strikes of the episodes follow from it alone.
+
+    Raises
+    ------
+    ParameterError
+        For another environment.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], disturbance: Disturbance, seed: int = 0) -> None:
+        super().__init__(env)
+        self.disturber = _disturber(env, disturbance, seed)
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """Start an episode and draw when it will be disturbed."""
+        result = self.env.reset(**kwargs)
+        self.disturber.reset()
+        return result
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Play one cycle; ``info["struck"]`` is the cycle in which the disturbance came, -1 before."""
+        self.disturber()
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return observation, reward, terminated, truncated, {**info, "struck": int(self.disturber.struck[0])}
+
+
+class ParallelDisturbed(BaseParallelWrapper):  # type: ignore[misc]
+    """`Disturbed` for the parallel environment; the same parameters, ``struck`` in everybody's info."""
+
+    def __init__(self, env: Any, disturbance: Disturbance, seed: int = 0) -> None:
+        super().__init__(env)
+        self.disturber = _disturber(env, disturbance, seed)
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        """Start an episode and draw when it will be disturbed."""
+        result = self.env.reset(seed=seed, options=options)
+        self.disturber.reset()
+        return result
+
+    def step(self, actions: dict[str, Any]) -> Any:
+        """Play one cycle."""
+        self.disturber()
+        *result, infos = self.env.step(actions)
+        struck = int(self.disturber.struck[0])
+        return *result, {agent: {**info, "struck": struck} for agent, info in infos.items()}

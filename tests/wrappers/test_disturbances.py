@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import gymnasium
 import numpy as np
 import pytest
 
+from cprm_gym.envs import soccer_v0
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.spaces import BodyFeature
 from cprm_gym.envs.tasks import make_task
@@ -14,8 +16,10 @@ from cprm_gym.wrappers.disturbances import (
     BallDisplaced,
     BallStopped,
     BlindSpell,
+    Disturbed,
     Disturber,
     NoiseBurst,
+    ParallelDisturbed,
     PlayerDisplaced,
     Push,
 )
@@ -192,3 +196,33 @@ def test_another_episode_is_struck_at_another_time_and_another_seed_too():
 def test_cycles_that_make_no_sense_are_refused():
     with pytest.raises(ParameterError, match="BallDisplaced: first 9 and last 3"):
         BallDisplaced(first=9, last=3)
+
+
+def test_an_environment_is_disturbed_once_in_every_episode():
+    env = Disturbed(gymnasium.make("cprm/GoToBall-v0"), BallDisplaced(first=3, last=6))
+    action = np.zeros(4, int)
+    for _ in range(2):
+        env.reset(seed=4)
+        ball = [env.unwrapped.core.sim.world["pos"][0, 0].copy()]
+        for _ in range(10):
+            *_, info = env.step(action)
+            ball.append(env.unwrapped.core.sim.world["pos"][0, 0].copy())
+        moved = np.linalg.norm(np.diff(ball, axis=0), axis=1) > 1.0
+        assert moved.sum() == 1
+        assert moved.argmax() == info["struck"]
+    with pytest.raises(ParameterError, match="need an environment of cprm_gym"):
+        Disturbed(gymnasium.make("CartPole-v1"), BallDisplaced())
+
+
+def test_a_parallel_environment_is_disturbed_for_everybody():
+    env = ParallelDisturbed(soccer_v0.parallel_env(left=2, right=1, max_cycles=20), BlindSpell(first=4, last=4, cycles=6))
+    env.reset(seed=1)
+    fresh = []
+    for _ in range(14):
+        observations, _, _, _, infos = env.step(
+            {agent: {"type": 0, "params": np.zeros(4), "turn_neck": np.zeros(1), "view": 0} for agent in env.agents}
+        )
+        fresh.append([observations[agent]["body"][BodyFeature.FRESH] for agent in env.agents])
+    assert not np.array(fresh)[4:9].any()
+    assert np.array(fresh)[:4].any(axis=0).all()
+    assert {info["struck"] for info in infos.values()} == {4}
