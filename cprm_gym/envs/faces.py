@@ -73,7 +73,7 @@ class Pictured:
         if self._viewer is None:
             from .rendering import Viewer
 
-            self._viewer = Viewer(self.render_mode, fps=FPS)
+            self._viewer = Viewer(self.render_mode, fps=FPS, region=self.core.task.region)
         return self._viewer.draw(self.core.sim.world[0])
 
     def _show(self) -> None:

@@ -26,10 +26,22 @@ TRAIL = 20
 """Ball positions kept for the trail."""
 CONE = {1: math.radians(60), 2: math.radians(120), 3: math.radians(180)}
 
+APRON = 4.0
+"""Metres shown around a region that is smaller than the pitch."""
+PITCH = (LENGTH / 2, WIDTH / 2)
+
 _GRASS, _GRASS_2, _LINE = (52, 126, 62), (57, 134, 67), (235, 242, 235)
 _LEFT, _RIGHT = (246, 205, 70), (225, 72, 66)
 _LEFT_KEEPER, _RIGHT_KEEPER = (84, 196, 130), (160, 90, 210)
 _DARK, _BALL, _BOARD_COLOUR = (24, 28, 26), (255, 255, 255), (20, 34, 26)
+_REGION, _OUTSIDE = (250, 214, 120), (8, 26, 14, 105)
+
+
+def zoom_to(region: tuple[float, float]) -> float:
+    """How many times larger than the pitch a region (half length, half width, m) around the centre is drawn."""
+    if region[0] >= PITCH[0] or region[1] >= PITCH[1]:
+        return 1.0
+    return min((PITCH[0] + MARGIN) / (region[0] + APRON), (PITCH[1] + MARGIN) / (region[1] + APRON))
 
 
 class Viewer:
@@ -41,6 +53,9 @@ class Viewer:
         ``human``, ``rgb_array`` or ``ansi``.
     fps : int
         Pictures per second of the window.
+    region : (float, float)
+        Half length and half width of where the game takes place, m (`Task.region`). If it is smaller than the pitch, the picture shows
+        it from nearby and what is outside lies in the shade.
 
     Raises
     ------
@@ -48,8 +63,13 @@ class Viewer:
         When pygame-ce is needed and not installed.
     """
 
-    def __init__(self, mode: str, fps: int = 10) -> None:
+    def __init__(self, mode: str, fps: int = 10, region: tuple[float, float] = PITCH) -> None:
         self.mode = mode
+        self.region = region
+        zoom = zoom_to(region)
+        self._scale = SCALE * SMOOTH * zoom
+        # players and ball grow less than the pitch: far away they are drawn larger than they are
+        self._unit = SCALE * SMOOTH * zoom**0.4
         self.fps = fps
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
         self._last_time = -1
@@ -90,7 +110,7 @@ class Viewer:
             For ``rgb_array``, ``ansi`` and ``human``.
         """
         if self.mode == "ansi":
-            return text_picture(world)
+            return text_picture(world, region=self.region)
         pygame = self._pygame
         steps = int(world["steps"])
         if steps < self._last_time or steps > self._last_time + TRAIL:
@@ -122,7 +142,7 @@ class Viewer:
 
     def _at(self, x: float, y: float) -> tuple[float, float]:
         k = SCALE * SMOOTH
-        return ((x + LENGTH / 2 + MARGIN) * k, (y + WIDTH / 2 + MARGIN) * k + BOARD * SMOOTH)
+        return x * self._scale + (LENGTH / 2 + MARGIN) * k, y * self._scale + (WIDTH / 2 + MARGIN) * k + BOARD * SMOOTH
 
     def _font(self, height: int) -> Any:
         if height not in self._fonts:
@@ -131,14 +151,14 @@ class Viewer:
 
     def _background(self) -> Any:
         """Grass, lines and goals, drawn once."""
-        pygame, k = self._pygame, SCALE * SMOOTH
+        pygame, k = self._pygame, self._scale
         surface = pygame.Surface((self.size[0] * SMOOTH, self.size[1] * SMOOTH))
         surface.fill(_GRASS)
         for i in range(-1, 11):
             if i % 2:
                 left = self._at(-LENGTH / 2 + i * 10.5, -WIDTH / 2 - MARGIN)
                 pygame.draw.rect(surface, _GRASS_2, (*left, 10.5 * k, (WIDTH + 2 * MARGIN) * k))
-        line = max(2, int(0.14 * k))
+        line = max(2, int(0.14 * self._unit))
 
         def box(x: float, y: float, width: float, height: float) -> None:
             pygame.draw.rect(surface, _LINE, (*self._at(x, y), width * k + line, height * k + line), line)
@@ -166,10 +186,27 @@ class Viewer:
                 rect = pygame.Rect(0, 0, 2 * k, 2 * k)
                 rect.center = (int(corner[0]), int(corner[1]))
                 pygame.draw.arc(surface, _LINE, rect, math.radians(start), math.radians(start + 90), line)
+        if zoom_to(self.region) > 1.0:
+            self._frame(surface, line)
         return surface
 
+    def _frame(self, surface: Any, line: int) -> None:
+        """The region: its surroundings in the shade, its border, its corners."""
+        pygame, (a, b) = self._pygame, self.region
+        left, top = self._at(-a, -b)
+        inside = pygame.Rect(round(left), round(top), round(2 * a * self._scale), round(2 * b * self._scale))
+        shade = pygame.Surface(surface.get_size(), pygame.SRCALPHA)
+        shade.fill(_OUTSIDE)
+        shade.fill((0, 0, 0, 0), inside)
+        surface.blit(shade, (0, 0))
+        pygame.draw.rect(surface, _REGION, inside.inflate(2 * line, 2 * line), line)
+        for x in (-a, a):
+            for y in (-b, b):
+                pygame.draw.circle(surface, _DARK, self._at(x, y), 0.5 * self._unit)
+                pygame.draw.circle(surface, _REGION, self._at(x, y), 0.36 * self._unit)
+
     def _picture(self, world: np.void, cones: tuple[int, ...], belief: np.ndarray | None) -> Any:
-        pygame, k = self._pygame, SCALE * SMOOTH
+        pygame, k = self._pygame, self._unit
         if self._pitch is None:
             self._pitch = self._background()
         surface = self._pitch.copy()
@@ -200,19 +237,20 @@ class Viewer:
         self._pygame.draw.polygon(veil, (255, 255, 255, 36), [self._at(x, y), *rim])
 
     def _player(self, surface: Any, world: np.void, player: int) -> None:
-        pygame, k, i = self._pygame, SCALE * SMOOTH, player - 1
+        pygame, k, i = self._pygame, self._unit, player - 1
         x, y = (float(v) for v in world["pos"][player])
         body, face = float(world["body"][i]), float(world["body"][i] + world["neck"][i])
         goalie = bool(world["goalie"][i])
         colour = (_LEFT_KEEPER if goalie else _LEFT) if player <= 11 else (_RIGHT_KEEPER if goalie else _RIGHT)
         if world["tackle_cycles"][i] > 0 or world["foul_cycles"][i] > 0:
             colour = (int(0.55 * colour[0]), int(0.55 * colour[1]), int(0.55 * colour[2]))
-        radius = 1.05
-        look = self._at(x + 1.9 * math.cos(face), y + 1.9 * math.sin(face))
+        radius, metre = 1.05, k / self._scale
+        look = self._at(x + 1.9 * metre * math.cos(face), y + 1.9 * metre * math.sin(face))
         pygame.draw.line(surface, _LINE, self._at(x, y), look, max(2, int(0.16 * k)))
         pygame.draw.circle(surface, _DARK, self._at(x, y), radius * k)
         pygame.draw.circle(surface, colour, self._at(x, y), (radius - 0.16) * k)
-        nose = [self._at(x + r * math.cos(body + a), y + r * math.sin(body + a)) for r, a in ((1.5, 0.0), (0.95, 0.5), (0.95, -0.5))]
+        corners = ((1.5 * metre, 0.0), (0.95 * metre, 0.5), (0.95 * metre, -0.5))
+        nose = [self._at(x + r * math.cos(body + a), y + r * math.sin(body + a)) for r, a in corners]
         pygame.draw.polygon(surface, _DARK, nose)
         text = self._font(int(1.7 * k)).render(str(player if player <= 11 else player - 11), True, _DARK)
         surface.blit(text, text.get_rect(center=self._at(x, y)))
@@ -240,18 +278,23 @@ def mode_name(world: np.void) -> str:
     return PlayMode(int(world["mode"])).name
 
 
-def text_picture(world: np.void, columns: int = 106, rows: int = 35) -> str:
-    """The pitch in characters: ``o`` the ball, ``1``-``9``, ``A``, ``B`` left players, ``a``-``k`` right players."""
+def text_picture(world: np.void, columns: int = 106, rows: int = 35, region: tuple[float, float] = PITCH) -> str:
+    """The pitch in characters: ``o`` the ball, ``1``-``9``, ``A``, ``B`` left players, ``a``-``k`` right players, ``.`` a region."""
     grid = [[" "] * columns for _ in range(rows)]
+    zoom = zoom_to(region)
 
     def put(x: float, y: float, mark: str) -> None:
-        column = round((x + LENGTH / 2) / LENGTH * (columns - 1))
-        row = round((y + WIDTH / 2) / WIDTH * (rows - 1))
+        column = round((zoom * x / LENGTH + 0.5) * (columns - 1))
+        row = round((zoom * y / WIDTH + 0.5) * (rows - 1))
         if 0 <= column < columns and 0 <= row < rows:
             grid[row][column] = mark
 
     for row in range(rows):
         grid[row][columns // 2] = ":"
+    if zoom > 1.0:
+        for share in np.linspace(-1.0, 1.0, 2 * (columns + rows)):
+            for x, y in ((share, -1.0), (share, 1.0), (-1.0, share), (1.0, share)):
+                put(region[0] * x, region[1] * y, ".")
     for player in range(1, 23):
         if world["enabled"][player - 1]:
             mark = "123456789AB"[player - 1] if player <= 11 else "abcdefghijk"[player - 12]

@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 
 from . import kernel
-from .memory import PLAYERS, norm
+from .memory import BALL_DECAY, PLAYERS, norm
 from .motion import (
+    BALL_SIZE,
+    KICK_POWER_RATE,
+    MARGIN,
+    NARROW,
+    PLAYER_SIZE,
     chase,
     clear,
     kick_to,
@@ -25,8 +30,12 @@ from .team import LOST, rank_to_ball
 KEEP_RANDOM, KEEP_HOLD, KEEP_HAND, TAKE = 0, 1, 2, 3
 PRESSED = 3.0
 """Metres within which a taker makes the hand-coded keeper think of passing."""
-HOLD_AT = 0.8
+HOLD_NEAR, HOLD_FAR = 0.65, 0.75
 """Metres from his middle at which a player keeps the ball."""
+AWAY = 2.2
+"""Metres from an opponent at which the ball is out of danger."""
+COMING = 0.08
+"""Weight of where an opponent would be after a stride, against where he is."""
 PI = math.pi
 FREE = 1.3
 """Metres from the next keeper beyond which a taker stops the ball; nearer, staying at the ball is what wins it."""
@@ -106,22 +115,65 @@ def scan(m, c, me, count):
 
 
 @kernel
+def kick_limit(m, x, y, bx, by):
+    """The largest change of the ball's velocity by one kick with the ball at (x, y) and the player at (bx, by), m / cycle."""
+    dx, dy = x - bx, y - by
+    gap = math.sqrt(dx * dx + dy * dy) - PLAYER_SIZE - BALL_SIZE
+    aside = abs(norm(math.atan2(dy, dx) - m.body))
+    return 100.0 * KICK_POWER_RATE * (1.0 - 0.25 * aside / PI - 0.25 * gap / MARGIN)
+
+
+@kernel
+def threat(m, j, x, y, bx, by, come):
+    """How much opponent `j` threatens the ball at (x, y) when he has come on by `come` metres, the holder's body being at (bx, by)."""
+    px, py = m.px[j], m.py[j]
+    dx, dy = m.ball_x + m.ball_vx - px, m.ball_y + m.ball_vy - py
+    d = math.sqrt(dx * dx + dy * dy)
+    share = min(1.0, come / max(0.01, d))
+    px += share * dx
+    py += share * dy
+    ox, oy = px - bx, py - by
+    gap = math.sqrt(ox * ox + oy * oy)
+    if 0.0 < gap < 2.0 * PLAYER_SIZE:
+        # the body keeps him off
+        px, py = bx + 2.0 * PLAYER_SIZE * ox / gap, by + 2.0 * PLAYER_SIZE * oy / gap
+    return max(0.0, AWAY - math.sqrt((x - px) ** 2 + (y - py) ** 2)) ** 2
+
+
+@kernel
+def exposure(m, x, y, bx, by):
+    """How exposed the ball is at (x, y) with the holder's body at (bx, by)."""
+    total = 0.0
+    for j in range(11, PLAYERS):
+        if m.age[j] <= 20 and (m.px[j] - bx) ** 2 + (m.py[j] - by) ** 2 < 16.0:
+            total += (1.0 - COMING) * threat(m, j, x, y, bx, by, 0.0) + COMING * threat(m, j, x, y, bx, by, 0.6)
+    return total
+
+
+@kernel
 def hold(m, c):
-    """Keep the ball: of the places around the body where it can be kept, put it where the opponents have the longest way to it."""
-    best_x, best_y, best = 0.0, 0.0, -1e9
-    nx, ny = m.x + m.vx, m.y + m.vy
-    for k in range(24):
-        angle = m.body + k * PI / 12.0
-        # where the ball should lie in the next cycle, seen from where the player will be
-        x, y = nx + HOLD_AT * math.cos(angle), ny + HOLD_AT * math.sin(angle)
-        value = -0.1 * math.sqrt((x - m.ball_x) ** 2 + (y - m.ball_y) ** 2)
-        for j in range(11, PLAYERS):
-            if m.age[j] <= 20:
-                way = math.sqrt((m.px[j] - x) ** 2 + (m.py[j] - y) ** 2)
-                value -= max(0.0, 2.2 - max(0.0, way - 0.5)) ** 2
+    """Shield the ball: keep the body between it and the opponents.
+
+    Of the places around the body where the ball can be kicked, it is kicked to the one that lies away from the opponents, where they
+    stand and, less so, where they would be after a stride towards it. There it is in the next cycle, and the kick after that stops it.
+    """
+    bx, by = m.x + m.vx, m.y + m.vy
+    limit = kick_limit(m, m.ball_x, m.ball_y, m.x, m.y)
+    best_x, best_y, best = m.ball_x, m.ball_y, -1e9
+    for k in range(48):
+        angle = (k % 24) * PI / 12.0
+        radius = HOLD_NEAR if k < 24 else HOLD_FAR
+        x, y = bx + radius * math.cos(angle), by + radius * math.sin(angle)
+        vx, vy = x - m.ball_x, y - m.ball_y
+        kick = math.sqrt((vx - m.ball_vx) ** 2 + (vy - m.ball_vy) ** 2)
+        stop = BALL_DECAY * math.sqrt(vx * vx + vy * vy)
+        value = -0.1 * kick - 10.0 * (max(0.0, kick - limit) + max(0.0, stop - kick_limit(m, x, y, bx, by)))
+        value -= exposure(m, x, y, bx, by)
         if value > best:
             best_x, best_y, best = x, y, value
     kick_velocity(m, c, best_x - m.ball_x, best_y - m.ball_y)
+    # eyes that look every cycle; what is near is felt whichever way they look
+    c.view_width = NARROW
 
 
 @kernel

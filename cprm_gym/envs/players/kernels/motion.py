@@ -24,6 +24,8 @@ KICK_POWER_RATE = 0.027
 BALL_SPEED_MAX = 3.0
 CATCH_REACH = 1.15
 GOAL_X, GOAL_HALF = 52.5, 7.01
+NARROW, NORMAL = 1, 2
+"""View widths: the narrow view comes every cycle, the normal one every second (SIMULATOR.md 4.7)."""
 STRIDE = 0.95
 """Metres that a running player makes in a cycle."""
 
@@ -36,7 +38,7 @@ def clear(c):
     c.turn_neck = NAN
     c.focus[0] = c.focus[1] = NAN
     c.point[0] = c.point[1] = NAN
-    c.view_width = 0
+    c.view_width = NORMAL
     c.view_quality = 0
     c.attention_side = 0
     c.say_length = 0

@@ -15,6 +15,7 @@ from .motion import (
     CATCH_REACH,
     GOAL_HALF,
     GOAL_X,
+    STRIDE,
     ball_distance,
     chase,
     clear,
@@ -39,8 +40,19 @@ KICK_OFF_L, GOAL_KICK_R = int(PlayMode.kick_off_l), int(PlayMode.goal_kick_r)
 INDIRECT_L, INDIRECT_R = int(PlayMode.indirect_free_kick_l), int(PlayMode.indirect_free_kick_r)
 GOAL_KICK_L = int(PlayMode.goal_kick_l)
 WAITING, PLAYING, OURS, THEIRS, DEAD = 0, 1, 2, 3, 4
+BACK = -30.0
+"""x in the formation up to which a player is one of the back line, m."""
+HIGH_LINE, LINE_GAP = -4.0, 18.0
+"""How far up the back line of a strong team goes, and how far behind the ball it stays, m."""
 FORWARD = -12.0
 """x in the formation from which on a player is a forward, m."""
+BENEFIT = 2.5
+"""Metres beyond the remembered offside line up to which a team-mate is still thought to be onside."""
+COMBINES = 5
+"""Players that a strong team needs for runs and through passes."""
+PERIOD, RUN = 45, 27
+"""Every so many cycles a forward runs behind the defence, for so many, whenever his team has the ball: whether the pass comes in
+time is the passer's matter, and sometimes it comes too late."""
 LOST = 6
 """Cycles without seeing the ball after which it is searched for."""
 
@@ -109,6 +121,41 @@ def best_pass(m, me, count, strength):
 
 
 @kernel
+def through_pass(m, me, count):
+    """(found, x, y, speed) of a pass behind the defence into the run of a team-mate who seems to be onside."""
+    line = offside_line(m)
+    found, best_x, best_y, best_speed, best = False, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        if k == me or m.age[k] > 8 or m.px[k] > line + BENEFIT or m.px[k] < line - 8.0:
+            continue
+        for step in range(3):
+            x, y = m.px[k] + 5.0 + 4.0 * step, m.py[k] * (0.92 - 0.06 * step)
+            dx, dy = x - m.ball_x, y - m.ball_y
+            distance = math.sqrt(dx * dx + dy * dy)
+            if distance < 8.0 or distance > 34.0 or x > 49.0 or x < line:
+                continue
+            speed = pass_speed(distance, 0.6)
+            running = math.sqrt((x - m.px[k]) ** 2 + (y - m.py[k]) ** 2) / STRIDE
+            spare = nearest_opponent(m, x, y) / STRIDE - running
+            if spare < 0.0 or lane(m, x, y, speed) < 0.3:
+                continue
+            value = 0.5 * x + spare
+            if not found or value > best:
+                found, best_x, best_y, best_speed, best = True, x, y, speed, value
+    return found, best_x, best_y, best_speed
+
+
+@kernel
+def have_ball(m, count):
+    """Whether the own team is believed to have the ball."""
+    ours = ball_distance(m)
+    for k in range(count):
+        if m.age[k] <= 20:
+            ours = min(ours, math.sqrt((m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2))
+    return ours < 3.0 and ours < nearest_opponent(m, m.ball_x, m.ball_y)
+
+
+@kernel
 def best_shot(m):
     """(y, room) of the point of the goal with the clearest way to it."""
     best_y, best_room = 0.0, -100.0
@@ -155,6 +202,11 @@ def with_ball(m, c, me, count, strength, set_play):
     if to_goal < 11.0 or (to_goal < (24.0 if strength >= 2 else 18.0) and room > -0.6):
         if not set_play or to_goal < 24.0:
             kick_to(m, c, GOAL_X + 1.0, y if strength >= 2 else 0.0, 3.0)
+            return
+    if strength >= 2 and count > COMBINES:
+        found, x, y, speed = through_pass(m, me, count)
+        if found:
+            kick_to(m, c, x, y, speed)
             return
     target, score = best_pass(m, me, count, strength)
     pressed = nearest_opponent(m, m.x, m.y) < 3.0
@@ -243,6 +295,7 @@ def play(w, m, c, me, count, strength, goalie, formation, fresh):
     clear(c)
     state = situation(w.mode, m.left == 1)
     m.taker = max(0, m.taker - 1)
+    m.clock += 1
     if state == WAITING:
         fx, fy = min(formation[me, 0], -1.0), formation[me, 1]
         if (m.x - fx) ** 2 + (m.y - fy) ** 2 > 1.0 or m.located == 0:
@@ -290,17 +343,27 @@ def play(w, m, c, me, count, strength, goalie, formation, fresh):
         else:
             chase(m, c, 100.0)
         return
-    position(m, c, me, strength, formation, state)
+    position(m, c, me, count, strength, formation, state)
 
 
 @kernel
-def position(m, c, me, strength, formation, state):
+def position(m, c, me, count, strength, formation, state):
     """Without the ball: go to the place in the formation, keep the distance at their kicks, mark in the own half."""
     attack = 4.0 if strength == 2 and m.ball_x > 0.0 else 0.0
     x, y = home(m, formation, me, attack, strength >= 2)
+    combines = strength >= 2 and count > COMBINES
+    back = combines and formation[me, 0] < BACK
+    if back:
+        # the back line moves up, so that forwards behind it are offside
+        x = max(x, min(HIGH_LINE, m.ball_x - LINE_GAP))
     if strength >= 1 and formation[me, 0] > FORWARD and m.ball_x > -15.0:
         # forwards wait for the pass at the last defenders; only the strong team minds the offside line well
         x = max(x, min(m.ball_x + 22.0, offside_line(m) + (-0.7 if strength >= 2 else 1.0)))
+    running = False
+    if combines and formation[me, 0] > FORWARD and state == PLAYING and m.ball_x > -30.0 and have_ball(m, count):
+        line = offside_line(m)
+        running = (m.clock + 23 * me) % PERIOD < RUN
+        x, y = (min(47.0, line + 6.0), 0.85 * m.y) if running else (line - 0.8, y)
     if state == THEIRS:
         dx, dy = x - m.ball_x, y - m.ball_y
         d = math.sqrt(dx * dx + dy * dy)
@@ -318,9 +381,10 @@ def position(m, c, me, strength, formation, state):
         if best >= 0:
             dx, dy = -GOAL_X - m.px[best], -m.py[best]
             d = max(0.5, math.sqrt(dx * dx + dy * dy))
-            x, y = m.px[best] + 1.5 * dx / d, m.py[best] + 1.5 * dy / d
+            lowest = x - 2.0 if back and m.ball_x > -30.0 else -GOAL_X
+            x, y = max(lowest, m.px[best] + 1.5 * dx / d), m.py[best] + 1.5 * dy / d
     far = math.sqrt((x - m.x) ** 2 + (y - m.y) ** 2)
-    power = 90.0 if far > 12.0 else 60.0
+    power = 100.0 if running else 90.0 if far > 12.0 else 60.0
     if run_to(m, c, x, y, power, 1.5):
         turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
     look_to(m, c, m.ball_x, m.ball_y)
