@@ -1,4 +1,4 @@
-"""The three demonstrations, shown: the field, what the nets are doing, what the players believe (``cprm-gym demo``).
+"""The demonstrations, shown: the field, what the nets are doing, what the players believe (``cprm-gym demo``).
 
 `play` yields a `Scene` per cycle; `panel` says one player's part of it in words, `Recorder` writes pictures of it into a film.
 """
@@ -24,8 +24,12 @@ from ..errors import CprmError, unknown_name
 from .play import SoccerAgent
 from .registry import make_controller
 
-DEMOS: Mapping[str, str] = {"striker": "KickOffShot", "goalie": "Goalie", "passers": "PassAndAdvance"}
+DEMOS: Mapping[str, str] = {"striker": "KickOffShot", "goalie": "Goalie", "passers": "PassAndAdvance", "eleven": "Soccer11v11"}
 """Demonstration -> task."""
+OPTIONS: Mapping[str, Mapping[str, Any]] = {"eleven": {"controlled": "left", "others": "weak", "max_cycles": 600}}
+"""How the task differs from its defaults: a minute of a match against the weakest scripted team."""
+SHOWN = 2
+"""Most players whose nets and beliefs are shown: those nearest to the ball."""
 AFTERWARDS = 15
 """Cycles shown after the end."""
 POINTS = 60
@@ -68,6 +72,7 @@ class Scene:
         Of the task.
     world : record of WORLD
     players : tuple of Player
+        The `SHOWN` nearest to the ball.
     success : bool
     """
 
@@ -88,7 +93,7 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
     """
     if name not in DEMOS:
         raise unknown_name("demonstration", name, DEMOS)
-    task = make_task(DEMOS[name])
+    task = make_task(DEMOS[name], **OPTIONS.get(name, {}))
     agents: list[Any] = [make_controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)
@@ -99,11 +104,14 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
     while rest > 0:
         views = [{key: value[:, i] for key, value in observation.items()} for i in range(len(agents))]
         actions = [check_action(core.agents[i], agent.act(views[i]), 1) for i, agent in enumerate(agents)]
+        world = core.sim.world[0].copy()
+        gaps = np.hypot(*(world["pos"][core.players] - world["pos"][0]).T)
         players = tuple(
-            Player(core.agents[i], int(core.players[i]), agent, believed_ball(agent, views[i]) * [core.sides[i], core.sides[i], 1.0])
-            for i, agent in enumerate(agents)
+            Player(name, int(core.players[i]), agents[i], believed_ball(agents[i], views[i]) * [core.sides[i], core.sides[i], 1.0])
+            for i, name in enumerate(core.agents)
+            if i in np.argsort(gaps, kind="stable")[:SHOWN]
         )
-        yield Scene(int(core.cycle[0]), status, core.sim.world[0].copy(), players, success)
+        yield Scene(int(core.cycle[0]), status, world, players, success)
         step = core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
         if rest < AFTERWARDS or step.terminated[0] or step.truncated[0]:
             if rest == AFTERWARDS:

@@ -79,7 +79,7 @@ _OBJECTS: tuple[AnyPlace, ...] = (
     ObjectPlace("receiver", "Teammate", Selection(
         "Teammate", best=WORTH.format(t="teammate"),
         where="ball_distance < 3 and teammate.age <= 8 and teammate.distance > 4 and teammate.distance < 30 and teammate.room > 0.3 "
-              "and teammate.beyond < 0")),
+              "and teammate.beyond < 0 and teammate.x > -42")),  # not the goalie, who must not take a pass back with his hands
     ObjectPlace("watched", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0")),
     ObjectPlace("holder", "Opponent", Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {AT_BALL}")),
     ObjectPlace("marked", "Opponent", Selection(

@@ -37,6 +37,15 @@ def test_both_passers_are_shown_and_believe_the_ball_near_where_it_is():
         assert np.hypot(*(player.points[0, :2] - scene.world["pos"][0])) < 2.0
 
 
+def test_of_the_eleven_the_two_nearest_to_the_ball_are_shown():
+    (scene,) = [s for s in islice(play("eleven", seed=0), 0, 16) if s.cycle == 15]
+    gaps = np.hypot(*(scene.world["pos"][1:12] - scene.world["pos"][0]).T)
+    assert {p.number - 1 for p in scene.players} == set(np.argsort(gaps)[:2].tolist())
+    lines = panel(scene.players[0])
+    assert lines[0].endswith(": outfielder")
+    assert any("rival_x" in line for line in lines)
+
+
 def test_a_place_that_was_not_seen_for_long_fades():
     class Blind:
         controller = None
