@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import CprmError, UnknownName
+from ..errors import CprmError, ParameterError, UnknownName
+from ..files import check_place, hidden_beside
 from ..simulator.gamelog_writer import GameLogWriter
 from .controller import ControllerFactory, check_action
-from .core import SoccerCore
+from .core import SoccerCore, select_agents
 from .rendering import Viewer
 from .tasks.base import Task
 
@@ -38,7 +39,14 @@ def play(
     seed : int
     cycles : int, optional
         Stop after so many.
+
+    Raises
+    ------
+    ParameterError
+        For less than one cycle.
     """
+    if cycles is not None and cycles < 1:
+        raise ParameterError(f"cycles: {cycles!r} given; allowed is 1 and more")
     if controller is None:
         sides = task.others if others is None else others
         pair = (sides, sides) if isinstance(sides, str) else tuple(sides)
@@ -47,8 +55,9 @@ def play(
         core = SoccerCore(task, 1, controlled=(), others=pair)
         minds = []
     else:
-        core = SoccerCore(task, 1, others=others)
-        minds = [controller(task, agent) for agent in core.agents]
+        minds = [controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
+        needs = tuple(dict.fromkeys(part for mind in minds for part in getattr(mind, "needs", ())))
+        core = SoccerCore(task, 1, others=others, include=needs)
     core.reset(seed)
     for i, mind in enumerate(minds):
         mind.reset({key: values[:, i] for key, values in core.observation.items()}, seed + i)
@@ -89,6 +98,7 @@ class Film:
         ending = next((e for e in reversed(ENDINGS) if self.path.name.endswith(e)), None)
         if ending is None:
             raise UnknownName(f"record {self.path}: allowed are files that end in {', '.join(ENDINGS)}")
+        check_place(self.path, "record")
         self._log: GameLogWriter | None = None
         self._film: Any = None
         if ending.startswith(".rcg"):
@@ -98,10 +108,8 @@ class Film:
             imageio = import_module("imageio.v2")
         except ImportError:
             raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
-        if not self.path.parent.is_dir():
-            raise CprmError(f"record {self.path}: there is no folder {self.path.parent}")
-        self.viewer = Viewer("rgb_array")
-        self._temporary = self.path.with_name(f".{self.path.stem}.part{ending}")
+        self.viewer = Viewer("rgb_array", region=core.task.region)
+        self._temporary = hidden_beside(self.path, ending)
         options: dict[str, Any] = {"fps": fps, "macro_block_size": 2} if ending == ".mp4" else {"duration": 1000 / fps, "loop": 0}
         self._film = imageio.get_writer(self._temporary, **options)
 

@@ -50,6 +50,8 @@ def test_play_records_game_logs(tmp_path):
 
 
 def test_play_shows_the_pitch_and_refuses_other_names(tmp_path):
+    folder = tmp_path / "folder.gif"
+    folder.mkdir()
     result = CliRunner().invoke(app, ["play", "--task", "GoToBall", "--controller", "fsm", "--seed", "3"])
     assert result.exit_code == 0, result.output
     assert "GoToBall, seed 3: SUCCESS" in result.output
@@ -58,10 +60,20 @@ def test_play_shows_the_pitch_and_refuses_other_names(tmp_path):
         (["--record", str(tmp_path / "game.avi")], "allowed are files that end in .mp4, .gif, .rcg, .rcg.gz"),
         (["--others", "strongest"], "Did you mean 'strong'"),
         (["--controller", "fsmm"], "Did you mean 'fsm'"),
+        (["--cycles", "0"], "cycles: 0 given; allowed is 1 and more"),
+        (["--record", str(tmp_path / "nowhere" / "game.rcg")], "there is no folder"),
+        (["--record", str(folder)], "that is a folder; give the name of a file"),
     ):
         result = CliRunner().invoke(app, ["play", "--cycles", "1", *arguments])
         assert result.exit_code == 2
-        assert message in result.output
+        assert message in " ".join(result.output.split())
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_controllers_are_given_what_they_need_to_see():
+    result = CliRunner().invoke(app, ["play", "--task", "Goalie", "--controller", "goalie_raw", "--cycles", "3"])
+    assert result.exit_code == 0, result.output
+    assert "Goalie, seed 0: IN_GAME, 3 cycles" in result.output
 
 
 def test_a_film_that_fails_leaves_nothing(tmp_path):
