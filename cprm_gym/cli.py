@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import datetime
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -15,6 +16,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from . import __version__
 from .errors import CprmError
+from .files import check_place
+
+if TYPE_CHECKING:
+    from .benchmark.runner import Plan
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -28,12 +33,22 @@ complaints = Console(stderr=True)
 
 @contextmanager
 def said_plainly() -> Iterator[None]:
-    """Turns an error of ours into one line on the error stream and exit status 2."""
+    """Turns an error of ours, or of a file, into one line on the error stream and exit status 2."""
     try:
         yield
-    except CprmError as error:
-        complaints.print(f"[red]error:[/red] {escape(str(error))}", highlight=False, soft_wrap=True)
+    except BrokenPipeError:  # who reads the output has seen enough
+        raise
+    except OSError as error:
+        what = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
+        _complain(what)
         raise typer.Exit(2) from None
+    except CprmError as error:
+        _complain(str(error))
+        raise typer.Exit(2) from None
+
+
+def _complain(message: str) -> None:
+    complaints.print(f"[red]error:[/red] {escape(message)}", highlight=False, soft_wrap=True)
 
 
 def _version(wanted: bool) -> None:
@@ -51,26 +66,32 @@ def main(
 
 @app.command()
 def benchmark(
-    tasks: Annotated[str, typer.Option(help="Tasks, separated by commas.")] = "GoToBall",
-    controllers: Annotated[str, typer.Option(help="Controllers, separated by commas.")] = "cprm,fsm,random",
-    episodes: Annotated[int, typer.Option(help="Episodes per task and controller.")] = 500,
-    seed: Annotated[int, typer.Option(help="Decides every random number; all controllers meet the same worlds.")] = 0,
+    tasks: Annotated[str | None, typer.Option(help="Tasks, separated by commas.", show_default="GoToBall")] = None,
+    controllers: Annotated[str | None, typer.Option(help="Controllers, separated by commas.", show_default="cprm,fsm,random")] = None,
+    episodes: Annotated[int | None, typer.Option(help="Episodes per task and controller.", show_default="500")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Decides every random number; all controllers meet the same worlds.", show_default="0")
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes.")] = 1,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
-    resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder.")] = None,
+    resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
     from .benchmark.report import summarise
-    from .benchmark.runner import BlockResult, Plan, run
+    from .benchmark.runner import BlockResult, Plan, check_workers, run
 
     with said_plainly():
-        plan = Plan(_names(tasks), _names(controllers), episodes, seed)
-        folder = resume or _new_folder(output)
-        if resume is not None and not (resume / "episodes.jsonl").exists():
-            raise CprmError(f"--resume {resume}: there is no episodes.jsonl; give the folder of an interrupted run")
+        given: dict[str, Any] = {"episodes": episodes, "seed": seed}
+        given |= {"tasks": tasks and _names(tasks), "controllers": controllers and _names(controllers)}
+        given = {name: value for name, value in given.items() if value is not None}
+        check_workers(workers)
+        plan, folder = _resumed(resume, given) if resume is not None else (Plan(**given), None)
+        if folder is None:
+            folder = _new_folder(output)
+            plan.write(folder)
         results: list[BlockResult] = []
         bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-                       console=complaints, transient=True)  # fmt: skip
+                       console=complaints, transient=True, disable=not complaints.is_terminal)  # fmt: skip
         interrupted = False
         with bar:
             line = bar.add_task("starting", total=len(plan.blocks()))
@@ -84,22 +105,39 @@ def benchmark(
         written = report.write(folder)
     console.print(report.to_table())
     for message in report.errors:
-        complaints.print(f"[red]error:[/red] {escape(message)}", highlight=False, soft_wrap=True)
+        _complain(message)
     for path in written:
         console.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if not any(p.suffix == ".png" for p in written):
         console.print("no plot: matplotlib is not installed (pip install 'cprm-gym\\[render]')")
     if interrupted:
-        complaints.print(f"interrupted; go on with: cprm-gym benchmark --tasks {tasks} --controllers {controllers} "
-                         f"--episodes {episodes} --seed {seed} --resume {folder}", highlight=False, soft_wrap=True)  # fmt: skip
+        more = f" --workers {workers}" if workers > 1 else ""
+        go_on = f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{more}"
+        complaints.print(f"interrupted; go on with: {escape(go_on)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
     if report.errors:
         raise typer.Exit(1)
 
 
+def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:
+    """The plan of an interrupted run, with which every given option has to agree."""
+    from .benchmark.runner import Plan
+
+    try:
+        plan = Plan.read(folder)
+    except CprmError as error:
+        raise CprmError(f"--resume {error}") from None
+    for name, value in given.items():
+        planned = getattr(plan, name)
+        if value != planned:
+            shown, asked = (",".join(v) if isinstance(v, tuple) else v for v in (planned, value))
+            raise CprmError(f"--{name} {asked}: the run in {folder} has {shown}; leave the option out, or begin anew without --resume")
+    return plan, folder
+
+
 @app.command()
 def analyze(
-    net: Annotated[str, typer.Argument(help="A file (.pnml, .xml, .json), or the name of a net that ships with the package.")],
+    net: Annotated[str, typer.Argument(help="A file (.pnml, .xml, .json), the name of a net that ships, or package.module:NAME.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
     memory: Annotated[float, typer.Option(help="MiB that an exploration may take before it stops with a partial answer.")] = 4096,
     seconds: Annotated[float, typer.Option(help="Seconds that an exploration may take, likewise.")] = float("inf"),
@@ -117,7 +155,7 @@ def analyze(
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
             raise CprmError(f"--rates {rates!r}: allowed are 'refuse' and 'plain'")
-        found = load(net, rates=rates) if _is_file(net) else shipped_net(net)
+        found = shipped_net(net) if _is_name(net) else load(net, rates=rates)
         with complaints.status("exploring ...") as status:
             report = analyze_net(
                 found,
@@ -131,9 +169,9 @@ def analyze(
         console.print(report.render())
 
 
-def _is_file(text: str) -> bool:
-    """Whether a net is meant as a file: it exists, or looks like one."""
-    return Path(text).exists() or Path(text).suffix.lower() in (".pnml", ".xml", ".json") or "/" in text
+def _is_name(text: str) -> bool:
+    """Whether a net is meant by its name alone: no file, no path, no module."""
+    return not (Path(text).exists() or Path(text).suffix.lower() in (".pnml", ".xml", ".json") or "/" in text or ":" in text)
 
 
 @app.command()
@@ -153,7 +191,7 @@ def conformance(
 
 @app.command()
 def demo(
-    name: Annotated[str, typer.Argument(help="striker, goalie or passers.")],
+    name: Annotated[str, typer.Argument(help="striker, goalie, passers or eleven.")],
     record: Annotated[Path | None, typer.Option(help="Write a film (.mp4 or .gif) instead of showing it here.")] = None,
     seed: Annotated[int, typer.Option(help="Which world.")] = 0,
     every: Annotated[int, typer.Option(help="Without a terminal: cycles between two pictures.")] = 25,
@@ -180,6 +218,7 @@ def demo(
             raise CprmError(f"--every {every}: allowed is 1 and more")
         last: Scene | None = None
         if record is not None:
+            check_place(record, "--record")
             film = Recorder(record)
             try:
                 for last in play(name, seed):
@@ -222,7 +261,7 @@ def play(
     from .envs.play import Film
     from .envs.play import play as episode
     from .envs.rendering import Viewer, text_picture
-    from .envs.tasks import make_task
+    from .envs.tasks import Soccer, make_task
 
     with said_plainly():
         made = make_task(task)
@@ -245,14 +284,14 @@ def play(
                 status = to_the_end(film.add)
             console.print(f"wrote {record}", highlight=False, soft_wrap=True)
         elif window:
-            viewer = Viewer("human")
+            viewer = Viewer("human", region=made.region)
             status = to_the_end(lambda: viewer.draw(core.sim.world[0], tuple(core.players.tolist())[:3]))
             viewer.close()
         elif console.is_terminal:
             with Live(console=console, auto_refresh=False) as live:
 
                 def show() -> None:
-                    live.update(Text(text_picture(core.sim.world[0], min(106, console.width - 2))), refresh=True)
+                    live.update(Text(text_picture(core.sim.world[0], min(106, console.width - 2), region=made.region)), refresh=True)
                     time.sleep(0.1)
 
                 status = to_the_end(show)
@@ -260,7 +299,9 @@ def play(
             status = to_the_end(lambda: None)
             typer.echo(text_picture(core.sim.world[0]))
         left, right = (int(goals) for goals in core.sim.world["score"][0])
-        console.print(f"{made.name}, seed {seed}: {status}, {int(core.cycle[0])} cycles, goals {left} : {right}", highlight=False)
+        # drills end at the goal line, before a referee counts
+        score = f", goals {left} : {right}" if isinstance(made, Soccer) or left + right else ""
+        console.print(f"{made.name}, seed {seed}: {status}, {int(core.cycle[0])} cycles{score}", highlight=False)
 
 
 def _names(text: str) -> tuple[str, ...]:

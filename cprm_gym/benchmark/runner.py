@@ -1,18 +1,22 @@
 """Tasks x controllers, the same worlds for all, in batches that can be interrupted and taken up again.
 
 World k of a task depends on (seed, k) alone, so the worlds can be played in blocks of any workers and in any order with the same
-results. A block that is finished is one line of ``episodes.jsonl``.
+results. A block that is finished is one line of ``episodes.jsonl``; what was to be played stands in ``plan.json`` beside it.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
+import signal
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +26,7 @@ from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.tasks import TASKS, make_task
 from ..errors import CprmError, ParameterError, unknown_name
+from ..files import write_atomically
 from .registry import controller_entries, load_controller
 
 BLOCK = 125
@@ -66,6 +71,31 @@ class Plan:
             for controller in self.controllers
             for first in range(0, self.episodes, BLOCK)
         ]
+
+    def write(self, folder: Path) -> None:
+        """Note in the folder of a run what is to be played there (``plan.json``)."""
+        write_atomically(folder / "plan.json", json.dumps(asdict(self), indent=2) + "\n")
+
+    @classmethod
+    def read(cls, folder: Path) -> Plan:
+        """The plan noted by `write`.
+
+        Raises
+        ------
+        CprmError
+            When there is none, or it cannot be read.
+        """
+        path = folder / "plan.json"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
+            return cls(**values)
+        except FileNotFoundError:
+            raise CprmError(f"{folder}: there is no plan.json; the folder of an interrupted run is needed") from None
+        except CprmError as error:
+            raise CprmError(f"{path}: {error}") from None
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise CprmError(f"{path}: not the plan of a run: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -198,9 +228,10 @@ def run(
     ------
     ParameterError
         For fewer workers than one.
+    CprmError
+        When a worker dies.
     """
-    if workers < 1:
-        raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
+    check_workers(workers)
     blocks = plan.blocks()
     if journal is not None:
         _cut_torn_line(journal)
@@ -223,21 +254,48 @@ def run(
         yield result
 
 
+def check_workers(workers: int) -> None:
+    """Refuse a number of workers below one."""
+    if workers < 1:
+        raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
+
+
 def _play_all(blocks: Sequence[Block], workers: int) -> Iterator[BlockResult]:
     if workers == 1 or len(blocks) < 2:
         yield from map(play_block, blocks)
         return
     # fresh processes: threads and compiled code of this one are not copied into them
-    with ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn")) as pool:
-        pending: set[Future[BlockResult]] = {pool.submit(play_block, b) for b in blocks}
-        try:
-            while pending:
-                ready, pending = wait(pending, return_when=FIRST_COMPLETED)
-                for future in ready:
-                    yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=multiprocessing.get_context("spawn"))
+    before = set(multiprocessing.active_children())
+    try:
+        with _deaf_to_interrupts():
+            pending: set[Future[BlockResult]] = {pool.submit(play_block, b) for b in blocks}
+        while pending:
+            ready, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in ready:
+                yield future.result()
+    except BaseException as error:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        if isinstance(error, BrokenProcessPool):
+            raise CprmError("a worker was ended from outside, perhaps for want of memory: take fewer --workers") from None
+        raise
+    finally:
+        pool.shutdown()
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes started here leave Ctrl-C to this one, which ends them."""
+    if threading.current_thread() is not threading.main_thread():  # only that one may say so
+        yield
+        return
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
 
 def _cut_torn_line(path: Path) -> None:
@@ -260,7 +318,7 @@ def read_journal(path: Path) -> list[BlockResult]:
     """
     if not path.exists():
         return []
-    lines = path.read_text(encoding="utf-8").split("\n")
+    lines = path.read_text(encoding="utf-8", errors="replace").split("\n")
     results = []
     for number, line in enumerate(lines, 1):
         if not line.strip():
@@ -270,5 +328,6 @@ def read_journal(path: Path) -> list[BlockResult]:
         except (ValueError, TypeError, KeyError) as error:
             if number == len(lines):
                 break
-            raise CprmError(f"{path}, line {number}: not a result of a block: {error}") from error
+            reason = f"there is no {error}" if isinstance(error, KeyError) else str(error)
+            raise CprmError(f"{path}, line {number}: not a result of a block: {reason}") from error
     return results

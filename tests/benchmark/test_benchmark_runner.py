@@ -3,6 +3,10 @@
 import json
 import os
 import re
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -204,7 +208,7 @@ def test_the_command_writes_report_table_and_plot(tmp_path):
     result = invoke("--episodes", 10, "--controllers", "fsm,random", "--output", tmp_path, "--seed", 3)
     assert result.exit_code == 0, result.output
     (folder,) = tmp_path.iterdir()
-    assert sorted(p.name for p in folder.iterdir()) == ["episodes.jsonl", "report.json", "report.md", "report.png"]
+    assert sorted(p.name for p in folder.iterdir()) == ["episodes.jsonl", "plan.json", "report.json", "report.md", "report.png"]
     report = json.loads((folder / "report.json").read_text())
     assert report["plan"]["episodes"] == 10
     assert [row["controller"] for row in report["rows"]] == ["fsm", "random"]
@@ -224,7 +228,7 @@ def test_the_command_writes_report_table_and_plot(tmp_path):
         (["--controllers", "nobody"], "unknown controller 'nobody'"),
         (["--episodes", "-3"], "episodes: -3 given, a whole number of at least 1 is needed"),
         (["--workers", "0"], "workers: 0 given"),
-        (["--resume", "nowhere"], "there is no episodes.jsonl"),
+        (["--resume", "nowhere"], "--resume nowhere: there is no plan.json"),
     ],
 )
 def test_the_command_refuses_nonsense_in_one_line(tmp_path, arguments, message):
@@ -232,6 +236,7 @@ def test_the_command_refuses_nonsense_in_one_line(tmp_path, arguments, message):
     assert result.exit_code == 2
     assert message in " ".join(result.output.split())
     assert "Traceback" not in result.output
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_keeps_what_it_has_when_interrupted(tmp_path, monkeypatch):
@@ -252,9 +257,49 @@ def test_the_command_keeps_what_it_has_when_interrupted(tmp_path, monkeypatch):
     assert not report["complete"]
     assert report["rows"][0]["episodes"] == 125
     monkeypatch.setattr(runner, "play_block", original)
-    resumed = invoke("--episodes", 130, "--controllers", "random", "--resume", folder)
+    assert f"go on with: cprm-gym benchmark --resume {folder}" in " ".join(result.output.split())
+    other = invoke("--resume", folder, "--controllers", "fsm")
+    assert other.exit_code == 2
+    assert f"--controllers fsm: the run in {folder} has random" in " ".join(other.output.split())
+    resumed = invoke("--resume", folder)
     assert resumed.exit_code == 0
     assert json.loads((folder / "report.json").read_text())["rows"][0]["episodes"] == 130
+
+
+def test_a_run_that_was_interrupted_at_once_can_be_taken_up(tmp_path, monkeypatch):
+    def stop(block):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runner, "play_block", stop)
+        assert invoke("--episodes", 5, "--controllers", "random", "--output", tmp_path).exit_code == 130
+    (folder,) = tmp_path.iterdir()
+    assert invoke("--resume", folder).exit_code == 0
+    assert json.loads((folder / "report.json").read_text())["complete"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"tasks": 3}', '{"goals": 3}', '{"tasks": ["GoToBal"]}'])
+def test_a_damaged_plan_is_refused_by_name(tmp_path, text):
+    (tmp_path / "plan.json").write_text(text)
+    result = invoke("--resume", tmp_path)
+    assert result.exit_code == 2
+    assert "plan.json: " in result.output
+    assert "Traceback" not in result.output
+
+
+def test_an_interrupt_of_all_processes_is_reported_by_one(tmp_path):
+    command = [sys.executable, "-m", "cprm_gym.cli", "benchmark", "--controllers", "fsm,random", "--episodes", "100000",
+               "--workers", "2", "--output", str(tmp_path)]  # fmt: skip
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while not list(tmp_path.glob("*/plan.json")):
+        time.sleep(0.1)
+    time.sleep(1.0)  # the workers have been started and import
+    os.killpg(process.pid, signal.SIGINT)
+    _, complaints = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in complaints
+    assert "go on with: cprm-gym benchmark --resume" in complaints
+    assert "--workers 2" in complaints
 
 
 def test_a_report_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
@@ -270,8 +315,6 @@ def test_a_report_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
 
 
 def test_without_matplotlib_there_is_no_plot_but_a_report(tmp_path, monkeypatch):
-    import sys
-
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     plan = Plan(controllers=("random",), episodes=5)
     report = summarise(plan, run(plan))
