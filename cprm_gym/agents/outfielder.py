@@ -75,7 +75,8 @@ WORTH = "0.6 * {t}.ahead + min({t}.room, 4) + 0.7 * min({t}.free, 6) - 0.08 * {t
 """What a pass to a team-mate is worth: metres gained, room on the way, room around him; more in front of the goal."""
 
 _OBJECTS: tuple[AnyPlace, ...] = (
-    ObjectPlace("first", "Teammate", Selection("Teammate", best="teammate.time", where="teammate.age <= 20", minimize=True)),
+    ObjectPlace("first", "Teammate", Selection(  # set plays are not left to the goalie
+        "Teammate", best="teammate.time", where="teammate.age <= 20 and (teammate.x > -45 or not ours)", minimize=True)),
     ObjectPlace("receiver", "Teammate", Selection(
         "Teammate", best=WORTH.format(t="teammate"),
         where="ball_distance < 3 and teammate.age <= 8 and teammate.distance > 4 and teammate.distance < 30 and teammate.room > 0.3 "
@@ -105,7 +106,9 @@ _INPUTS = {
 
 _SITUATION: tuple[AnyPlace, ...] = (
     Math("lost", f"1 if ball_age > {LOST} else 0"),
-    Math("ball_x", f"seen_x if ball_age <= {STALE} else believed_x"), Math("ball_y", f"seen_y if ball_age <= {STALE} else believed_y"),
+    # where it was seen, where a kick-off puts it, or where it is believed to be
+    Math("ball_x", f"seen_x if ball_age <= {STALE} else 0 if kick_off else believed_x"),
+    Math("ball_y", f"seen_y if ball_age <= {STALE} else 0 if kick_off else believed_y"),
     Math("ball_speed", "hypot(vx, vy)"),
     Math("off_ball_x", "ball_x - me_x"), Math("off_ball_y", "ball_y - me_y"),
     Math("look_angle", "norm_deg(degrees(atan2(off_ball_y, off_ball_x)) - facing) if hypot(off_ball_x, off_ball_y) > 0.01 else 0"),
@@ -117,7 +120,7 @@ _SITUATION: tuple[AnyPlace, ...] = (
     Math("leave", f"1 if not may or mine < -{YIELD} else 0"),
     Math("reach", f"1 if ball_distance < {REACH} and ball_age <= 2 and may else 0"),
     Math("coming", f"1 if approach > {COMING} and ball_age < 5 and ball_distance > 3 else 0"),
-    Math("gaze", "goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
+    Math("gaze", "0 if lost else goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
 )  # fmt: skip
 
 _FORMATION: tuple[AnyPlace, ...] = (
