@@ -38,7 +38,10 @@ def test_it_completes_its_advance_in_at_least_80_percent_of_a_thousand():
     assert measure(with_recovery, None, episodes=1000, seed=21).interval.low >= 0.8
 
 
-@pytest.mark.parametrize("name", DISTURBANCES)
+QUICK = ("ball displaced", "blind spell", "noise burst")
+
+
+@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in DISTURBANCES])
 def test_under_each_disturbance_the_recovering_pair_succeeds_more_often(name):
     disturbance, task = replace(DISTURBANCES[name], first=20, last=120), replace(make_task("PassAndAdvance"), max_cycles=500)
     recovering = measure(with_recovery, disturbance, episodes=24, seed=2, task=task)
