@@ -38,7 +38,9 @@ class Durations(NamedTuple):
         return self.deviation / math.sqrt(self.episodes)
 
 
-def durations(policy: str, task: str = "Keepaway3v2", full_state: bool = False, episodes: int = 300, seed: int = 0) -> Durations:
+def durations(
+    policy: str, task: str = "Keepaway3v2", full_state: bool = False, episodes: int = 300, seed: int = 0, longest: int = 6000
+) -> Durations:
     """Play `episodes` worlds to their ends.
 
     Parameters
@@ -50,8 +52,10 @@ def durations(policy: str, task: str = "Keepaway3v2", full_state: bool = False, 
         Players know the truth instead of what they perceive.
     episodes : int
     seed : int
+    longest : int
+        Cycles after which an episode is stopped.
     """
-    made = make_task(task, full_state=full_state, max_cycles=6000)
+    made = make_task(task, full_state=full_state, max_cycles=longest)
     core = SoccerCore(made, episodes, controlled=(), others=(policy, "take"))
     core.reset(seed)
     length = np.zeros(episodes, np.int64)

@@ -5,9 +5,22 @@ import pytest
 from baselines.keepaway import POLICIES, durations
 
 
-@pytest.mark.parametrize("full_state", [False, True])
+def three(full_state, episodes, **options):
+    return [durations(policy, full_state=full_state, episodes=episodes, seed=5, **options) for policy in POLICIES]
+
+
+@pytest.mark.parametrize("full_state", [False, True], ids=["senses", "full state"])
 def test_random_is_beaten_by_hold_and_hold_by_hand(full_state):
-    random, hold, hand = (durations(p, full_state=full_state, episodes=150, seed=5) for p in POLICIES)
-    assert random.mean + random.error < hold.mean < hand.mean
-    assert hold.mean < random.mean * 4
+    random, hold, hand = three(full_state, 120, longest=600)
+    assert random.mean + 2 * random.error < hold.mean - hold.error
+    assert hold.mean + hold.error < hand.mean - hand.error
     assert random.mean > 2.0
+
+
+@pytest.mark.slow
+def test_with_full_state_they_keep_the_ball_about_as_long_as_published():
+    random, hold, hand = three(True, 300)
+    assert 5.0 < random.mean < 8.0
+    assert 10.0 < hold.mean < 25.0
+    assert hold.mean + 2 * hold.error < hand.mean
+    assert 25.0 < hand.mean

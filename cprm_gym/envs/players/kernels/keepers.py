@@ -34,7 +34,7 @@ HOLD_NEAR, HOLD_FAR = 0.65, 0.75
 """Metres from his middle at which a player keeps the ball."""
 AWAY = 2.2
 """Metres from an opponent at which the ball is out of danger."""
-COMING = 0.08
+COMING = 0.075
 """Weight of where an opponent would be after a stride, against where he is."""
 PI = math.pi
 FREE = 1.3
