@@ -16,10 +16,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..architecture.cprm import CPRM, Cluster, Observe
 from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ..envs.controller import Action, Observation
+from ..envs.spaces import BodyFeature
 from ..envs.tasks import Task
-from .outfielder_model import OUTFIELD_MODEL
+from .outfielder_model import OUTFIELD_MODEL, PERIOD
 from .outfielder_percepts import outfield_attributes, outfield_percepts
 from .play import SoccerAgent
 from .skills.advance import ADVANCE
@@ -260,7 +264,7 @@ OUTFIELDER = CPRM(
     objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
     observations=(
         Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
-        Observe("ball.seen_vx", "ball.vx", when="ball.moving"), Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
+        Observe("ball.seen_vx", "ball.vx", when="ball.placed"), Observe("ball.seen_vy", "ball.vy", when="ball.placed"),
         *(Observe(f"{o}{k}.seen_{v}", f"{o}{k}.{v}", when=f"{o}{k}.seen") for o in "to" for k in _NUMBERS for v in "xy"),
     ),
     clusters=(
@@ -268,15 +272,35 @@ OUTFIELDER = CPRM(
         Cluster("attendedTeammate", ("receiver",)),
         Cluster("possessesOpponent", ("holder", "=ball")),
     ),
+    period=PERIOD,
 )  # fmt: skip
 """Net, beliefs, and the links between them."""
 
 
 class OutfieldAgent(SoccerAgent):
-    """An outfield player as a controller; each copy may be another of the ten."""
+    """An outfield player as a controller; each copy may be another of the ten.
+
+    Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(OUTFIELDER, outfield_percepts, needs=("memory",), objects=outfield_attributes, **options)
+        self._waiting = np.zeros(0, bool)
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes; the copies are made at the first one."""
+        super().reset(observation, seed, worlds)
+        odd = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64) % 2 == 1
+        before = self._waiting if len(self._waiting) == len(odd) else np.zeros(len(odd), bool)
+        self._waiting = odd if worlds is None else np.where(worlds, odd, before)
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every copy."""
+        action = super().act(observation)
+        if self.controller is not None and self._waiting.any():
+            self.controller.reset(self._waiting)
+            self._waiting = np.zeros(len(self._waiting), bool)
+        return action
 
 
 def make_controller(task: Task, agent: str) -> OutfieldAgent:

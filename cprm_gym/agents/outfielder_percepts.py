@@ -14,6 +14,7 @@ from ..envs.controller import Observation
 from ..envs.players.scripted import FORMATION
 from ..envs.spaces import BodyFeature, SelfFeature
 from ..simulator.state import PlayMode
+from .outfielder_model import PERIOD
 from .percepts import GOAL_X, Percepts, field_percepts
 
 MATES, OPPONENTS = slice(1, 12), slice(12, 23)
@@ -118,9 +119,9 @@ def outfield_percepts(observation: Observation) -> Percepts:
         `field_percepts`, where ``goal.distance`` and ``goal.direction`` are of the point of the goal with the clearest way to it, and
         ``goal.room`` says how clear (m; -20 while the ball is not at his feet); ``way.direction`` (degrees, the freest way ahead);
         ``me.time``, ``meet.x``, ``meet.y`` (when and where he meets the ball); ``place.x``, ``place.y`` (his in the formation);
-        ``line.x`` (a team-mate beyond it would be offside); ``ball.vx``, ``ball.vy``, ``ball.moving`` (its velocity was seen now);
-        ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen``, ``t1.x``, ``t1.y``,
-        ``o1.seen``, ...
+        ``line.x`` (a team-mate beyond it would be offside); ``ball.vx``, ``ball.vy``; ``ball.placed`` (it was seen in the last
+        `PERIOD` cycles); ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen`` (likewise),
+        ``t1.x``, ``t1.y``, ``o1.seen``, ...
     """
     percepts = field_percepts(observation)
     memory = np.asarray(observation["memory"], np.float64)
@@ -134,7 +135,7 @@ def outfield_percepts(observation: Observation) -> Percepts:
     percepts["place.x"], percepts["place.y"] = place[:, 0], place[:, 1]
     last = np.sort(np.where(age[:, OPPONENTS] <= FORGOTTEN, memory[:, OPPONENTS, 0], 0.0), axis=1)
     percepts["line.x"] = np.maximum(last[:, -2], np.maximum(0.0, memory[:, 0, 0]))
-    _seen(percepts, observation, memory, age)
+    _seen(percepts, memory, age)
     _game(percepts, body)
     percepts["goal.room"] = np.full(len(x), -20.0)
     percepts["way.direction"] = percepts["goal.direction"]
@@ -143,12 +144,10 @@ def outfield_percepts(observation: Observation) -> Percepts:
     return percepts
 
 
-def _seen(percepts: Percepts, observation: Observation, memory: np.ndarray, age: np.ndarray) -> None:
-    """What was seen in this cycle, for the model."""
-    fresh = percepts["body.fresh"] > 0
+def _seen(percepts: Percepts, memory: np.ndarray, age: np.ndarray) -> None:
+    """What was seen since the last slice of the model."""
     percepts["ball.vx"], percepts["ball.vy"] = memory[:, 0, 2], memory[:, 0, 3]
-    percepts["ball.moving"] = (fresh & (np.asarray(observation["level"])[:, 0] >= 3)).astype(np.float64)
-    now = (fresh[:, None] & (age == 0.0)).astype(np.float64)
+    now = (age < PERIOD).astype(np.float64)
     percepts["ball.placed"] = now[:, 0]
     for row in range(1, 23):
         name = _NAMES[row - 1]

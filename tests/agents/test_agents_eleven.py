@@ -21,7 +21,7 @@ from cprm_gym.simulator.state import Count, PlayMode
 MATCH = make_task("Soccer11v11")
 
 
-def seen(unum=11, me=(0.0, 0.0), ball=(10.0, 0.0), ball_velocity=(0.0, 0.0), mates=None, opponents=None, mode=PlayMode.play_on, copies=1):
+def seen(unum=10, me=(0.0, 0.0), ball=(10.0, 0.0), ball_velocity=(0.0, 0.0), mates=None, opponents=None, mode=PlayMode.play_on, copies=1):
     """What a player of the left team has just seen, all of it known; x, y of team-mates and opponents by number."""
     observation = {
         "body": np.zeros((copies, len(BodyFeature))), "ball": np.zeros((copies, 4)), "players": np.zeros((copies, 22, 7)),
@@ -168,7 +168,7 @@ def test_the_places_of_the_formation_shift_with_the_ball():
     places = []
     last = {1: (50.0, 0.0), 2: (45.0, 0.0)}
     for x in (-30.0, 20.0):
-        view = seen(unum=7, me=(-10.0, 10.0), ball=(x, 0.0), mates={9: (x, 0.5)}, opponents=last)
+        view = seen(unum=8, me=(-10.0, 10.0), ball=(x, 0.0), mates={9: (x, 0.5)}, opponents=last)
         executor, _ = decided(OutfieldAgent(), view)
         places.append(executor.read("home_x")[0])
     assert places[1] > places[0] + 20.0
