@@ -120,8 +120,8 @@ def outfield_percepts(observation: Observation) -> Percepts:
         ``goal.room`` says how clear (m; -20 while the ball is not at his feet); ``way.direction`` (degrees, the freest way ahead);
         ``me.time``, ``meet.x``, ``meet.y`` (when and where he meets the ball); ``place.x``, ``place.y`` (his in the formation);
         ``line.x`` (a team-mate beyond it would be offside); ``ball.vx``, ``ball.vy``; ``ball.placed`` (it was seen in the last
-        `PERIOD` cycles); ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen`` (likewise),
-        ``t1.x``, ``t1.y``, ``o1.seen``, ...
+        `PERIOD` cycles); ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen``
+        (likewise), ``t1.x``, ``t1.y``, ``o1.seen``, ...
     """
     percepts = field_percepts(observation)
     memory = np.asarray(observation["memory"], np.float64)
