@@ -9,6 +9,8 @@ from cprm_gym.agents.goalie import GoalieAgent
 from cprm_gym.agents.outfielder import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
 from cprm_gym.agents.outfielder_model import OUTFIELD_MODEL
 from cprm_gym.agents.outfielder_percepts import lane, meeting, outfield_attributes, outfield_percepts
+from cprm_gym.agents.registry import AGENTS
+from cprm_gym.agents.registry import make_controller as registered
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import instances
 from cprm_gym.architecture.petri.drawing import to_dot
@@ -201,6 +203,13 @@ def test_what_one_copy_perceives_does_not_depend_on_the_others():
         for name, values in together.items():
             for k in (0, 1):
                 np.testing.assert_array_equal(values[k], apart[k][name][0], err_msg=name)
+
+
+def test_the_registry_gives_the_eleven_for_every_match():
+    for task in ("Soccer", "Soccer5v5", "Soccer11v11"):
+        assert AGENTS[task] == "eleven"
+        assert registered(make_task(task), "right_1").cprm.name == "goalie"
+        assert registered(make_task(task), "left_4").cprm is OUTFIELDER
 
 
 def test_the_goalie_is_number_one_and_an_unknown_side_is_refused():
