@@ -15,6 +15,9 @@ Rect = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 GAP = 4.0  # between an arc and its label
 STEP = 3.0  # between two points at which an arc is looked at
+REACH = 150.0  # from the middle of the last piece of the arc
+SIDES = np.array([(1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)])
+"""Where a label may stand from a point of its arc: right and left of it, and half a height higher or lower."""
 
 
 def curve_points(path: Sequence[Point]) -> NDArray[np.float64]:
@@ -44,31 +47,37 @@ def place_labels(
         All arcs.
     """
     curves = [curve_points(path) for path in paths]
-    taken = list(texts)
-    found = []
+    points = np.concatenate([np.zeros((0, 2)), *curves])
+    owner = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
+    taken = np.array(texts, np.float64).reshape(-1, 4)
+    found: list[Rect] = []
     for width, arc in labels:
         (x0, y0), (x1, y1) = paths[arc][-2:]
-        others = np.concatenate([np.zeros((0, 2)), *curves[:arc], *curves[arc + 1 :]])
-        wanted = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
-        best: tuple[float, Rect] = (math.inf, (0.0, 0.0, 0.0, 0.0))
-        for x, y in curves[arc]:
-            far = 0.03 * float(np.hypot(x - wanted[0], y - wanted[1]))
-            for right, down in ((1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)):
-                left, top = x - width / 2 + right * (width / 2 + GAP), y - height / 2 + down * height / 2
-                rect = (left, top, left + width, top + height)
-                cost = far + 100.0 * sum(_overlap(rect, other) for other in taken)
-                cost += _inside(rect, curves[arc]) + _inside(rect, others) + 0.5 * _inside(rect, others, GAP)
-                best = min(best, (cost, rect))
-        found.append(best[1])
-        taken.append(best[1])
+        far = np.hypot(curves[arc][:, 0] - (x0 + x1) / 2, curves[arc][:, 1] - (y0 + y1) / 2)
+        reached = far <= max(REACH, far.min())
+        corners = curves[arc][reached][:, None] - (width / 2, height / 2) + SIDES * (width / 2 + GAP, height / 2)
+        rects = np.concatenate((corners, corners + (width, height)), axis=-1).reshape(-1, 4)
+        around = np.concatenate((rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)))[None]
+        near = _inside(around, points, GAP)[0]
+        others = points[near & (owner != arc)]
+        rivals = taken[_overlaps(around, taken)[0]]
+        cost = 0.03 * np.repeat(far[reached], len(SIDES)) + 100.0 * _overlaps(rects, rivals).sum(axis=1)
+        cost += _inside(rects, points[near], 1.5).sum(axis=1) + 0.5 * _inside(rects, others, GAP).sum(axis=1)
+        best = rects[int(cost.argmin())]
+        taken = np.concatenate((taken, best[None]))
+        found.append((float(best[0]), float(best[1]), float(best[2]), float(best[3])))
     return found
 
 
-def _overlap(a: Rect, b: Rect) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+def _overlaps(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which rectangles of `a` (N, 4) and `b` (M, 4) share an area, (N, M)."""
+    a = a[:, None]
+    return (a[..., 0] < b[:, 2]) & (b[:, 0] < a[..., 2]) & (a[..., 1] < b[:, 3]) & (b[:, 1] < a[..., 3])
 
 
-def _inside(rect: Rect, points: NDArray[np.float64], margin: float = 0.0) -> int:
-    """How many of `points` lie in the rectangle or less than `margin` beside it."""
-    x, y = points[:, 0], points[:, 1]
-    return int(((x > rect[0] - margin) & (x < rect[2] + margin) & (y > rect[1] - margin) & (y < rect[3] + margin)).sum())
+def _inside(rects: NDArray[np.float64], points: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.bool_]:
+    """Which of `points` (M, 2) lie in which of the rectangles (N, 4) or less than `margin` beside them, (N, M)."""
+    rects, (x, y) = rects[:, None], points.T
+    return (
+        (x > rects[..., 0] - margin) & (x < rects[..., 2] + margin) & (y > rects[..., 1] - margin) & (y < rects[..., 3] + margin)
+    )
