@@ -76,8 +76,8 @@ def _sac(seed: int) -> tuple[Any, Any]:
     from stable_baselines3 import SAC
 
     env = SoccerVecEnv("GoToBall", worlds=32, action_mode="box", task_options=EASY, seed=seed, **SHAPED)
-    return SAC("MlpPolicy", env, learning_starts=1000, batch_size=256, train_freq=1, gradient_steps=4, gamma=0.95, learning_rate=1e-3,
-               policy_kwargs={"net_arch": [64, 64]}, seed=seed, device="cpu"), env  # fmt: skip
+    return SAC("MlpPolicy", env, learning_starts=1000, batch_size=256, train_freq=1, gradient_steps=16, gamma=0.95, learning_rate=1e-3,
+               ent_coef=0.01, policy_kwargs={"net_arch": [64, 64]}, seed=seed, device="cpu"), env  # fmt: skip
 
 
 def _shared_ppo(seed: int) -> tuple[Any, Any]:
