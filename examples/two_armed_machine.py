@@ -10,7 +10,7 @@ model, because it takes the part away. The same net without belief grips wheneve
 
 from __future__ import annotations
 
-import sys
+import argparse
 from typing import NamedTuple
 
 import numpy as np
@@ -164,8 +164,13 @@ def run(cprm: CPRM, machines: int, cycles: int, seed: int = 0) -> tuple[np.ndarr
 
 
 def main() -> None:
-    machines = int(sys.argv[1]) if len(sys.argv) > 1 else 200
-    cycles = int(sys.argv[2]) if len(sys.argv) > 2 else 400
+    parser = argparse.ArgumentParser(description="Two arms, one press, noisy eyes: a CPRM outside soccer.")
+    parser.add_argument("machines", type=int, nargs="?", default=200)
+    parser.add_argument("cycles", type=int, nargs="?", default=400)
+    options = parser.parse_args()
+    machines, cycles = options.machines, options.cycles
+    if min(machines, cycles) < 1:
+        parser.error(f"machines {machines}, cycles {cycles}: allowed is 1 and more")
     print(f"{machines} machines, {cycles} cycles each")
     for cprm in (BELIEVER, GULLIBLE):
         pressed, empty = run(cprm, machines, cycles)

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 
@@ -49,3 +51,17 @@ def test_the_example_runs_as_a_program():
     out = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "parts pressed" in out.stdout
     assert "machine without belief" in out.stdout
+
+
+@pytest.mark.parametrize("arguments", [["few"], ["-5", "0"]])
+def test_the_example_refuses_wrong_numbers_in_a_line(arguments):
+    command = [sys.executable, ROOT / "examples" / "two_armed_machine.py", *arguments]
+    out = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert out.returncode == 2
+    assert "error: " in out.stderr
+    assert "Traceback" not in out.stderr
+
+
+def test_the_package_is_the_command_too():
+    out = subprocess.run([sys.executable, "-m", "cprm_gym", "--version"], capture_output=True, text=True, check=True)
+    assert out.stdout.startswith("cprm_gym ")
