@@ -10,19 +10,24 @@ All controlled agents of all worlds are entries of one `VecEnv`, so one policy i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from inspect import signature
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces as gym_spaces
 
 from ..envs.core import SoccerCore
-from ..envs.tasks import make_task
+from ..envs.faces import chosen_task
 from ..envs.tasks.base import Task
-from ..errors import CprmError, ParameterError
+from ..errors import CommandError, CprmError, ParameterError
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as error:
     raise CprmError("cprm_gym.wrappers.sb3 needs stable-baselines3: pip install 'cprm-gym[rl]'") from error
+
+_CORE_OPTIONS = frozenset(signature(SoccerCore).parameters) - {"task", "worlds", "view"}
 
 
 class SoccerVecEnv(VecEnv):  # type: ignore[misc]
@@ -37,7 +42,7 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
         ``discrete`` (PPO), ``box`` (SAC, TD3, PPO) or ``macro`` (PPO, DQN with one agent, MaskablePPO). stable-baselines3 knows no
         hybrid actions.
     task_options : dict, optional
-        Fields of the task.
+        Fields of the task; they may also be given as arguments of their own, as with ``gymnasium.make``.
     seed : int
         Of the first reset; `VecEnv.seed` changes it.
     **options
@@ -46,17 +51,18 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
     Raises
     ------
     ParameterError
-        For the hybrid view.
+        For the hybrid and the full view, and for an option that neither the engine nor the task has.
     """
 
     def __init__(
         self, task: str | Task, worlds: int = 1, action_mode: str = "discrete", task_options: dict[str, Any] | None = None,
         seed: int = 0, **options: Any,
     ) -> None:  # fmt: skip
-        if action_mode == "hybrid":
-            raise ParameterError("SoccerVecEnv: stable-baselines3 has no Dict actions; action_mode is discrete, box or macro")
-        made = make_task(task, **(task_options or {})) if isinstance(task, str) else task
-        self.core = SoccerCore(made, worlds, view=action_mode, **options)
+        if action_mode in ("hybrid", "full"):
+            message = f"has no Dict actions; action_mode is discrete, box or macro, not {action_mode}"
+            raise ParameterError(f"SoccerVecEnv: stable-baselines3 {message}")
+        of_core = {name: options.pop(name) for name in tuple(options) if name in _CORE_OPTIONS}
+        self.core = SoccerCore(chosen_task(task, None, {**(task_options or {}), **options}), worlds, view=action_mode, **of_core)
         self.worlds, self.agents = worlds, len(self.core.agents)
         self.render_mode: str | None = None
         super().__init__(worlds * self.agents, self.core.observation_space(), self.core.view.space)
@@ -76,8 +82,17 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
         return self._observation()
 
     def step_async(self, actions: Any) -> None:
-        """Note the actions, (worlds * agents, ...)."""
+        """Note the actions, (worlds * agents, ...).
+
+        Raises
+        ------
+        CommandError
+            For actions of another number.
+        """
         actions = np.asarray(actions)
+        if actions.ndim == 0 or len(actions) != self.num_envs:
+            needed = f"one for each of {self.worlds} worlds x {self.agents} agents is needed"
+            raise CommandError(f"actions: shape {actions.shape} given; {needed}")
         self._actions = actions.reshape(self.worlds, self.agents, *actions.shape[1:])
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
@@ -157,8 +172,8 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
         return [result] * len(chosen)
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Nothing is wrapped here; episodes are monitored without a wrapper."""
-        return [False] * len(list(self._get_indices(indices)))
+        """No wrappers, but episodes are monitored as by stable-baselines3's own `Monitor`."""
+        return [wrapper_class is Monitor] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """There are no pictures of a batch."""
@@ -179,10 +194,12 @@ class ParallelVecEnv(VecEnv):  # type: ignore[misc]
     Raises
     ------
     ParameterError
-        When the agents have different spaces.
+        When the agents have different spaces, or actions that stable-baselines3 does not know.
     """
 
     def __init__(self, make: Callable[[], Any], copies: int = 1, seed: int = 0) -> None:
+        if not isinstance(copies, int) or copies < 1:
+            raise ParameterError(f"ParallelVecEnv: copies is {copies!r}; allowed are whole numbers from 1")
         self.envs = [make() for _ in range(copies)]
         self.agents: list[str] = list(self.envs[0].possible_agents)
         first = self.agents[0]
@@ -190,6 +207,8 @@ class ParallelVecEnv(VecEnv):  # type: ignore[misc]
         for agent in self.agents:
             if (self.envs[0].observation_space(agent), self.envs[0].action_space(agent)) != spaces:
                 raise ParameterError(f"ParallelVecEnv: {agent} has other spaces than {first}; one policy needs equal ones")
+        if isinstance(spaces[1], gym_spaces.Dict):
+            raise ParameterError("ParallelVecEnv: stable-baselines3 has no Dict actions; make environments with other ones (action_mode)")
         self.render_mode: str | None = None
         super().__init__(copies * len(self.agents), *spaces)
         self.seed(seed)
@@ -262,8 +281,8 @@ class ParallelVecEnv(VecEnv):  # type: ignore[misc]
         return [getattr(self.envs[i // len(self.agents)], method_name)(*arguments, **options) for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Episodes are monitored without a wrapper."""
-        return [False] * len(list(self._get_indices(indices)))
+        """No wrappers, but episodes are monitored as by stable-baselines3's own `Monitor`."""
+        return [wrapper_class is Monitor] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """What the copies render, once per copy."""
