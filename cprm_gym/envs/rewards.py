@@ -84,7 +84,7 @@ class Reward:
         self.function: RewardFunction | None = None
         self.weights: dict[str, float] = {}
         self.gamma = gamma
-        if not 0.0 <= gamma <= 1.0:
+        if isinstance(gamma, bool) or not isinstance(gamma, (int, float)) or not 0.0 <= gamma <= 1.0:
             raise ParameterError(f"reward_gamma: {gamma!r} given, allowed is 0 to 1")
         if isinstance(option, str):
             option = {} if option == "sparse" else {option: 1.0}

@@ -11,7 +11,7 @@ from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.spaces import MAX_AGE, BodyFeature, scaled
 from cprm_gym.envs.tasks import GoToBall, make_task
 from cprm_gym.envs.vector import SoccerVectorEnv
-from cprm_gym.errors import CommandError, CprmError, UnknownName
+from cprm_gym.errors import CommandError, CprmError, ParameterError, UnknownName
 
 
 def hybrid(core, kind, *params):
@@ -212,3 +212,10 @@ def test_agents_are_selected_by_side_or_name():
     assert select_agents("right", 2, 1) == ("right_1",)
     assert select_agents("right_1, left_2", 2, 1) == ("left_2", "right_1")
     assert select_agents(["left"], 2, 1) == ("left_1", "left_2")
+
+
+@pytest.mark.parametrize("option", [{"far": -1.0}, {"far": float("nan")}, {"far": "x"}, {"near": float("inf")}, {"draws": 2.5}])
+def test_numbers_that_make_no_sense_are_refused_by_name(option):
+    ((name, value),) = option.items()
+    with pytest.raises(ParameterError, match=rf"task 'GoToBall': {name}: {value!r} given; allowed are .* of at least 0"):
+        make_task("GoToBall", **option)

@@ -82,6 +82,8 @@ def test_the_reward_of_the_literature_pays_the_first_touch_once():
 def test_errors_name_the_terms():
     with pytest.raises(UnknownName, match=r"unknown reward term 'to_bal'. Did you mean 'to_ball'\? Known: ball_to_goal, facing_ball"):
         SoccerEnv(reward="to_bal")
+    with pytest.raises(ParameterError, match="reward_gamma: 'much' given, allowed is 0 to 1"):
+        SoccerEnv(reward="to_ball", reward_gamma="much")
     with pytest.raises(ParameterError, match="weight is nan"):
         SoccerEnv(reward={"to_ball": float("nan")})
     with pytest.raises(ParameterError, match="expected None, names of terms, names with weights or a function, got int"):

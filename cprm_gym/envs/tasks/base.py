@@ -7,11 +7,13 @@ on many worlds at once.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ...errors import ParameterError
 from ...simulator.parameters import Rules, ServerParameters
 
 if TYPE_CHECKING:
@@ -68,6 +70,18 @@ class Task:
     full_state: bool = False
     statuses: tuple[str, ...] = ("IN_GAME", "SUCCESS", "OUT_OF_TIME")
     task_features: tuple[tuple[str, float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are none, infinite or negative; what the engine checks itself is left to it."""
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.name in ("left", "right", "left_goalie", "right_goalie", "max_cycles") or entry.type not in ("int", "float"):
+                continue
+            whole = entry.type == "int"
+            kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
+            if isinstance(value, bool) or not isinstance(value, kinds) or not 0 <= value < inf:
+                allowed = "whole numbers of at least 0" if whole else "finite numbers of at least 0"
+                raise ParameterError(f"task {self.name!r}: {entry.name}: {value!r} given; allowed are {allowed}")
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Put players and ball of the given worlds where an episode starts.

@@ -66,6 +66,7 @@ class Goalie(Task):
     shots: float = 0.5
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("difficulty", "shots"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ParameterError(f"task 'Goalie': {name} is {getattr(self, name)!r}; allowed is 0 to 1")
