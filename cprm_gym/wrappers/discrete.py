@@ -48,9 +48,14 @@ class DiscreteActions(gymnasium.ActionWrapper[Any, Any, Any]):
         if not isinstance(env.action_space, spaces.Dict) or "type" not in env.action_space.spaces:
             raise ParameterError(f"DiscreteActions: needs an environment with action_mode='hybrid'; this one has {env.action_space}")
         self.choices = tuple(choices)
+        if not self.choices:
+            raise ParameterError("DiscreteActions: choices is empty; at least one command is needed")
         self._actions = []
         names = [k.name.lower() for k in CommandKind]
-        for name, a, b in self.choices:
+        for choice in self.choices:
+            if len(choice) != 3:
+                raise ParameterError(f"choice {choice!r}: a command and two numbers are needed, such as ('kick', 60, -30)")
+            name, a, b = choice
             if name not in names:
                 raise unknown_name("command", name, names)
             kind = CommandKind[name.upper()]
@@ -64,6 +69,7 @@ class DiscreteActions(gymnasium.ActionWrapper[Any, Any, Any]):
 
     def action(self, action: int) -> dict[str, Any]:
         """The hybrid action of a number."""
-        if not 0 <= int(action) < len(self._actions):
-            raise CommandError(f"action: {action!r} given; allowed are 0 to {len(self._actions) - 1}")
-        return dict(self._actions[int(action)])
+        number = np.asarray(action)
+        if number.size != 1 or number.dtype.kind not in "iu" or not 0 <= number.item() < len(self._actions):
+            raise CommandError(f"action: {action!r:.60} given; allowed are 0 to {len(self._actions) - 1}")
+        return dict(self._actions[number.item()])

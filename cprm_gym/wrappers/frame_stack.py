@@ -30,8 +30,8 @@ class FrameStack(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def __init__(self, env: gymnasium.Env[Any, Any], frames: int = 4) -> None:
         super().__init__(env)
-        if frames < 1:
-            raise ParameterError(f"FrameStack: frames is {frames!r}; allowed is 1 and more")
+        if not isinstance(frames, int) or frames < 1:
+            raise ParameterError(f"FrameStack: frames is {frames!r}; allowed are whole numbers from 1")
         self.frames = frames
         self._last: deque[Any] = deque(maxlen=frames)
         space = env.observation_space

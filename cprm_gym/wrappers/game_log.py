@@ -23,7 +23,10 @@ class _Writer:
             raise ParameterError(f"GameLog: every is {every!r}; allowed is 1 and more")
         self.core, self.every, self.name = core, every, name
         self.folder, self.suffix = Path(folder), ".rcg.gz" if packed else ".rcg"
-        self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ParameterError(f"GameLog: folder {str(folder)!r} cannot be made: {error.strerror or error}") from None
         self.paths: list[Path] = []
         self.episode = -1
         self.writer: GameLogWriter | None = None

@@ -34,6 +34,13 @@ def test_discrete_actions_are_the_listed_commands():
         DiscreteActions(SoccerEnv(action_mode="hybrid"), [("dive", 0, 0)])
     with pytest.raises(ParameterError, match="allowed are up to"):
         DiscreteActions(SoccerEnv(action_mode="hybrid"), [("dash", 300, 0)])
+    with pytest.raises(ParameterError, match="a command and two numbers are needed"):
+        DiscreteActions(SoccerEnv(action_mode="hybrid"), [("dash", 100)])
+    with pytest.raises(ParameterError, match="choices is empty"):
+        DiscreteActions(SoccerEnv(action_mode="hybrid"), [])
+    for wrong in ("dash", None, 1.5, [1, 2]):
+        with pytest.raises(CommandError, match="given; allowed are 0 to 25"):
+            env.step(wrong)
 
 
 def test_a_macro_lasts_until_the_ball_is_reached_and_says_how_long():
@@ -120,6 +127,10 @@ def test_episode_statistics_add_up():
 
 
 def test_every_episode_becomes_a_game_log(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ParameterError, match=r"GameLog: folder .*file' cannot be made: File exists"):
+        GameLog(SoccerEnv(), tmp_path / "file")
+    (tmp_path / "file").unlink()
     env = GameLog(SoccerEnv(max_episode_steps=12, debug_info=True), tmp_path, every=2)
     truths = []
     for seed in range(3):

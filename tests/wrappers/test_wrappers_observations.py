@@ -53,7 +53,9 @@ def test_frame_stack_holds_the_last_observations_oldest_first():
     check_env(FrameStack(SoccerEnv(), 2), skip_render_check=True)
     vector = FrameStack(Flatten(SoccerEnv()), 4)
     assert vector.observation_space.contains(vector.reset(seed=0)[0])
-    with pytest.raises(ParameterError, match="frames is 0; allowed is 1 and more"):
+    with pytest.raises(ParameterError, match=r"frames is 2\.5; allowed are whole numbers from 1"):
+        FrameStack(SoccerEnv(), 2.5)
+    with pytest.raises(ParameterError, match="frames is 0; allowed are whole numbers from 1"):
         FrameStack(SoccerEnv(), 0)
 
 
