@@ -35,7 +35,8 @@ HOLD_NEAR, HOLD_FAR = 0.65, 0.75
 AWAY = 2.2
 """Metres from an opponent at which the ball is out of danger."""
 COMING = 0.075
-"""Weight of where an opponent would be after a stride, against where he is."""
+"""Weight of where an opponent would be after a stride, against where he is; holding lasts the longer, the larger it is: takers who run
+straight at the ball turn and turn when it is always moved out of their way. This one makes it last as long as published."""
 PI = math.pi
 FREE = 1.3
 """Metres from the next keeper beyond which a taker stops the ball; nearer, staying at the ball is what wins it."""

@@ -1,7 +1,8 @@
 """Kernels of the scripted team: what each player does in each situation, from his own memory.
 
 Strength 0 runs straight at the ball and kicks it forward; 1 meets the ball, passes and shoots; 2 also dribbles around opponents,
-picks the corner of the goal, tackles and keeps behind the offside line.
+picks the corner of the goal and tackles. With more than five players 2 also moves its back line up, sends its forwards behind the
+other one and passes into their runs; all of them judge the offside line from memory, and so are caught offside now and then.
 """
 
 from __future__ import annotations
@@ -49,10 +50,9 @@ FORWARD = -12.0
 BENEFIT = 2.5
 """Metres beyond the remembered offside line up to which a team-mate is still thought to be onside."""
 COMBINES = 5
-"""Players that a strong team needs for runs and through passes."""
+"""More players than these make a strong team combine: runs, through passes, a back line that moves up."""
 PERIOD, RUN = 45, 27
-"""Every so many cycles a forward runs behind the defence, for so many, whenever his team has the ball: whether the pass comes in
-time is the passer's matter, and sometimes it comes too late."""
+"""A forward whose team has the ball runs behind the defence for the first 27 of every 45 cycles, and waits before it for the others."""
 LOST = 6
 """Cycles without seeing the ball after which it is searched for."""
 
