@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError, did_you_mean
-from .evidence import read_hard
+from .evidence import UNOBSERVED, read_hard
 from .exact import Belief
 from .filtering import Filter
 from .grounding import Grounding, Situation
@@ -134,6 +134,7 @@ class FilterBank:
         self._renamings: Recent[tuple[Layout, Pairs], _Renaming] = Recent(1024)
         self._likenesses: dict[str, bool] = {}
         self._told: Recent[tuple[tuple[str, ...], int], list[str]] = Recent(16)
+        self._rows_in: Recent[tuple[str, ...], Indices] = Recent(256)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
@@ -271,8 +272,7 @@ class FilterBank:
                 after.append(_Cohort(agents, state))
                 continue
             self._pilot.restore(state)
-            readings = {name: hard[self._row[name], agents] for name in told}
-            answers.append((agents, self._pilot.step(readings, active=relations)))
+            answers.append((agents, self._pilot.step(self._readings(hard[:, agents], told, relations), active=relations)))
             after.append(_Cohort(agents, self._pilot.snapshot()))
         for agents, result in answers:
             self.log_likelihood[agents] += result.increment
@@ -373,6 +373,16 @@ class FilterBank:
             )
         return known
 
+    def _readings(self, hard: NDArray[np.int64], told: Sequence[str], relations: tuple[str, ...]) -> dict[str, Any] | NDArray[np.int64]:
+        """Readings as the next slice wants them: an array in its own order, or by name where inputs may take their defaults."""
+        if not self._inputs <= set(told):
+            return {name: hard[self._row[name]] for name in told}
+        names = self._pilot.variables(relations)
+        rows = self._rows_in.fetch(names, lambda: np.array([names.index(name) for name in self._names]))
+        out = np.full((len(names), hard.shape[1]), UNOBSERVED, np.int64)
+        out[rows] = hard
+        return out
+
     def _told_of_any(self, told: Sequence[str]) -> list[str]:
         """What is told of an object may be told of any in the agents' own orders."""
         names = dict.fromkeys(told)
@@ -398,9 +408,12 @@ class FilterBank:
 
     def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[_Group]:
         """Agents who can step together."""
+        if self.width == 1:
+            (cohort,) = self._cohorts
+            return [_Group(cohort.agents, cohort, tuple(self._named(tie) for tie in ties if tie.held[0]) if due[0] else None)]
         codes = self._codes(ties)
         table = np.column_stack([self._cohort_of, ~due, *codes.values()])
-        keys, group_of = np.unique(table, axis=0, return_inverse=True) if self.width > 1 else (table, np.zeros(1, np.int64))
+        keys, group_of = np.unique(table, axis=0, return_inverse=True)
         order = np.argsort(group_of.ravel(), kind="stable")
         bounds = np.searchsorted(group_of.ravel()[order], np.arange(len(keys) + 1))
         groups: list[_Group] = []
@@ -415,6 +428,14 @@ class FilterBank:
                 numbers = numbers[columns.shape[1] :]
             groups.append(_Group(agents, cohort, None if idle else tuple(relations)))
         return groups
+
+    def _named(self, tie: _Tie) -> str:
+        """The relation tuple of the only agent."""
+        names = []
+        for role in tie.roles:
+            index, place_of = role.index[0], self._place_of.get(role.class_name)
+            names.append(self.members[role.class_name][index if place_of is None else place_of[0, index]])
+        return canonical_tuple(tie.relation, names)
 
     def _tuples(self, kind: tuple[str, ...], numbers: Sequence[int]) -> list[str]:
         """Relation tuples from their numbers (`_codes`)."""
