@@ -21,6 +21,7 @@ from ..envs.rendering import Viewer
 from ..envs.spaces import SelfFeature
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
+from ..files import hidden_beside
 from .play import SoccerAgent
 from .registry import make_controller
 
@@ -196,7 +197,7 @@ class Recorder:
         except ImportError:
             raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
         self.viewer = Viewer("rgb_array")
-        self._temporary = self.path.with_name(f".{self.path.stem}.part{self.path.suffix}")
+        self._temporary = hidden_beside(self.path, self.path.suffix)
         options = {"fps": fps, "macro_block_size": 2} if self.path.suffix == ".mp4" else {"duration": 1000 / fps, "loop": 0}
         try:
             self._writer = imageio.get_writer(self._temporary, **options)
@@ -231,9 +232,12 @@ class Recorder:
         return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
 
     def close(self) -> None:
-        """Finish the film."""
-        self._writer.close()
-        os.replace(self._temporary, self.path)
+        """Finish the film; when that is interrupted nothing is left behind."""
+        try:
+            self._writer.close()
+            os.replace(self._temporary, self.path)
+        finally:
+            self._temporary.unlink(missing_ok=True)
 
     def discard(self) -> None:
         """Give up; nothing is left behind."""

@@ -128,8 +128,9 @@ class Film:
         if self._log is not None:
             self._log.__exit__(kind, error, trace)
             return
-        self._film.close()
-        if kind is None:
-            os.replace(self._temporary, self.path)
-        else:
+        try:
+            self._film.close()
+            if kind is None:
+                os.replace(self._temporary, self.path)
+        finally:  # the end of a long film can be interrupted, too
             self._temporary.unlink(missing_ok=True)

@@ -1,6 +1,7 @@
 """Films, game logs and the command that makes them."""
 
 import gc
+import os
 
 import gymnasium
 import imageio.v2 as imageio
@@ -76,12 +77,18 @@ def test_controllers_are_given_what_they_need_to_see():
     assert "Goalie, seed 0: IN_GAME, 3 cycles" in result.output
 
 
-def test_a_film_that_fails_leaves_nothing(tmp_path):
+def test_a_film_that_fails_leaves_nothing(tmp_path, monkeypatch):
     course = play(make_task("GoToBall"), cycles=3)
     core, _ = next(course)
     film = Film(tmp_path / "a.gif", core)
     film.add()
     film.__exit__(RuntimeError, RuntimeError("enough"), None)
+    assert list(tmp_path.iterdir()) == []
+    film = Film(tmp_path / "a.gif", core)
+    film.add()
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        film.__exit__(None, None, None)
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(UnknownName, match=r"record .*a\.webm"):
         Film(tmp_path / "a.webm", core)
