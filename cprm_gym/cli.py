@@ -221,8 +221,10 @@ def demo(
             check_place(record, "--record")
             film = Recorder(record)
             try:
-                for last in play(name, seed):
-                    film.add(last)
+                with complaints.status("recording ...") as line:
+                    for last in play(name, seed):
+                        film.add(last)
+                        line.update(f"recording, cycle {last.cycle}")
             except BaseException:
                 film.discard()
                 raise
@@ -279,9 +281,14 @@ def play(
             return word
 
         if record is not None:
-            with Film(record, core) as film:
+            with Film(record, core) as film, complaints.status("recording ...") as line:
                 film.add()
-                status = to_the_end(film.add)
+
+                def shoot() -> None:
+                    film.add()
+                    line.update(f"recording, cycle {int(core.cycle[0])} of at most {min(made.max_cycles, cycles or made.max_cycles)}")
+
+                status = to_the_end(shoot)
             console.print(f"wrote {record}", highlight=False, soft_wrap=True)
         elif window:
             viewer = Viewer("human", region=made.region)
