@@ -6,20 +6,24 @@ players as one batch.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from ..architecture.prm.exact import ExactEngine
+from ..architecture.prm.grounding import Grounding
 from ..envs.controller import Action, Observation
 from ..envs.core import agent_names
 from ..envs.tasks import Task
 from ..errors import unknown_name
 from .goalie import GoalieAgent
-from .outfielder import OUTFIELDER_NET, OutfieldAgent
+from .outfielder import OUTFIELDER, OUTFIELDER_NET, OutfieldAgent
 from .play import SoccerAgent
 
 __all__ = ["OUTFIELDER_NET", "Eleven", "make_controller"]
 
 
-def make_controller(task: Task, agent: str) -> SoccerAgent:
+def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     """The goalie, or an outfield player, of a match as a controller.
 
     Parameters
@@ -27,10 +31,12 @@ def make_controller(task: Task, agent: str) -> SoccerAgent:
     task : Task
     agent : str
         ``left_1``: the goalie, if the team has one with that number.
+    **options
+        Of an outfield player's `Controller`.
     """
     side, _, number = agent.partition("_")
     goalie, opponents = (task.left_goalie, task.right) if side == "left" else (task.right_goalie, task.left)
-    return GoalieAgent(opponents) if int(number) == goalie else OutfieldAgent()
+    return GoalieAgent(opponents) if int(number) == goalie else OutfieldAgent(**options)
 
 
 class Eleven:
@@ -43,7 +49,7 @@ class Eleven:
         ``left`` or ``right``.
     together : bool
         The outfield players are copies of one controller, which decides for all of them at once. They are no less alone for that: each
-        copy has its own observation, net and belief.
+        copy has its own observation, net and belief. Apart or together, outfield players share what inference compiles.
 
     Attributes
     ----------
@@ -70,7 +76,9 @@ class Eleven:
             self.rows = (*apart[:first], slice(first, len(self.agents))) if len(self.agents) > first else tuple(apart)
         else:
             self.rows = tuple(apart)
-        self.minds = tuple(make_controller(task, self.agents[rows.start]) for rows in self.rows)
+        assert OUTFIELDER.model is not None
+        shared = {"engine": ExactEngine(), "grounding": Grounding(OUTFIELDER.model, OUTFIELDER.objects)}
+        self.minds = tuple(make_controller(task, self.agents[rows.start], **shared) for rows in self.rows)
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes.

@@ -269,6 +269,9 @@ class Controller:
     trace : bool
         Keep what `explain` tells.
     seed : int, optional
+    grounding : Grounding, optional
+        Of the model and objects. Controllers that are given one grounding and one engine object share all that is made at the first
+        use of a relation: slices and plans. Not for several threads at once.
     """
 
     def __init__(
@@ -278,6 +281,7 @@ class Controller:
         *,
         exclusive: Sequence[Sequence[str]] = (),
         engine: Any = "exact",
+        grounding: Grounding | None = None,
         on_impossible: str = "restart",
         trace: bool = False,
         seed: int | None = None,
@@ -295,7 +299,10 @@ class Controller:
         """The agents' beliefs; None without a model."""
         if cprm.model is not None:
             alike = not cprm.clusters and cprm.period == 1
-            grounding = Grounding(cprm.model, cprm.objects)
+            if grounding is None:
+                grounding = Grounding(cprm.model, cprm.objects)
+            elif grounding.model != cprm.model or grounding.objects != dict(cprm.objects):
+                raise ModelError(f"cprm {cprm.name!r}: the grounding given is of another model or other objects")
             self.bank = FilterBank(grounding, copies, engine, on_impossible=on_impossible, seed=seed, alike=alike)
             self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
         self._trace = trace

@@ -37,7 +37,7 @@ from .particles import ParticleEngine
 from .projection import ProjectionEngine, given_clusters, project
 from .results import Past, Result, Snapshot
 from .slices import STATIC, GroundSlice, GroundVariable
-from .transitions import NeedsVariable, Recent, SliceInfo
+from .transitions import NeedsVariable, SliceInfo
 
 __all__ = ["POLICIES", "Filter", "Grounds", "Past", "Result", "Snapshot"]
 
@@ -60,6 +60,7 @@ class Filter:
     batch : int
         W, the number of agents. They share slices and relations; their readings, and what they did not observe, differ.
     engine : {"exact", "projection", "particles", "anytime"} or engine object
+        Filters over one grounding that are given one object share its plans; not for several threads at once.
     on_impossible : {"raise", "drop", "soften", "restart"}
         What to do for agents whose readings have probability zero: raise `ImpossibleEvidence` and leave every belief as it
         was; ignore the conflicting readings; take them as true with probability ``1 - eps``; begin anew from the prior.
@@ -105,7 +106,7 @@ class Filter:
         self.engine = make_engine(engine, seed, memory_limit, options)
         self.on_impossible, self.eps = on_impossible, eps
         self._static = frozenset(getattr(grounding, "static", ())) | frozenset(static)
-        self._infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
+        self._infos = self.engine.store.infos
         self._history: deque[Past] = deque(maxlen=max(window, 1))
         self.window = window
         self.impossible_count = np.zeros(self.width, np.int64)

@@ -85,9 +85,16 @@ def kind_of(variable: GroundVariable) -> Kind:
 
 
 class TableStore:
-    """Numbers for tables: equal contents, equal numbers."""
+    """Numbers for tables: equal contents, equal numbers.
+
+    Attributes
+    ----------
+    infos : Recent
+        Slices indexed with these numbers, for all filters of an engine.
+    """
 
     def __init__(self) -> None:
+        self.infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
         self.tables: dict[int, np.ndarray] = {}
         self._numbers: dict[bytes, int] = {}
         self._seen: dict[int, tuple[Any, int]] = {}
@@ -146,6 +153,7 @@ class SliceInfo:
         self.fixed_variables = {n: self.variables[n] for n in self.names if n in self.atemporal}
         self.owners = frozenset(v.object_name for v in ground.variables.values())
         self._statuses: Recent[tuple[Any, ...], np.ndarray] = Recent(1024)
+        self._matters: Recent[frozenset[tuple[str, str]], np.ndarray] = Recent(16)
 
     def status(self, evidence: np.ndarray, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
         """Status of each variable under a pattern of evidence.
@@ -161,13 +169,21 @@ class SliceInfo:
         """
         count = (evidence >= 0).sum(axis=1)
         pattern = (count > 0).astype(np.int8) + (count == evidence.shape[1])
-        key = pattern.tobytes(), tuple(soft), temporal
+        matters = self._matters.fetch(temporal, lambda: ~self._readings(temporal) | (self.parents.sum(axis=1) > 1))
+        key = pattern[matters].tobytes(), tuple(soft), temporal
         return self._statuses.fetch(key, lambda: self._status(count, evidence.shape[1], soft, temporal))
+
+    def _kept(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
+        """Variables that stay in the belief."""
+        return np.array([(k.class_name, k.attribute) in temporal for k in self.kinds], bool) | self.fixed
+
+    def _readings(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
+        """Variables that are there to be observed. Whether they are matters only if they have several parents to couple."""
+        return np.asarray(self.leaf & ~self._kept(temporal) & ~self.has_past & ~self.inputs)
 
     def _status(self, count: np.ndarray, width: int, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
         """Status from the number of agents that observe each variable."""
-        kept = np.array([(k.class_name, k.attribute) in temporal for k in self.kinds], bool) | self.fixed
-        reading = self.leaf & ~kept & ~self.has_past & ~self.inputs
+        kept, reading = self._kept(temporal), self._readings(temporal)
         status = np.where(count == width, HELD, np.where(count > 0, WEIGHTED, HIDDEN)).astype(np.int8)
         status[self.fixed & (count > 0)] = WEIGHTED
         status[reading] = ABSORBED
