@@ -31,9 +31,7 @@ def curve_points(path: Sequence[Point]) -> NDArray[np.float64]:
     return np.concatenate(parts)
 
 
-def place_labels(
-    labels: Sequence[tuple[float, int]], height: float, texts: Sequence[Rect], paths: Sequence[Sequence[Point]]
-) -> list[Rect]:
+def place_labels(labels: Sequence[tuple[float, int]], height: float, texts: Sequence[Rect], paths: Sequence[Sequence[Point]]) -> list[Rect]:
     """A rectangle for each label.
 
     Parameters
@@ -78,6 +76,4 @@ def _overlaps(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool
 def _inside(rects: NDArray[np.float64], points: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.bool_]:
     """Which of `points` (M, 2) lie in which of the rectangles (N, 4) or less than `margin` beside them, (N, M)."""
     rects, (x, y) = rects[:, None], points.T
-    return (
-        (x > rects[..., 0] - margin) & (x < rects[..., 2] + margin) & (y > rects[..., 1] - margin) & (y < rects[..., 3] + margin)
-    )
+    return (x > rects[..., 0] - margin) & (x < rects[..., 2] + margin) & (y > rects[..., 1] - margin) & (y < rects[..., 3] + margin)

@@ -294,4 +294,3 @@ def _curve(path: list[Point]) -> str:
             middle = (y0 + y1) / 2
             parts.append(f"C{x0:.1f} {middle:.1f} {x1:.1f} {middle:.1f} {x1:.1f} {y1:.1f}")
     return " ".join(parts)
-
