@@ -16,6 +16,7 @@ from cprm_gym.architecture.cprm import CPRM
 from cprm_gym.architecture.petri import Input
 from cprm_gym.envs.controller import Observation
 from cprm_gym.envs.tasks import Task
+from cprm_gym.errors import UnknownName
 
 RAW = (
     Input("ball_x", observes="raw.ball_x"), Input("ball_y", observes="raw.ball_y"),
@@ -66,5 +67,13 @@ class RawGoalie(SoccerAgent):
 
 
 def make_controller(task: Task, agent: str) -> RawGoalie:
-    """The goalie without a model."""
+    """The goalie without a model.
+
+    Raises
+    ------
+    UnknownName
+        For a task without a goalie to play.
+    """
+    if task.name != "Goalie":
+        raise UnknownName(f"controller 'goalie_raw' cannot play task {task.name!r}; it plays Goalie")
     return RawGoalie(task.right if agent.startswith("left") else task.left)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cprm_gym.benchmark.arguments import at_least
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 
@@ -71,8 +72,8 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--task", default="Keepaway3v2")
-    parser.add_argument("--episodes", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--episodes", type=at_least(1), default=300)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     arguments = parser.parse_args()
     print(f"{arguments.task}, mean seconds +- standard error of {arguments.episodes} episodes")
     print(f"{'policy':12s} {'senses':>14s} {'full state':>14s} {'published':>10s}")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cprm_gym.benchmark.arguments import at_least
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.state import PlayMode
@@ -70,8 +71,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--left", default="strong")
     parser.add_argument("--right", default="weak")
-    parser.add_argument("--matches", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--matches", type=at_least(1), default=40)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     arguments = parser.parse_args()
     m = play_matches(arguments.left, arguments.right, arguments.matches, arguments.seed)
     drawn = int((m.score[:, 0] == m.score[:, 1]).sum())

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cprm_gym.benchmark.arguments import at_least
 from cprm_gym.envs import soccer_v0
 from cprm_gym.wrappers.sb3 import ParallelVecEnv, SoccerVecEnv
 
@@ -129,8 +130,8 @@ def main() -> None:
     """Learn and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--learner", choices=sorted(LEARNERS), default=None)
-    parser.add_argument("--steps", type=int, default=None)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--steps", type=at_least(1), default=None)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     arguments = parser.parse_args()
     for name in [arguments.learner] if arguments.learner else LEARNERS:
         r = learn(name, arguments.steps, arguments.seed)

@@ -29,6 +29,7 @@ from ..envs.core import SoccerCore
 from ..envs.players.scripted import STRENGTHS
 from ..envs.tasks import make_task
 from ..errors import ParameterError, unknown_name
+from .arguments import at_least
 
 CYCLE_MS = 100.0
 """A cycle of the server (``simulator_step``)."""
@@ -245,14 +246,14 @@ def _row(name: str, *series: np.ndarray) -> str:
 def main(arguments: list[str] | None = None) -> None:
     """Play and print."""
     parser = argparse.ArgumentParser(description="The CPRM eleven against a scripted team, against the clock.")
-    parser.add_argument("--cycles", type=int, default=600)
+    parser.add_argument("--cycles", type=at_least(1), default=600)
     parser.add_argument("--cycle-ms", type=float, default=CYCLE_MS)
     parser.add_argument("--deadline-ms", type=float, default=None, help="the whole cycle if not given")
     parser.add_argument("--opponent", choices=tuple(STRENGTHS), default="weak")
     parser.add_argument("--together", action="store_true", help="the outfield players as one batch")
     parser.add_argument("--fast", action="store_true", help="do not wait for the clock")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--practice", type=int, default=PRACTICE, help="cycles of practice before the match")
+    parser.add_argument("--seed", type=at_least(0), default=0)
+    parser.add_argument("--practice", type=at_least(0), default=PRACTICE, help="cycles of practice before the match")
     options = parser.parse_args(arguments)
     match = Match(
         options.opponent, options.together, cycle_ms=options.cycle_ms, deadline_ms=options.deadline_ms, fast=options.fast,

@@ -18,6 +18,7 @@ from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
 from ..simulator.state import Count
 from ..wrappers.disturbances import DISTURBANCES, Disturbance, Disturber
+from .arguments import at_least
 from .statistics import Interval, wilson_interval
 
 WORLDS = 250
@@ -143,8 +144,8 @@ class _Tally:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description="Recovery of the passing pair, with and without its recovery parts.")
-    parser.add_argument("--episodes", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--episodes", type=at_least(1), default=1000)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     parser.add_argument("--only", action="append", choices=["none", *DISTURBANCES], help="one disturbance; may be given several times")
     options = parser.parse_args()
     print(f"PassAndAdvance, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")

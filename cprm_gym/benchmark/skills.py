@@ -33,6 +33,7 @@ from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
 from ..envs.tasks.base import Outcome
 from ..simulator.state import PlayMode
+from .arguments import at_least
 from .statistics import wilson_interval
 
 REACH = 1.085
@@ -224,8 +225,8 @@ def measure(name: str, episodes: int = 1000, seed: int = 0) -> tuple[int, float]
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description="Success of every skill alone.")
-    parser.add_argument("--episodes", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--episodes", type=at_least(1), default=1000)
+    parser.add_argument("--seed", type=at_least(0), default=0)
     options = parser.parse_args()
     print(f"{'skill':12}{'success (Wilson 95 %)':28}{'cycles':>8}  criterion")
     for name, trial in TRIALS.items():

@@ -96,7 +96,7 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
         group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
         if not group:
             allowed = ("all", "left", "right", *names)
-            hint = did_you_mean(str(part), allowed)
+            hint = "" if part in allowed else did_you_mean(str(part), allowed)
             raise UnknownName(f"agents: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
         chosen.update(group)
     return tuple(n for n in names if n in chosen)

@@ -123,6 +123,10 @@ class Viewer:
             return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
         if self._window is None:
             pygame.display.init()
+            driver = pygame.display.get_driver()
+            if driver in ("dummy", "offscreen") and not os.environ.get("SDL_VIDEODRIVER"):
+                pygame.display.quit()
+                raise CprmError("no display for a window; use the mode 'rgb_array' or 'ansi', or set SDL_VIDEODRIVER to draw unseen")
             self._window = pygame.display.set_mode(self.size)
             pygame.display.set_caption("cprm_gym")
             self._clock = pygame.time.Clock()

@@ -125,7 +125,7 @@ def test_the_report_names_case_cycle_object_expected_and_got(tmp_path):
     assert "FAIL" in text
     assert "roll1 step 0" in text
     assert "ball: x expected 7" in text
-    assert "1 files differ" in text
+    assert "1 file differs" in text
     content = json.loads(Report([result]).to_json())
     assert content["ok"] is False
     found = content["files"][0]["mismatches"][0]

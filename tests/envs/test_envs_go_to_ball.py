@@ -214,8 +214,31 @@ def test_agents_are_selected_by_side_or_name():
     assert select_agents(["left"], 2, 1) == ("left_1", "left_2")
 
 
-@pytest.mark.parametrize("option", [{"far": -1.0}, {"far": float("nan")}, {"far": "x"}, {"near": float("inf")}, {"draws": 2.5}])
-def test_numbers_that_make_no_sense_are_refused_by_name(option):
+@pytest.mark.parametrize(
+    ("task", "option", "allowed"),
+    [
+        ("GoToBall", {"far": -1.0}, "finite numbers from 0 to 120"),
+        ("GoToBall", {"far": float("nan")}, "finite numbers from 0 to 120"),
+        ("GoToBall", {"far": "x"}, "finite numbers from 0 to 120"),
+        ("GoToBall", {"near": float("inf")}, "finite numbers from 0 to 120"),
+        ("GoToBall", {"near": 50.0}, "numbers up to far, 40"),
+        ("GoToBall", {"tries": 0}, "whole numbers from 1 to 1000"),
+        ("GoToBall", {"tries": 2.5}, "whole numbers from 1 to 1000"),
+        ("GoToBall", {"rolling": 5}, "finite numbers from 0 to 1"),
+        ("GoToBall", {"speed": 50}, "finite numbers from 0 to 3"),
+        ("Goalie", {"difficulty": 1.5}, "finite numbers from 0 to 1"),
+        ("Keepaway3v2", {"size": 0}, "finite numbers from 5 to 60"),
+        ("HFO1v0", {"ball_y": 200}, "finite numbers from 0 to 34"),
+        ("KickOffShot", {"wait": -1}, "whole numbers of at least 0"),
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused_by_name(task, option, allowed):
     ((name, value),) = option.items()
-    with pytest.raises(ParameterError, match=rf"task 'GoToBall': {name}: {value!r} given; allowed are .* of at least 0"):
-        make_task("GoToBall", **option)
+    given = f"{value:g}" if name == "near" and value == 50.0 else repr(value)
+    with pytest.raises(ParameterError, match=rf"task '{task}': {name}: {given} given; allowed are {allowed}"):
+        make_task(task, **option)
+
+
+def test_a_side_without_players_has_nobody_to_select():
+    with pytest.raises(UnknownName, match=r"agents: 'all' names no player here\. Allowed"):
+        select_agents("all", 0, 0)

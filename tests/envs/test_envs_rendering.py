@@ -9,6 +9,7 @@ import cprm_gym  # noqa: F401
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.rendering import BOARD, Viewer, text_picture, zoom_to
 from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import CprmError
 
 
 def picture(name, region):
@@ -59,3 +60,15 @@ def test_the_text_shows_the_square_and_everybody_in_it():
     for mark in "123abo":
         assert sum(line.count(mark) for line in lines[2:-1]) == 1
     assert "." not in text_picture(core.sim.world[0])
+
+
+def test_a_window_without_a_display_is_refused(monkeypatch):
+    import pygame
+
+    viewer = Viewer("human")
+    core = SoccerCore(make_task("GoToBall"), 1, seed=0)
+    core.reset(0)
+    monkeypatch.delenv("SDL_VIDEODRIVER", raising=False)
+    monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
+    with pytest.raises(CprmError, match="no display for a window; use the mode 'rgb_array'"):
+        viewer.draw(core.sim.world[0])

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
     from ..core import SoccerCore
 
 
+def within(default: float, low: float, high: float) -> Any:
+    """A field of a task whose value lies between two numbers."""
+    return field(default=default, metadata={"within": (low, high)})
+
+
 class Outcome(NamedTuple):
     """What a cycle brought, for every world and controlled agent."""
 
@@ -72,15 +77,17 @@ class Task:
     task_features: tuple[tuple[str, float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are none, infinite or negative; what the engine checks itself is left to it."""
+        """Refuse numbers that are none, infinite, negative or not `within`; what the engine checks itself is left to it."""
         for entry in fields(self):
             value = getattr(self, entry.name)
             if entry.name in ("left", "right", "left_goalie", "right_goalie", "max_cycles") or entry.type not in ("int", "float"):
                 continue
             whole = entry.type == "int"
             kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
-            if isinstance(value, bool) or not isinstance(value, kinds) or not 0 <= value < inf:
-                allowed = "whole numbers of at least 0" if whole else "finite numbers of at least 0"
+            low, high = entry.metadata.get("within", (0, inf))
+            if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high or value == inf:
+                extent = "of at least 0" if high == inf else f"from {low:g} to {high:g}"
+                allowed = f"{'whole' if whole else 'finite'} numbers {extent}"
                 raise ParameterError(f"task {self.name!r}: {entry.name}: {value!r} given; allowed are {allowed}")
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:

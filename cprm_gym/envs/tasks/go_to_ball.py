@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...errors import ParameterError
 from ...simulator.state import PlayMode
-from .base import Outcome, Task
+from .base import Outcome, Task, within
 
 if TYPE_CHECKING:
     from ..core import SoccerCore
@@ -51,18 +52,24 @@ class GoToBall(Task):
     """
 
     name: str = "GoToBall"
-    near: float = 5.0
-    far: float = 40.0
-    rolling: float = 0.5
-    speed: float = 1.5
-    draws: int = 64
-    """Random numbers taken per start; tries of eight."""
+    near: float = within(5.0, 0.0, 120.0)
+    far: float = within(40.0, 0.0, 120.0)
+    rolling: float = within(0.5, 0.0, 1.0)
+    speed: float = within(1.5, 0.0, 3.0)
+    tries: int = within(8, 1, 1000)
+    """Starts that are drawn; the first one that fits on the pitch is taken."""
+
+    def __post_init__(self) -> None:
+        """Refuse distances in the wrong order."""
+        super().__post_init__()
+        if self.near > self.far:
+            raise ParameterError(f"task {self.name!r}: near: {self.near:g} given; allowed are numbers up to far, {self.far:g}")
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Draw the start until ball and resting place of the ball are on the pitch; see the class for the distribution."""
         p = self.parameters
         half_length, half_width = 52.5 - 1.0, 34.0 - 1.0
-        u = core.draw(worlds, self.draws).reshape(len(worlds), self.draws // 8, 8)
+        u = core.draw(worlds, 8 * self.tries).reshape(len(worlds), self.tries, 8)
         player = np.stack([(2 * u[..., 0] - 1) * half_length, (2 * u[..., 1] - 1) * half_width], axis=-1)
         distance = self.near + (self.far - self.near) * u[..., 2]
         angle = 2 * math.pi * u[..., 3]

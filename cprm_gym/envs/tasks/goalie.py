@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import ParameterError
 from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task
+from .base import Outcome, Task, within
 
 if TYPE_CHECKING:
     from ..core import SoccerCore
@@ -62,14 +61,8 @@ class Goalie(Task):
     others: str | tuple[str, str] = "strong"
     max_cycles: int = 200
     statuses: tuple[str, ...] = ("IN_GAME", "SAVED", "GOAL", "OUT_OF_TIME")
-    difficulty: float = 0.5
-    shots: float = 0.5
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("difficulty", "shots"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ParameterError(f"task 'Goalie': {name} is {getattr(self, name)!r}; allowed is 0 to 1")
+    difficulty: float = within(0.5, 0.0, 1.0)
+    shots: float = within(0.5, 0.0, 1.0)
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Draw a shot or a shooter."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task
+from .base import Outcome, Task, within
 
 if TYPE_CHECKING:
     from ..core import SoccerCore
@@ -62,8 +62,8 @@ class HalfField(Task):
     max_cycles: int = 500
     statuses: tuple[str, ...] = ("IN_GAME", "GOAL", "CAPTURED_BY_DEFENSE", "OUT_OF_BOUNDS", "OUT_OF_TIME")
     ball_x: tuple[float, float] = (0.0, 26.0)
-    ball_y: float = 27.0
-    capture: int = 3
+    ball_y: float = within(27.0, 0.0, 34.0)
+    capture: int = within(3, 1, 1000)
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
         """Draw ball, attackers and defenders."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...simulator.state import PlayMode
-from .base import Outcome, Task
+from .base import Outcome, Task, within
 
 if TYPE_CHECKING:
     from ..core import SoccerCore
@@ -60,8 +60,8 @@ class Keepaway(Task):
     others: str | tuple[str, str] = ("keep_hand", "take")
     max_cycles: int = 1000
     statuses: tuple[str, ...] = ("IN_GAME", "TAKEN", "OUT", "OUT_OF_TIME")
-    size: float = 20.0
-    takes: int = 4
+    size: float = within(20.0, 5.0, 60.0)
+    takes: int = within(4, 1, 1000)
     automatic: bool = True
 
     @property

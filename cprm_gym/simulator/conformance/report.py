@@ -158,7 +158,9 @@ class Report:
         """What the command prints."""
         bad = sum(not result.ok for result in self.results)
         cycles = sum(result.cycles for result in self.results)
-        last = f"{len(self.results)} files, {cycles} cycles: " + (f"{bad} files differ" if bad else "all as recorded")
+        count = len(self.results)
+        verdict = f"{bad} {'file differs' if bad == 1 else 'files differ'}" if bad else "all as recorded"
+        last = f"{count} {'file' if count == 1 else 'files'}, {cycles} cycles: {verdict}"
         return "\n".join([result.text() for result in self.results] + [last])
 
     def to_json(self, indent: int | None = 2) -> str:
