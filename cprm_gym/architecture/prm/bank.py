@@ -310,19 +310,16 @@ class FilterBank:
         """
         renamed: dict[int, dict[str, str]] = {}
         for class_name, marks in engaged.items():
-            count = marks.shape[1]
-            order = self.object_in.get(class_name)
-            if order is None:
-                order = np.broadcast_to(np.arange(count), marks.shape)
-            here = np.take_along_axis(marks, order, 1)
-            front = np.arange(count) < here.sum(axis=1)[:, None]
-            turning = np.flatnonzero((front & ~here).any(axis=1) & due)
-            if not len(turning) and class_name in self.object_in:
+            if class_name not in self.object_in:
+                self.object_in[class_name] = self._place_of[class_name] = np.broadcast_to(np.arange(marks.shape[1]), marks.shape)
+            last = np.where(marks, self._place_of[class_name], -1).max(axis=1)
+            turning = np.flatnonzero((last >= marks.sum(axis=1)) & due)
+            if not len(turning):
                 continue
-            self.object_in[class_name] = order = order.copy()
+            self.object_in[class_name] = order = self.object_in[class_name].copy()
             names = self.members[class_name]
             for k in turning.tolist():
-                came_from = _fronted(here[k].tolist())
+                came_from = _fronted(marks[k][order[k]].tolist())
                 order[k] = order[k][came_from]
                 renamed.setdefault(k, {}).update({names[old]: names[new] for new, old in enumerate(came_from) if new != old})
             self._place_of[class_name] = np.argsort(order, axis=1)
@@ -521,6 +518,10 @@ class FilterBank:
         names = self.members[whom.class_name]
         place_of = self._answered_for.get(whom.class_name)
         where = whom.index if place_of is None else place_of[np.arange(self.width), np.maximum(whom.index, 0)]
+        if self.width == 1 and self.answers and whom.index[0] >= 0:
+            ((_, result),) = self.answers
+            variable = f"{names[where[0]]}.{attribute}"
+            return np.asarray(view(result[variable], result.variables[variable]))
         for agents, result in self.answers:
             meant = np.where(whom.index[agents] < 0, -1, where[agents])
             for place in np.unique(meant[meant >= 0]):
