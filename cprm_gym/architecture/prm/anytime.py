@@ -95,6 +95,10 @@ class AnytimeEngine:
         self.sampled.restore(state[0])
         self._sampled_since = state[1]
 
+    def branch(self) -> None:
+        """Go on with the next of the independent streams of random numbers that the seed gives."""
+        self.sampled.branch()
+
     def transition(self, belief: Belief, info: SliceInfo, readings: Readings) -> Transition:
         """The exact step."""
         return self.factored.transition(belief, info, readings)

@@ -188,8 +188,11 @@ class FilterBank:
     def _reset_samples(self, chosen: NDArray[np.bool_]) -> None:
         """As `reset`, for a belief that cannot be divided among agents: one cohort of all, or one for each."""
         if not self._cohorts:
-            parts = [np.arange(self.width)] if self._alike else [np.array([k]) for k in range(self.width)]
-            self._settle([self._beginners(part) for part in parts])
+            cohorts = [self._beginners(np.arange(self.width))] if self._alike else []
+            for k in range(0 if self._alike else self.width):
+                self._pilot.engine.branch()
+                cohorts.append(self._beginners(np.array([k])))
+            self._settle(cohorts)
             return
         renewed = []
         for cohort in self._cohorts:
@@ -532,6 +535,8 @@ class FilterBank:
 
     def marginal(self, variable: str, agent: int = 0) -> NDArray[np.float64]:
         """The posterior of a variable in an agent's last step, (card,).
+
+        States of a variable of the model's own that name objects, of a mixture's selector, name them in the agent's own order.
 
         Raises
         ------

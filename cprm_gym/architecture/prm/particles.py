@@ -170,7 +170,7 @@ class ParticleEngine:
         if particles < 2:
             raise ParameterError(f"`particles` is at least 2, got {particles!r}")
         self.count, self.threshold = int(particles), threshold
-        self.rng = np.random.default_rng(seed)
+        self.rng = self._root = np.random.default_rng(seed)
         self.store = TableStore()
         self.temporal: frozenset[tuple[str, str]] = frozenset()
         self._structures: Recent[tuple[Any, ...], Structure] = Recent(256)
@@ -186,6 +186,10 @@ class ParticleEngine:
     def restore(self, state: dict[str, Any]) -> None:
         """Take up the random numbers where a snapshot left them."""
         self.rng.bit_generator.state = state
+
+    def branch(self) -> None:
+        """Go on with the next of the independent streams of random numbers that the seed gives."""
+        (self.rng,) = self._root.spawn(1)
 
     def note(self, kind: Kind) -> None:
         """Draw variables of this kind: some slice has them as parents in the previous slice."""

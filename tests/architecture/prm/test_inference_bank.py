@@ -161,6 +161,8 @@ def test_agents_who_sample_have_particles_of_their_own():
     nobody = np.full(2, -1)
     for _ in range(5):
         bank.step({"p1.seen_at": np.array([0, 3])}, links(np.array([1, 1]), nobody, nobody))
+    first, second = (cohort.state.engine["state"]["state"] for cohort in bank._cohorts)
+    assert first != second, "random numbers of their own"
     mean = View.parse("expectation")
     low, high = bank.view(mean, "p1.at")
     assert low < 1.2
