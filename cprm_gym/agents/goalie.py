@@ -119,7 +119,9 @@ KINEMATICS = (
     Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
     Math("displaced", "1 if post_distance > 1 or abs(side_turn) > 30 else 0"),
     Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
-    Math("at_hand", "1 if ball_distance < 0.98 else 0"),
+    # near enough to kick: there the eye is finer than any bins
+    Math("hand_distance", "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance"),
+    Math("at_hand", "1 if hand_distance < 0.98 else 0"),
 )  # fmt: skip
 """Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
 
@@ -149,7 +151,7 @@ FUSED = {
     "eyes.ball_direction": "ball_direction", "eyes.coming": "coming",
     **{f"save.{p}": p for p in CATCH_BALL.ports.parameters},
     **{f"post.{p}": p for p in REPOSITION.ports.parameters},
-    **{f"away.{p}": p for p in CLEAR.ports.parameters},
+    "away.ball_distance": "hand_distance", "away.flank": "flank",
 }  # fmt: skip
 """What the skills read is what is derived here."""
 
@@ -177,6 +179,7 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
             *seen, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
+            Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"),
             *KINEMATICS,
         ),
         modules={"eyes": WATCH_BALL, "post": REPOSITION, "save": CATCH_BALL, "away": CLEAR},
@@ -241,8 +244,8 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     -------
     dict of (N,) float64
         `body_percepts`; ``self.x``, ``self.y``, ``self.body``, ``self.vx``, ``self.vy``; ``game.stopped``; ``ball.seen``, ``ball.moving``
-        (its velocity was seen too), ``ball.x``, ``ball.y``, ``ball.vx``, ``ball.vy``; for each opponent ``o1.seen``, ``o1.x``, ``o1.y``,
-        ``o1.facing`` (index of `FACING`).
+        (its velocity was seen too), ``ball.x``, ``ball.y``, ``ball.vx``, ``ball.vy``, ``ball.distance`` (from him), ``ball.age``; for each
+        opponent ``o1.seen``, ``o1.x``, ``o1.y``, ``o1.facing`` (index of `FACING`).
     """
     percepts = body_percepts(observation)
     me = np.asarray(observation["self"], np.float64)
@@ -259,6 +262,8 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     percepts["ball.moving"] = (fresh & (level[:, 0] >= 3)).astype(np.float64)
     for k, name in enumerate(("ball.x", "ball.y", "ball.vx", "ball.vy")):
         percepts[name] = memory[:, 0, k]
+    percepts["ball.distance"] = np.hypot(memory[:, 0, 0] - percepts["self.x"], memory[:, 0, 1] - percepts["self.y"])
+    percepts["ball.age"] = np.asarray(age[:, 0], np.float64)
     rows = slice(12, 12 + opponents)
     first = 11 if observation["body"][0, BodyFeature.SIDE] > 0 else 0
     x, y = memory[:, rows, 0], memory[:, rows, 1]

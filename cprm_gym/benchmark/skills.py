@@ -12,40 +12,53 @@ from typing import Any
 
 import numpy as np
 
+from ..agents.goalie import BALL, GOAL_X, KINEMATICS, SIDE_ON, goalie_percepts
+from ..agents.models import GOALIE_MODEL
 from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
 from ..agents.skills.accelerate import ACCELERATE, CLOSE
 from ..agents.skills.advance import ADVANCE
 from ..agents.skills.approach import APPROACH
+from ..agents.skills.catch_ball import CATCH_BALL
+from ..agents.skills.clear import CLEAR
 from ..agents.skills.cruise import CRUISE
 from ..agents.skills.dribble import DRIBBLE
+from ..agents.skills.drive import DRIVE
 from ..agents.skills.go_to_ball import GO_TO_BALL_REFLEX
 from ..agents.skills.kick import KICK
 from ..agents.skills.orient import ORIENT
 from ..agents.skills.pass_ball import PASS_BALL
 from ..agents.skills.receive import RECEIVE
+from ..agents.skills.reposition import REPOSITION
 from ..agents.skills.setup import SETUP
 from ..agents.skills.shoot import SHOOT
 from ..agents.skills.slow import SLOW
-from ..architecture.cprm import CPRM
+from ..agents.skills.watch_ball import WATCH_BALL
+from ..architecture.cprm import CPRM, Observe
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
 from ..envs.tasks.base import Outcome
+from ..simulator.parameters import Rules
 from ..simulator.state import PlayMode
 from .arguments import at_least
 from .statistics import wilson_interval
 
 REACH = 1.085
 """Kickable distance, m."""
+WATCHED = 50
+"""Cycles after which a skill that never ends is judged."""
 SETTLE = 4
 """Cycles in which he may look about him before he begins."""
 Start = Callable[[SoccerCore, np.ndarray, np.ndarray], None]
 Judge = Callable[[SoccerCore], np.ndarray]
 
 
-def alone(skill: PetriNet, constants: Mapping[str, float], whom: str = "ball") -> PetriNet:
-    """A net that begins the skill after `SETTLE` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done."""
+def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball") -> PetriNet:
+    """A net that begins the skill after `SETTLE` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done.
+
+    What is given to the skill is a number or the name of a percept.
+    """
     done = str(skill.ports.done)
     return PetriNet(
         f"{skill.name} alone",
@@ -53,16 +66,41 @@ def alone(skill: PetriNet, constants: Mapping[str, float], whom: str = "ball") -
             Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
             Input("direction", observes="mate.direction" if whom == "mate" else "ball.reckoned_direction"),
             Input("age", observes=f"{whom}.age"), Math("gaze", "direction if age < 15 else 0"),
-            *(Continuous(f"given_{k}", v) for k, v in constants.items()),
+            *(Input(f"given_{k}", observes=v) if isinstance(v, str) else Continuous(f"given_{k}", v) for k, v in given.items()),
         ),
         modules={"skill": skill},
-        fuse={f"skill.{k}": f"given_{k}" for k in constants},
+        fuse={f"skill.{k}": f"given_{k}" for k in given},
         transitions=(
             Transition("set_out", ("intend",), ("skill.begin",), delay=SETTLE),
             Transition("finish", (f"skill.{done}",), ("done",)),
             Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
         ),
     )  # fmt: skip
+
+
+def goalie_alone(skill: PetriNet) -> CPRM:
+    """The same for a skill of the goalie, with his belief about the ball and what he derives from it.
+
+    A skill that never ends is called done after `WATCHED` cycles.
+    """
+    done = skill.ports.done
+    look = Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="ball_direction"))
+    finish = Transition("finish", (f"skill.{done}",), ("done",)) if done else Transition("finish", ("watched",), ("done",), delay=WATCHED)
+    net = PetriNet(
+        f"{skill.name} alone",
+        places=(
+            Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
+            Place("watched", capacity=1), *BALL, Continuous("watched_x", 40.0), Continuous("watched_y"),
+            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
+            Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
+            Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"), *KINEMATICS,
+        ),
+        modules={"skill": skill},
+        fuse={f"skill.{p}": "hand_distance" if (skill, p) == (CLEAR, "ball_distance") else p for p in skill.ports.parameters},
+        transitions=(Transition("set_out", ("intend",), ("skill.begin", "watched"), delay=SETTLE), finish, *((look,) if done else ())),
+    )  # fmt: skip
+    seen = [Observe(f"ball.seen_{v}", f"ball.{v}", when="ball.moving" if v[0] == "v" else "ball.seen") for v in ("x", "y", "vx", "vy")]
+    return CPRM(net.name, net, GOALIE_MODEL, {"ball": "Ball"}, observations=tuple(seen))
 
 
 @dataclass(frozen=True)
@@ -78,26 +116,36 @@ class Trial:
         core -> (W,) bool: whether the world is as the skill promises.
     criterion : str
         The same in words.
-    constants : mapping
-        Parameters of the skill.
+    given : mapping of str to float or str
+        Parameters of the skill: a number, or a percept.
     cycles : int
         Cycles after which it is judged if it has not ended.
     wait : int
         Cycles between its end and the judgement.
     any_time : bool
         Whether it is enough that the judge agrees once.
-    task : str
+    eyes : str
+        What he looks at: ``ball`` or ``mate``.
+    goalie : bool
+        Whether it is a skill of the goalie, who has a belief about the ball.
     """
 
     skill: PetriNet
     start: Start
     judge: Judge
     criterion: str
-    constants: Mapping[str, float] = field(default_factory=dict)
+    given: Mapping[str, float | str] = field(default_factory=dict)
     cycles: int = 150
     wait: int = 0
     any_time: bool = False
     eyes: str = "ball"
+    goalie: bool = False
+
+    def agent(self, name: str) -> SoccerAgent:
+        """A player who does nothing else."""
+        if self.goalie:
+            return SoccerAgent(goalie_alone(self.skill), lambda observation: goalie_percepts(observation, 0), needs=("memory",))
+        return SoccerAgent(CPRM(name, alone(self.skill, self.given, self.eyes)), field_percepts, needs=("memory",))
 
 
 def _apart(core: SoccerCore) -> np.ndarray:
@@ -163,6 +211,73 @@ def _near_line(core: SoccerCore) -> np.ndarray:
     return moving & (np.abs(np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)) < 7.0)
 
 
+def _shot(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """A ball that comes from 20 to 30 m and would cross the line within 5 m of the middle of the goal; the goalie stands ready."""
+    far, angle = 20.0 + 10.0 * u[:, 0], np.radians(45.0) * (2 * u[:, 1] - 1)
+    ball = np.stack([GOAL_X + far * np.cos(angle), far * np.sin(angle)], axis=1)
+    way = np.stack([np.full(len(u), GOAL_X), 5.0 * (2 * u[:, 2] - 1)], axis=1) - ball
+    length = np.hypot(way[:, 0], way[:, 1])
+    speed = 0.06 * length + 0.4 + 0.4 * u[:, 3]
+    core.place_ball(worlds, ball, speed[:, None] * way / length[:, None])
+    guard = np.stack([GOAL_X + 4.0 * np.cos(angle), 4.0 * np.sin(angle)], axis=1)
+    core.place_player(worlds, 1, guard, np.degrees(angle) + SIDE_ON)
+
+
+def _in_hand(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """The ball lies at the goalie's hands as after a catch, somewhere in his penalty area."""
+    place = np.stack([GOAL_X + 2.0 + 8.0 * u[:, 0], 16.0 * (2 * u[:, 1] - 1)], axis=1)
+    angle = 2 * np.pi * u[:, 2]
+    core.place_player(worlds, 1, place, np.degrees(angle) + 20.0 * (2 * u[:, 3] - 1))
+    core.place_ball(worlds, place + 0.4 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def _off_post(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """The goalie up to 9 m from the middle of his goal, looking anywhere; the ball 12 to 30 m from it."""
+    for kind, near, far, v in ((1, 1.0, 9.0, u[:, :2]), (0, 12.0, 30.0, u[:, 2:4])):
+        away, angle = near + (far - near) * v[:, 0], np.radians(60.0) * (2 * v[:, 1] - 1)
+        place = np.stack([GOAL_X + away * np.cos(angle), away * np.sin(angle)], axis=1)
+        if kind:
+            core.place_player(worlds, 1, place, 360.0 * u[:, 4])
+        else:
+            core.place_ball(worlds, place)
+
+
+def _ball_passes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
+    """The goalie stands still; a ball 10 to 20 m before him rolls across, at up to 1 m a cycle."""
+    place = np.tile([-50.0, 0.0], (len(u), 1))
+    angle, far = np.radians(50.0) * (2 * u[:, 0] - 1), 10.0 + 10.0 * u[:, 1]
+    across = angle + np.pi / 2 * np.sign(u[:, 2] - 0.5)
+    speed = 0.3 + 0.7 * u[:, 3]
+    core.place_player(worlds, 1, place, 0.0)
+    ball = place + far[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    core.place_ball(worlds, ball, speed[:, None] * np.stack([np.cos(across), np.sin(across)], axis=1))
+
+
+def _in_view(core: SoccerCore) -> np.ndarray:
+    """The ball stands within the view cone."""
+    w = core.sim.world
+    d = w["pos"][:, 0] - w["pos"][:, 1]
+    angle = np.arctan2(d[:, 1], d[:, 0]) - w["body"][:, 0] - w["neck"][:, 0]
+    return np.asarray(np.degrees(np.abs((angle + np.pi) % (2 * np.pi) - np.pi)) < 60.0)
+
+
+def _out_of_box(core: SoccerCore) -> np.ndarray:
+    ball = core.sim.world["pos"][:, 0]
+    return np.asarray((ball[:, 0] > -36.0) | (np.abs(ball[:, 1]) > 20.16))
+
+
+def _guarding(core: SoccerCore) -> np.ndarray:
+    """Between ball and goal (`KINEMATICS`), side-on to the ball."""
+    w = core.sim.world
+    ball, me = w["pos"][:, 0], w["pos"][:, 1]
+    off = ball - [GOAL_X, 0.0]
+    gap = np.hypot(off[:, 0], off[:, 1])
+    post = np.array([GOAL_X, 0.0]) + (np.clip(0.3 * gap + 1.0, 1.0, 8.0) / gap)[:, None] * off
+    angle = np.degrees(np.arctan2(*(ball - me).T[::-1]) - w["body"][:, 0])
+    side = np.abs(np.abs((angle + 180.0) % 360.0 - 180.0) - SIDE_ON)
+    return np.asarray((np.hypot(*(post - me).T) < 1.0) & (side < 25.0))
+
+
 TRIALS: dict[str, Trial] = {
     "setup": Trial(SETUP, _before_kick_off, lambda c: _apart(c) < REACH, "at the kick-off the ball is in reach"),
     "orient": Trial(ORIENT, _ball_at(3, 25, 180), lambda c: _bearing(c) < 8, "ball within 8 degrees of ahead", cycles=20),
@@ -178,7 +293,14 @@ TRIALS: dict[str, Trial] = {
     "shoot": Trial(SHOOT, _ball_at(0.6, 0.8, 30, 35.0), lambda c: c.crossed_goal_line(True), "goal", wait=30, any_time=True),
     "receive": Trial(RECEIVE, _ball_comes, lambda c: _apart(c) < REACH, "ball in reach", cycles=80),
     "advance": Trial(ADVANCE, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
-                     "within 1.5 m of the place", constants={"place_x": 20.0, "place_y": 10.0}),
+                     "within 1.5 m of the place", given={"place_x": 20.0, "place_y": 10.0}),
+    "drive": Trial(DRIVE, _ball_at(0.6, 0.8, 30, 15.0), lambda c: _apart(c) < REACH, "near the goal, ball in reach", cycles=200,
+                   given={"way_direction": "goal.direction"}),
+    "watch_ball": Trial(WATCH_BALL, _ball_passes, _in_view, f"after {WATCHED} cycles the ball that passes is in view", goalie=True),
+    "catch_ball": Trial(CATCH_BALL, _shot, lambda c: c.kickable(1) & ~c.crossed_goal_line(False), "the shot is in his hands", cycles=60,
+                        goalie=True),
+    "clear": Trial(CLEAR, _in_hand, _out_of_box, "ball out of the penalty area", cycles=20, wait=40, any_time=True, goalie=True),
+    "reposition": Trial(REPOSITION, _off_post, _guarding, "within 1 m of the guarding place, side-on within 25 degrees", goalie=True),
 }  # fmt: skip
 """Skill -> how it is tried."""
 
@@ -204,11 +326,13 @@ class _Stage(Task):
 def measure(name: str, episodes: int = 1000, seed: int = 0) -> tuple[int, float]:
     """(successes, mean cycles to the outcome) of a skill alone; success is its outcome *and* the judgement of the world."""
     trial = TRIALS[name]
-    task = make_task("KickOffShot") if trial.start is _before_kick_off else _Stage(name="stage", left=2, start=trial.start)
+    rules = Rules.CATCH if trial.goalie else Rules.NONE
+    stage = _Stage(name="stage", left=2, left_goalie=int(trial.goalie), start=trial.start, rules=rules)
+    task = make_task("KickOffShot") if trial.start is _before_kick_off else stage
     task = replace(task, max_cycles=10_000, others="hold")
     core = SoccerCore(task, episodes, seed=seed, include=("memory",))
     observation = core.reset(seed)
-    agent = SoccerAgent(CPRM(name, alone(trial.skill, trial.constants, trial.eyes)), field_percepts, needs=("memory",))
+    agent = trial.agent(name)
     agent.reset({k: v[:, 0] for k, v in observation.items()}, seed)
     ended, good = np.full(episodes, -1), np.zeros(episodes, bool)
     for cycle in range(trial.cycles + trial.wait):

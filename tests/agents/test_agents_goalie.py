@@ -126,7 +126,7 @@ def test_the_eyes_follow_the_ball_warn_and_sweep_when_it_is_lost():
 
 
 PERCEPTS = {**BODY, "self.x": -50.0, "self.y": 0.0, "self.body": 80.0, "self.vx": 0.0, "self.vy": 0.0, "ball.moving": 1.0,
-            "ball.x": -30.0, "ball.y": 2.0, "ball.vx": 0.0, "ball.vy": 0.0,
+            "ball.x": -30.0, "ball.y": 2.0, "ball.vx": 0.0, "ball.vy": 0.0, "ball.distance": 20.1, "ball.age": 0.0,
             **{f"o{k}.{name}": value for k in (1, 2, 3)
                for name, value in (("seen", 1.0), ("x", -30.0 + 5 * k), ("y", 2.0), ("facing", 0.0))}}  # fmt: skip
 NOBODY_NEAR = {"Opponent": {"danger": np.array([0.3, 0.2, 0.1]), "ball_gap": np.array([2.0, 4.0, 9.0])}}

@@ -1,9 +1,12 @@
 """Skills alone, judged by the world; contracts; what single decisions look like; simpler architectures as nets."""
 
+import pkgutil
+
 import numpy as np
 import pytest
 
 from baselines.fsm import GoToBallMachine
+from cprm_gym.agents import skills
 from cprm_gym.agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
 from cprm_gym.agents.percepts import ball_percepts, field_percepts
 from cprm_gym.agents.play import SoccerAgent
@@ -39,6 +42,11 @@ def run(net, *changes, **constants):
 def test_each_skill_alone_does_what_it_promises(name):
     good, _ = measure(name, episodes=60, seed=5)
     assert wilson_interval(good, 60).low > 0.75
+
+
+def test_every_skill_is_tried_alone():
+    shipped = {found.name for found in pkgutil.iter_modules(skills.__path__)} - {"parts"}
+    assert set(TRIALS) == shipped
 
 
 @pytest.mark.parametrize("name", TRIALS)
