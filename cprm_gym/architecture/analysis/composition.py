@@ -104,13 +104,13 @@ def check_composition(
     space = space or explore_cycles(closed_system(compiled, bounds), budget)
     found: list[Misuse] = []
     for path, instance in behaviours.items():
-        found += _by_arcs(compiled, path, instance)
+        found += _by_arcs(compiled, space, path, instance)
         found += _by_runs(space, path, instance)
     return CompositionReport(compiled.net.name, tuple(found), space.complete)
 
 
-def _by_arcs(c: CompiledNet, path: str, instance: Instance) -> list[Misuse]:
-    """What the arcs of the flat net already say."""
+def _by_arcs(c: CompiledNet, space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
+    """What the arcs of the flat net say. An outcome that comes in no run, of all runs, needs nobody to take it."""
     own = set(instance.transitions.values())
     others = [t for t in c.net.transitions if t.name not in own]
     ports = instance.net.ports
@@ -119,7 +119,7 @@ def _by_arcs(c: CompiledNet, path: str, instance: Instance) -> list[Misuse]:
     for outcome in ports.outcomes:
         place = instance.places[outcome]
         taken = any(place in t.inputs or t.sets.get(place) == 0 for t in others)
-        if not taken and place not in exits:
+        if not taken and place not in exits and (not space.complete or _marked(space, place).any()):
             found.append(Misuse(path, "unhandled", f"nothing takes its outcome {outcome!r}"))
     assert ports.begin
     begin = instance.places[ports.begin]

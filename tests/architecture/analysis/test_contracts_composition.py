@@ -45,6 +45,13 @@ def test_an_outcome_that_nobody_takes_is_named_and_the_run_to_it_shown():
     assert report.holds is False
 
 
+def test_an_outcome_that_no_run_brings_needs_nobody_to_take_it():
+    net = caller_net(without=("lost",))
+    careful = replace(net, modules={"turn": replace(turn_to_ball(), transitions=tuple(
+        t for t in turn_to_ball().transitions if "lost_ball" not in t.outputs))})  # fmt: skip
+    assert kinds(careful)[0] == set()
+
+
 def test_an_outcome_that_is_waited_for_in_vain_is_left_lying():
     net = caller_net(without=("failed",))
     stubborn = replace(
