@@ -15,6 +15,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from cpu_time import timed
+
 from baselines.goalie_raw import RawGoalie
 from baselines.scripted import ScriptedController
 from cprm_gym.agents.goalie import GoalieAgent
@@ -65,18 +67,6 @@ def play(make: Any, task: Goalie, episodes: int) -> dict[str, Any]:
         saved.append(clean)
     return {"saved": np.concatenate(saved), "shot": np.concatenate(shot), "ms": 1e3 * spent / decisions,
             "inference": 1e3 * inferring[0] / decisions}  # fmt: skip
-
-
-def timed(call: Any, total: list[float]) -> Any:
-    """The call, its CPU time added to a total."""
-
-    def run(*arguments: Any) -> Any:
-        start = time.process_time()
-        result = call(*arguments)
-        total[0] += time.process_time() - start
-        return result
-
-    return run
 
 
 def single(make: Any, task: Goalie, cycles: int = 300) -> tuple[float, float]:

@@ -7,27 +7,15 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import Any
 
 import numpy as np
+from cpu_time import timed
 
 from cprm_gym.agents.passer import make_controller
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 
 CYCLES, WARM = 200, 50
-
-
-def timed(call: Any, total: list[float]) -> Any:
-    """The call, its CPU time added to a total."""
-
-    def run(*arguments: Any) -> Any:
-        start = time.process_time()
-        result = call(*arguments)
-        total[0] += time.process_time() - start
-        return result
-
-    return run
 
 
 def measure(copies: int) -> tuple[float, float, float, float]:

@@ -73,14 +73,6 @@ class _Tie(NamedTuple):
     held: NDArray[np.bool_]
 
 
-class _Group(NamedTuple):
-    """Agents of one cohort who make the same step, with which relations; None: they are not due."""
-
-    agents: Indices
-    cohort: _Cohort
-    relations: tuple[str, ...] | None
-
-
 class _Renaming(NamedTuple):
     """The layout of a renamed belief, and where its readings and, for each array, its objects stood before (None: as they are)."""
 
@@ -180,7 +172,7 @@ class FilterBank:
         if not self._factored:
             self._reset_samples(chosen)
             return
-        kept = [c for c in (self._part(cohort, ~chosen[cohort.agents]) for cohort in self._cohorts) if len(c.agents)]
+        kept = [self._those(c, c.agents[~chosen[c.agents]]) for c in self._cohorts if not chosen[c.agents].all()]
         if chosen.any():
             kept.append(self._beginners(np.flatnonzero(chosen)))
         self._settle(kept)
@@ -212,11 +204,11 @@ class FilterBank:
         pilot.reset()
         return _Cohort(agents, pilot.snapshot())
 
-    def _part(self, cohort: _Cohort, mask: NDArray[np.bool_]) -> _Cohort:
-        """Some agents of a cohort."""
-        if mask.all():
+    def _those(self, cohort: _Cohort, agents: Indices) -> _Cohort:
+        """Some agents of a cohort; all of them stay in its order."""
+        if len(agents) == len(cohort.agents):
             return cohort
-        return _Cohort(cohort.agents[mask], select(cohort.state, np.flatnonzero(mask)))
+        return _Cohort(agents, select(cohort.state, self._position[agents]))
 
     def _settle(self, cohorts: Sequence[_Cohort]) -> None:
         """Join cohorts of one form, and note who is in which."""
@@ -268,15 +260,14 @@ class FilterBank:
         told = self._told.fetch((tuple(told), len(self.object_in)), lambda: self._told_of_any(told))
         after: list[_Cohort] = []
         answers: list[tuple[Indices, Result]] = []
-        for agents, cohort, relations in self._groups(ties, due):
-            whole = len(agents) == len(cohort.agents)
-            state = cohort.state if whole else select(cohort.state, self._position[agents])
+        for cohort, relations in self._groups(ties, due):
             if relations is None:
-                after.append(_Cohort(agents, state))
+                after.append(cohort)
                 continue
-            self._pilot.restore(state)
-            answers.append((agents, self._pilot.step(self._readings(hard[:, agents], told, relations), active=relations)))
-            after.append(_Cohort(agents, self._pilot.snapshot()))
+            self._pilot.restore(cohort.state)
+            readings = self._readings(hard[:, cohort.agents], told, relations)
+            answers.append((cohort.agents, self._pilot.step(readings, active=relations)))
+            after.append(_Cohort(cohort.agents, self._pilot.snapshot()))
         for agents, result in answers:
             self.log_likelihood[agents] += result.increment
             self.impossible_count[agents] += result.impossible
@@ -333,12 +324,8 @@ class FilterBank:
             parts.setdefault((self._cohort_of[k], tuple(renamed.get(k, {}).items())), []).append(k)
         cohorts = []
         for (number, pairs), members in parts.items():
-            cohort, agents = self._cohorts[number], np.array(members)
-            if len(agents) == len(cohort.agents):
-                agents, state = cohort.agents, cohort.state
-            else:
-                state = select(cohort.state, self._position[agents])
-            cohorts.append(_Cohort(agents, self._with_names(state, dict(pairs)) if pairs else state))
+            part = self._those(self._cohorts[number], np.array(members))
+            cohorts.append(replace(part, state=self._with_names(part.state, dict(pairs))) if pairs else part)
         self._settle(cohorts)
 
     def _codes(self, ties: Sequence[_Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
@@ -406,27 +393,24 @@ class FilterBank:
             out[rows] = np.take_along_axis(hard[rows], order.T[None], axis=1)
         return out
 
-    def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[_Group]:
-        """Agents who can step together."""
+    def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[tuple[_Cohort, tuple[str, ...] | None]]:
+        """Agents who can step together, and with which relations; None: they are not due."""
         if self.width == 1:
             (cohort,) = self._cohorts
-            return [_Group(cohort.agents, cohort, tuple(self._named(tie) for tie in ties if tie.held[0]) if due[0] else None)]
+            return [(cohort, tuple(self._named(tie) for tie in ties if tie.held[0]) if due[0] else None)]
         codes = self._codes(ties)
         table = np.column_stack([self._cohort_of, ~due, *codes.values()])
         keys, group_of = np.unique(table, axis=0, return_inverse=True)
         order = np.argsort(group_of.ravel(), kind="stable")
         bounds = np.searchsorted(group_of.ravel()[order], np.arange(len(keys) + 1))
-        groups: list[_Group] = []
+        groups: list[tuple[_Cohort, tuple[str, ...] | None]] = []
         for k, (cohort_number, idle, *numbers) in enumerate(keys.tolist()):
-            cohort = self._cohorts[cohort_number]
-            agents = order[bounds[k] : bounds[k + 1]]
-            if len(agents) == len(cohort.agents):
-                agents = cohort.agents
+            cohort = self._those(self._cohorts[cohort_number], order[bounds[k] : bounds[k + 1]])
             relations: list[str] = []
             for kind, columns in codes.items():
                 relations += self._tuples(kind, numbers[: columns.shape[1]])
                 numbers = numbers[columns.shape[1] :]
-            groups.append(_Group(agents, cohort, None if idle else tuple(relations)))
+            groups.append((cohort, None if idle else tuple(relations)))
         return groups
 
     def _named(self, tie: _Tie) -> str:
@@ -562,7 +546,7 @@ class FilterBank:
     def alone(self, agent: int) -> Filter:
         """A filter of its own for an agent, from where the agent stands, to look ahead with; objects have their own names."""
         cohort = self._cohorts[self._cohort_of[agent]]
-        state = select(cohort.state, self._position[[agent]]) if len(cohort.agents) > 1 else cohort.state
+        state = self._those(cohort, np.array([agent])).state
         names = {
             self.members[c][place]: self.members[c][index]
             for c, order in self.object_in.items()
