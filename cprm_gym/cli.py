@@ -146,9 +146,9 @@ def analyze(
 ) -> None:
     """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module."""
     from .agents.catalogue import shipped_net
+    from .architecture.analysis.behaviour.state_space import Budget
     from .architecture.analysis.report import analyze as analyze_net
     from .architecture.analysis.report import load
-    from .architecture.analysis.state_space import Budget
 
     with said_plainly():
         if not (memory > 0 and seconds > 0):

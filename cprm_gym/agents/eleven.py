@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from ..architecture.prm.exact import ExactEngine
-from ..architecture.prm.grounding import Grounding
+from ..architecture.prm.grounding.grounding import Grounding
+from ..architecture.prm.inference.engines.exact import ExactEngine
 from ..envs.controller import Action, Observation
 from ..envs.core import agent_names
 from ..envs.tasks import Task
 from ..errors import unknown_name
 from .goalie import GoalieAgent
-from .outfielder import OUTFIELDER, OUTFIELDER_NET, OutfieldAgent
+from .outfielder.agent import OUTFIELDER, OUTFIELDER_NET, OutfieldAgent
 from .play import SoccerAgent
 
 __all__ = ["OUTFIELDER_NET", "Eleven", "make_controller"]

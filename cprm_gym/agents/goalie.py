@@ -19,7 +19,7 @@ import numpy as np
 
 from ..architecture.cprm import CPRM, Cluster, Observe
 from ..architecture.petri import Belief, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
-from ..architecture.prm.projection import ProjectionEngine
+from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task

@@ -5,9 +5,9 @@ Distances in metres, directions in degrees relative to the player's body, one sl
 
 from __future__ import annotations
 
-from ..architecture.prm.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
-from ..architecture.prm.domains import BOOL, Bins, Labels
-from ..architecture.prm.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
+from ..architecture.prm.model.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
+from ..architecture.prm.model.domains import BOOL, Bins, Labels
+from ..architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
 
 DISTANCE = Bins((0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 60), unit="m", clip=True)
 """Ten bins, fine near the player: the eye's error grows with the distance (SIMULATOR.md 6.1.4)."""

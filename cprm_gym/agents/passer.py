@@ -23,7 +23,7 @@ import numpy as np
 
 from ..architecture.cprm import CPRM, Cluster, Observe
 from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
-from ..architecture.prm.projection import ProjectionEngine
+from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
 from .models import BALL_DECAY, FELT, PASSER_MODEL

@@ -22,18 +22,18 @@ from numpy.typing import NDArray
 
 from ..errors import EvidenceError, LogError, ModelError, NetError, did_you_mean
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
-from .petri.commands import Commands
-from .petri.execution import Executor
-from .petri.io import net_from_dict, net_to_dict
-from .petri.values import FrozenMap
-from .prm import io as model_io
-from .prm.bank import FilterBank, Link, Role
-from .prm.evidence import UNOBSERVED, state_of
-from .prm.formulas import Formula
-from .prm.grounding import Grounding
-from .prm.schema import Model, canonical_tuple
-from .prm.slices import GroundVariable
-from .prm.views import View
+from .petri.execution.commands import Commands
+from .petri.execution.executor import Executor
+from .petri.files.json import net_from_dict, net_to_dict
+from .petri.net.values import FrozenMap
+from .prm.grounding.grounding import Grounding
+from .prm.grounding.slices import GroundVariable
+from .prm.inference.evidence import UNOBSERVED, state_of
+from .prm.inference.filter_bank import FilterBank, Link, Role
+from .prm.inference.views import View
+from .prm.interchange import json as model_io
+from .prm.model.formulas import Formula
+from .prm.model.schema import Model, canonical_tuple
 
 Percepts = Mapping[str, NDArray[Any]]
 """Name -> (W,) numbers: what the agents perceive in a cycle."""

@@ -19,11 +19,11 @@ import numpy as np
 from ..errors import NetError, did_you_mean
 from .cprm import CPRM, Observe, view_of
 from .petri import Belief, Command, Input, Math, PetriNet, Place, Transition
-from .petri.values import FrozenMap
-from .prm.filtering import Filter
-from .prm.formulas import Formula
-from .prm.grounding import Grounding
-from .prm.schema import Model
+from .petri.net.values import FrozenMap
+from .prm.grounding.grounding import Grounding
+from .prm.inference.filter import Filter
+from .prm.model.formulas import Formula
+from .prm.model.schema import Model
 
 Emitted = dict[str, dict[str, float]]
 """Command -> parameter -> value."""

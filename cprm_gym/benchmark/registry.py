@@ -1,6 +1,6 @@
 """Controllers by name: the entry-point group ``cprm_gym.controllers``.
 
-`baselines` and a user's own package register theirs the same way::
+`cprm_baselines` and a user's own package register theirs the same way::
 
     [project.entry-points."cprm_gym.controllers"]
     mine = "my_package.my_module:make_controller"

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import CprmError, ParameterError, UnknownName
 from ..files import check_place, hidden_beside
-from ..simulator.gamelog_writer import GameLogWriter
+from ..simulator.gamelog.writer import GameLogWriter
 from .controller import ControllerFactory, check_action
 from .core import SoccerCore, select_agents
 from .rendering import Viewer

@@ -21,12 +21,12 @@ from .kernels import audio, body, landmark_sight
 from .kernels import senses as eye_kernels
 from .kernels import step as kernels
 from .kernels.random import draw_uniforms
-from .officials import Officials
 from .parameters import Rules, ServerParameters, pack
 from .player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
 from .senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
 from .setup import draw_wind, initial_world, stream_keys
 from .state import COMMAND, PLAYERS, WORLD, Stream
+from .trainer import Officials
 
 Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
 Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"

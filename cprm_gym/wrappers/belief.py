@@ -74,7 +74,7 @@ class BeliefObservation(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 
 class FilterBelief:
-    """A `Belief` from the filter of a probabilistic relational model (`cprm_gym.architecture.prm.filtering.Filter` of one agent).
+    """A `Belief` from the filter of a probabilistic relational model (`cprm_gym.architecture.prm.inference.filter.Filter` of one agent).
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import gymnasium
 from pettingzoo.utils import BaseParallelWrapper
 
 from ..errors import ParameterError
-from ..simulator.gamelog_writer import GameLogWriter
+from ..simulator.gamelog.writer import GameLogWriter
 
 
 class _Writer:

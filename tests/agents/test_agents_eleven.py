@@ -6,14 +6,14 @@ import pytest
 from cprm_gym.agents.catalogue import shipped_net
 from cprm_gym.agents.eleven import Eleven, make_controller
 from cprm_gym.agents.goalie import GoalieAgent
-from cprm_gym.agents.outfielder import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
-from cprm_gym.agents.outfielder_model import OUTFIELD_MODEL
-from cprm_gym.agents.outfielder_percepts import lane, meeting, outfield_attributes, outfield_percepts
+from cprm_gym.agents.outfielder.agent import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
+from cprm_gym.agents.outfielder.model import OUTFIELD_MODEL
+from cprm_gym.agents.outfielder.percepts import lane, meeting, outfield_attributes, outfield_percepts
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.registry import make_controller as registered
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import instances
-from cprm_gym.architecture.petri.drawing import to_dot
+from cprm_gym.architecture.petri.drawing.dot import to_dot
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.spaces import BodyFeature, SelfFeature
 from cprm_gym.envs.tasks import make_task

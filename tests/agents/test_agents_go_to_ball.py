@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from cprm_baselines.fsm import GoToBallMachine, State
+from cprm_baselines.random_policy import RandomPolicy
 
-from baselines.fsm import GoToBallMachine, State
-from baselines.random_policy import RandomPolicy
 from cprm_gym.agents.catalogue import shipped_net, shipped_nets
 from cprm_gym.agents.percepts import ball_percepts
 from cprm_gym.agents.seeker import SEEKER, make_controller
 from cprm_gym.agents.skills.go_to_ball import GO_TO_BALL
-from cprm_gym.architecture.analysis.contracts import check_contract
+from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.cprm import Controller
 from cprm_gym.architecture.petri import Executor

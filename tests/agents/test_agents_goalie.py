@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from cprm_baselines.goalie_raw import RawGoalie
+from cprm_baselines.scripted import ScriptedController
 
-from baselines.goalie_raw import RawGoalie
-from baselines.scripted import ScriptedController
 from cprm_gym.agents.goalie import AT_BALL, GOALIE_NET, GoalieAgent, goalie_cprm, make_controller
 from cprm_gym.agents.skills.catch_ball import CATCH_BALL
 from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
 from cprm_gym.agents.skills.reposition import REPOSITION
 from cprm_gym.agents.skills.watch_ball import LOOKS, WATCH_BALL
-from cprm_gym.architecture.analysis.contracts import check_contract
+from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.cprm import Controller
 from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place
 from cprm_gym.envs.core import SoccerCore

@@ -3,7 +3,7 @@
 import pytest
 
 from cprm_gym.agents.catalogue import shipped_nets
-from cprm_gym.architecture.analysis.composition import check_composition
+from cprm_gym.architecture.analysis.modules.composition import check_composition
 
 NETS = shipped_nets()
 

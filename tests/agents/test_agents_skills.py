@@ -4,8 +4,8 @@ import pkgutil
 
 import numpy as np
 import pytest
+from cprm_baselines.fsm import GoToBallMachine
 
-from baselines.fsm import GoToBallMachine
 from cprm_gym.agents import skills
 from cprm_gym.agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
 from cprm_gym.agents.percepts import ball_percepts, field_percepts
@@ -14,7 +14,7 @@ from cprm_gym.agents.skills.advance import ADVANCE
 from cprm_gym.agents.skills.kick import KICK
 from cprm_gym.agents.skills.pass_ball import PASS_BALL, TURNS
 from cprm_gym.agents.skills.receive import PATIENCE, RECEIVE
-from cprm_gym.architecture.analysis.contracts import check_contract
+from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.cprm import CPRM, Controller
 from cprm_gym.architecture.equivalences import MachineRunner, RegionsRunner, Rule, StateMachine, machine_net, regions_cprm
 from cprm_gym.architecture.petri import Command, Executor

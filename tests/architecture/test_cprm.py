@@ -5,8 +5,8 @@ import pytest
 
 from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
-from cprm_gym.architecture.prm.cpds import Prior, Table
-from cprm_gym.architecture.prm.schema import Attribute, Model, PRMClass, Relation, Replace, prev
+from cprm_gym.architecture.prm.model.cpds import Prior, Table
+from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace, prev
 from cprm_gym.errors import LogError, ModelError, NetError
 
 # the umbrella world (Russell and Norvig): rain is hidden, an umbrella is seen

@@ -1,8 +1,7 @@
 """The keepaway policies keep the order of the literature."""
 
 import pytest
-
-from baselines.keepaway import POLICIES, durations
+from cprm_baselines.keepaway import POLICIES, durations
 
 
 def three(full_state, episodes, **options):

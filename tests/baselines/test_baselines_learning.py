@@ -1,10 +1,10 @@
-"""Each kind of learner learns something on an easy task. The command for people: python -m baselines.rl.go_to_ball"""
+"""Each kind of learner learns something on an easy task. The command for people: python -m cprm_baselines.rl.go_to_ball"""
 
 import pytest
 
 pytest.importorskip("sb3_contrib")
 
-from baselines.rl.go_to_ball import learn
+from cprm_baselines.rl.go_to_ball import learn
 
 
 @pytest.mark.slow

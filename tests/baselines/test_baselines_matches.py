@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from baselines.matches import play_matches
+from cprm_baselines.matches import play_matches
 
 SET_PLAYS = ("kick_in", "goal_kick", "corner_kick", "free_kick", "kick_off")
 

@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from cprm_gym.simulator.command_text import parse_commands
 from cprm_gym.simulator.conformance import replay_scenario
-from cprm_gym.simulator.gamelog import GameLogReader
-from cprm_gym.simulator.gamelog_writer import GameLogWriter
+from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.writer import GameLogWriter
+from cprm_gym.simulator.protocol.commands import parse_commands
 from cprm_gym.simulator.simulator import Simulator
 
 DATA = Path(__file__).parents[1] / "conformance" / "data"

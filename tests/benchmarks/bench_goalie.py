@@ -15,10 +15,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from cprm_baselines.goalie_raw import RawGoalie
+from cprm_baselines.scripted import ScriptedController
 from cpu_time import timed
 
-from baselines.goalie_raw import RawGoalie
-from baselines.scripted import ScriptedController
 from cprm_gym.agents.goalie import GoalieAgent
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore

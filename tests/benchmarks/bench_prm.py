@@ -26,8 +26,8 @@ except ImportError:
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "architecture" / "prm"))
 from inference_scene import Active, Scene  # noqa: E402
 
-from cprm_gym.architecture.prm.filtering import Filter  # noqa: E402
-from cprm_gym.architecture.prm.slices import GroundSlice  # noqa: E402
+from cprm_gym.architecture.prm.grounding.slices import GroundSlice  # noqa: E402
+from cprm_gym.architecture.prm.inference.filter import Filter  # noqa: E402
 
 QUICK = "--quick" in sys.argv
 

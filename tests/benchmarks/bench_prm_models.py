@@ -17,12 +17,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "architecture" / "p
 
 from ball_world import scene, soccer
 
-from cprm_gym.architecture.prm import checking, integration
-from cprm_gym.architecture.prm.domains import Bins
-from cprm_gym.architecture.prm.io import from_json, to_json
-from cprm_gym.architecture.prm.learning import Episode, Observed, em
-from cprm_gym.architecture.prm.views import view
-from cprm_gym.architecture.prm.world import World
+from cprm_gym.architecture.prm.inference.learning import Episode, Observed, em
+from cprm_gym.architecture.prm.inference.views import view
+from cprm_gym.architecture.prm.inference.world import World
+from cprm_gym.architecture.prm.interchange.json import from_json, to_json
+from cprm_gym.architecture.prm.model import integration
+from cprm_gym.architecture.prm.model import resolved as checking
+from cprm_gym.architecture.prm.model.domains import Bins
 
 
 def clear() -> None:

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from cprm_gym.errors import CommandError, LogError
-from cprm_gym.simulator.command_text import PlayerCommand, command_record
 from cprm_gym.simulator.conformance import run
 from cprm_gym.simulator.conformance.match import replay_match
-from cprm_gym.simulator.gamelog import GameLogReader
+from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.replay import Recorder, replay
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters
-from cprm_gym.simulator.replay import Recorder, replay
+from cprm_gym.simulator.protocol.commands import PlayerCommand, command_record
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 

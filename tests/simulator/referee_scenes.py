@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.parameters import Rules, ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters
 from cprm_gym.simulator.simulator import Simulator, no_commands
 from cprm_gym.simulator.state import CommandKind, PlayMode, player_index
+from cprm_gym.simulator.trainer import announcement_text
 
 QUIET = {"ball_rand": 0.0, "player_rand": 0.0, "kick_rand": 0.0, "half_time": 300}
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cprm_gym.errors import CommandError
-from cprm_gym.simulator.command_text import (
+from cprm_gym.simulator.protocol.commands import (
     PlayerCommand,
     command_record,
     command_text,

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from cprm_gym.errors import LogError, ParameterError
-from cprm_gym.simulator.commandlog import CommandLogReader, CommandLogWriter, LogLine
-from cprm_gym.simulator.gamelog import Frame, GameLogReader, Message, Team, player_row
-from cprm_gym.simulator.gamelog_writer import GameLogWriter
+from cprm_gym.simulator.gamelog.commands import CommandLogReader, CommandLogWriter, LogLine
+from cprm_gym.simulator.gamelog.frames import Frame, GameLogReader, Message, Team, player_row
+from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.state import PlayMode
 
 FORMATS = Path(__file__).parents[1] / "conformance" / "data" / "formats"

@@ -9,9 +9,9 @@ import pytest
 from referee_scenes import Scene, player
 
 from cprm_gym.errors import CommandError, ParameterError, UnknownName
-from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import Announcement, PlayMode
+from cprm_gym.simulator.trainer import announcement_text
 
 
 def test_announcements_are_the_server_s_words():

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cprm_gym.simulator.officials import announcement_text
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import CommandKind, PlayMode
+from cprm_gym.simulator.trainer import announcement_text
 
 WORLDS = 40
 

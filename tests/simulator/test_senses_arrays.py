@@ -12,8 +12,8 @@ from senses_recordings import random_worlds
 from cprm_gym.simulator.kernels import rounding
 from cprm_gym.simulator.kernels.senses import look
 from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS, LINE_NAMES
-from cprm_gym.simulator.message_parser import parse_see
-from cprm_gym.simulator.messages import see_text
+from cprm_gym.simulator.protocol.message_parser import parse_see
+from cprm_gym.simulator.protocol.messages import see_text
 from cprm_gym.simulator.senses import BallLevel, PlayerFlag, PlayerLevel, new_landmarks, new_see, see, see_landmarks
 from cprm_gym.simulator.simulator import Simulator
 

@@ -8,7 +8,7 @@ from senses_recordings import ROW, cases, load, recording, simulator
 
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.conformance.recording import load_hidden
-from cprm_gym.simulator.messages import fullstate_text, global_text, score_text, sense_body_text
+from cprm_gym.simulator.protocol.messages import fullstate_text, global_text, score_text, sense_body_text
 from cprm_gym.simulator.senses import BodyColumn, new_body, sense_body
 from cprm_gym.simulator.simulator import Simulator, no_commands
 from cprm_gym.simulator.state import CommandKind, PlayerBit, PlayMode
@@ -122,7 +122,7 @@ def test_collisions_are_told_once():
 
 
 def test_array_and_text_tell_the_same():
-    from cprm_gym.simulator.message_parser import parse_sense_body
+    from cprm_gym.simulator.protocol.message_parser import parse_sense_body
 
     sim = in_play()
     rng = np.random.default_rng(5)

@@ -7,10 +7,10 @@ import pytest
 from scipy import stats
 
 from cprm_gym.simulator.kernels.audio import say
-from cprm_gym.simulator.kernels.referee_set_mode import announce, set_mode
-from cprm_gym.simulator.message_parser import parse_hear
-from cprm_gym.simulator.messages import broadcast_text, hear_text, referee_text, trainer_text
+from cprm_gym.simulator.kernels.referee.set_mode import announce, set_mode
 from cprm_gym.simulator.parameters import ServerParameters
+from cprm_gym.simulator.protocol.message_parser import parse_hear
+from cprm_gym.simulator.protocol.messages import broadcast_text, hear_text, referee_text, trainer_text
 from cprm_gym.simulator.senses import hear, new_hear
 from cprm_gym.simulator.simulator import Simulator, no_commands
 from cprm_gym.simulator.state import SAY_QUEUE, Announcement, Count, PlayMode

@@ -7,8 +7,8 @@ from senses_recordings import random_worlds
 
 from cprm_gym.errors import LogError, UnknownName
 from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, landmark_index
-from cprm_gym.simulator.message_parser import SeenObject, parse_hear, parse_see, parse_sense_body
-from cprm_gym.simulator.messages import see_text, sense_body_text
+from cprm_gym.simulator.protocol.message_parser import SeenObject, parse_hear, parse_see, parse_sense_body
+from cprm_gym.simulator.protocol.messages import see_text, sense_body_text
 
 
 def test_the_forms_of_objects():

@@ -7,9 +7,9 @@ import pytest
 from senses_recordings import ROW, WIDTHS, cases, load, random_worlds, recording, see_messages, simulator
 
 from cprm_gym.errors import CommandError, ParameterError
-from cprm_gym.simulator.command_text import command_record, parse_commands
 from cprm_gym.simulator.kernels.senses import late_messages_due
-from cprm_gym.simulator.messages import see_mismatches, see_text
+from cprm_gym.simulator.protocol.commands import command_record, parse_commands
+from cprm_gym.simulator.protocol.messages import see_mismatches, see_text
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 

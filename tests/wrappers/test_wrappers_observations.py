@@ -6,8 +6,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from cprm_gym.agents.models import BALL_MODEL, DIRECTION, DISTANCE
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.world import World
+from cprm_gym.architecture.prm.inference.filter import Filter
+from cprm_gym.architecture.prm.inference.world import World
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.spaces import BodyFeature, ObjectFeature
 from cprm_gym.errors import ParameterError

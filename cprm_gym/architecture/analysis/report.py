@@ -17,17 +17,17 @@ from rich.text import Text
 
 from ...errors import LogError, NetError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
-from ..petri.io import load_net
-from ..petri.pnml import read_pnml
-from .composition import CompositionReport, check_composition
-from .contracts import ContractReport, check_contract
-from .cycles import TimedSystem, explore_cycles
-from .invariants import Invariants, flow_basis, semiflows, structural_bounds
-from .siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
-from .state_space import Budget, Progress
-from .structure import Structure, Verdict, analyze_structure
-from .system import System, selected_places
-from .timed import RunVerdict, TimedStructure, closed_system, judge_cycles
+from ..petri.files.json import load_net
+from ..petri.files.pnml_reader import read_pnml
+from .behaviour.properties import Structure, Verdict, analyze_structure
+from .behaviour.state_space import Budget, Progress
+from .modules.composition import CompositionReport, check_composition
+from .modules.contracts import ContractReport, check_contract
+from .net_arrays import System, selected_places
+from .structure.invariants import Invariants, flow_basis, semiflows, structural_bounds
+from .structure.siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
+from .timed.properties import RunVerdict, TimedStructure, closed_system, judge_cycles
+from .timed.state_space import TimedSystem, explore_cycles
 
 SIPHON_PLACES = 200
 """Siphons and traps are listed for nets of at most so many places."""

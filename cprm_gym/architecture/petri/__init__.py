@@ -51,15 +51,16 @@ ports may be touched from outside: entries only receive tokens, exits only lose 
 means its flat net (`flatten`).
 """
 
-from .bisimulation import weakly_bisimilar
-from .commands import Commands
-from .compiled import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
-from .drawing import save_drawing, to_dot, to_svg
-from .execution import Conflict, Executor, Snapshot
-from .io import load_net, net_from_json, net_to_json, save_net
-from .modules import Instance, flatten, instances
-from .net import PetriNet
-from .places import (
+from ..analysis.behaviour.bisimulation import weakly_bisimilar
+from .drawing.dot import save_drawing, to_dot, to_svg
+from .execution.commands import Commands
+from .execution.compiled_net import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
+from .execution.executor import Conflict, Executor, Snapshot
+from .execution.tracing import Firing, Trace
+from .files.json import load_net, net_from_json, net_to_json, save_net
+from .net.modules import Instance, flatten, instances
+from .net.net import PetriNet
+from .net.places import (
     INFINITE,
     AnyPlace,
     Belief,
@@ -74,9 +75,8 @@ from .places import (
     Semantics,
     Transition,
 )
-from .set_arcs import eliminate_set_arcs
-from .tracing import Firing, Trace
-from .values import FrozenMap
+from .net.set_arcs import eliminate_set_arcs
+from .net.values import FrozenMap
 
 __all__ = [
     "INFINITE",

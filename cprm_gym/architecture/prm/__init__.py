@@ -23,19 +23,19 @@ References
 Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Friedman 2009; Murphy 2002.
 """
 
-from .aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
-from .bank import FilterBank, Link, Role
-from .cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
-from .diffusion import diffusion_report
-from .domains import BOOL, Bins, Labels
-from .filtering import Filter
-from .grounding import Grounding, GroundSlice, Situation, unroll
-from .io import load, save
-from .learning import Episode, Observed, count, em
-from .schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
-from .static import BayesNet
-from .views import View, view
-from .world import Posterior, Tracker, World
+from .grounding.grounding import Grounding, GroundSlice, Situation, unroll
+from .inference.bayes_net import BayesNet
+from .inference.filter import Filter
+from .inference.filter_bank import FilterBank, Link, Role
+from .inference.learning import Episode, Observed, count, em
+from .inference.views import View, view
+from .inference.world import Posterior, Tracker, World
+from .interchange.json import load, save
+from .model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
+from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from .model.diffusion import diffusion_report
+from .model.domains import BOOL, Bins, Labels
+from .model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
 
 __all__ = [
     "BOOL",

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ...errors import LogError
-from ..command_text import parse_commands
 from ..kernels.senses import late_messages_due
-from ..message_parser import parse_see
-from ..messages import see_mismatches
+from ..protocol.commands import parse_commands
+from ..protocol.message_parser import parse_see
+from ..protocol.messages import see_mismatches
 from ..simulator import Simulator
 from ..state import ViewWidth
 from .recording import ROW, Recording

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..command_text import PlayerCommand
 from ..player_types import TypeColumn
+from ..protocol.commands import PlayerCommand
 from ..state import BALL, Count, PlayerBit
 
 Array = npt.NDArray[Any]

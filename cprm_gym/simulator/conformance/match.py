@@ -20,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import CommandError, LogError
-from ..command_text import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
-from ..commandlog import CommandLogReader, LogLine
-from ..gamelog import Frame, GameLogReader
+from ..gamelog.commands import CommandLogReader, LogLine
+from ..gamelog.frames import Frame, GameLogReader
+from ..gamelog.replay import ANGLE_UNIT, load_frame
 from ..player_types import TypeColumn
-from ..replay import ANGLE_UNIT, load_frame
+from ..protocol.commands import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
 from ..simulator import Simulator
 from ..state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
 from .envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck

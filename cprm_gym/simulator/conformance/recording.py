@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import LogError
-from ..gamelog import open_log
+from ..gamelog.frames import open_log
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
 from ..simulator import Simulator

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..command_text import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
+from ..protocol.commands import PlayerCommand, command_record, parse_commands, parse_trainer, side_of_team
 from ..state import BALL, LEFT, RIGHT, PlayerBit
 from .clock import compare_late, set_asynchronous_clocks
 from .envelope import calm, envelope, kick_noise

@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from ..kernels.audio import hear_degrees
-from ..messages import hear_text, referee_text, see_mismatches, sense_body_text
+from ..protocol.messages import hear_text, referee_text, see_mismatches, sense_body_text
 from ..simulator import Simulator
 from ..state import Count
 from .recording import ROW, Recording

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ...errors import CommandError
-from ..command_text import PlayerCommand
+from ..protocol.commands import PlayerCommand
 from ..simulator import Simulator
 
 _SILENT = {"look", "check_ball", "team_names", "ear", "eye", "say", "done", "compression", "init"}

@@ -48,7 +48,7 @@ from .random import (
     polar_noise,
     uniform_between,
 )
-from .referee import (
+from .referee.events import (
     announce,
     on_caught,
     on_kick,
@@ -58,7 +58,7 @@ from .referee import (
     on_tackle_fail,
     on_touch,
 )
-from .referee_modes import BEFORE_KICK_OFF, PLAY_ON, TIME_OVER, is_shoot_out, is_stopped
+from .referee.modes import BEFORE_KICK_OFF, PLAY_ON, TIME_OVER, is_shoot_out, is_stopped
 from .senses import view_cone
 
 _LARGEST = 1e6

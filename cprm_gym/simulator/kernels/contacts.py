@@ -13,7 +13,7 @@ from .collisions import (
     push_players,
     touches_ball,
 )
-from .referee import on_touch
+from .referee.events import on_touch
 
 
 @kernel

@@ -12,8 +12,8 @@ from .commands import effect_of_dash, execute
 from .contacts import resolve_collisions
 from .motion import commit, move_ball, move_player
 from .random import COMMAND_ORDER, PHYSICS, shuffle
-from .referee import automatic_kick_off, on_step
-from .referee_modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
+from .referee.events import automatic_kick_off, on_step
+from .referee.modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
 from .senses import late_messages_due
 from .stamina import update_stamina
 

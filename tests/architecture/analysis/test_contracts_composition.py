@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from contract_modules import turn_to_ball
 
-from cprm_gym.architecture.analysis.composition import check_composition, handovers
+from cprm_gym.architecture.analysis.modules.composition import check_composition, handovers
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Transition
 
 

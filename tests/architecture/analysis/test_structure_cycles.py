@@ -7,8 +7,8 @@ import pytest
 from reference_interpreter import Reference
 from structure_nets import random_net
 
-from cprm_gym.architecture.analysis.cycles import explore_cycles, timed_system
 from cprm_gym.architecture.analysis.kernels import cycles as kernels
+from cprm_gym.architecture.analysis.timed.state_space import explore_cycles, timed_system
 from cprm_gym.architecture.petri import INFINITE, Executor, Input, Math, ObjectPlace, PetriNet, Place, Selection, Semantics, Transition
 from cprm_gym.errors import LivelockError, NetError
 

@@ -8,12 +8,12 @@ from contract_modules import broken, turn_to_ball
 from rich.console import Console
 from structure_nets import flexible_manufacturing, philosophers, producer, random_net
 
+from cprm_gym.architecture.analysis.behaviour.state_space import Budget
 from cprm_gym.architecture.analysis.report import analyze, load
-from cprm_gym.architecture.analysis.state_space import Budget
-from cprm_gym.architecture.analysis.timed import analyze_cycles, may_reach
+from cprm_gym.architecture.analysis.timed.properties import analyze_cycles, may_reach
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition
-from cprm_gym.architecture.petri.io import save_net
-from cprm_gym.architecture.petri.pnml_writer import write_pnml
+from cprm_gym.architecture.petri.files.json import save_net
+from cprm_gym.architecture.petri.files.pnml_writer import write_pnml
 from cprm_gym.errors import LogError, UnknownName
 
 

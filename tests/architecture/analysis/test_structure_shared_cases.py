@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cprm_gym.architecture.analysis.structure import analyze_structure
-from cprm_gym.architecture.petri.pnml import read_pnml
+from cprm_gym.architecture.analysis.behaviour.properties import analyze_structure
+from cprm_gym.architecture.petri.files.pnml_reader import read_pnml
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases" / "petri"
 INDEX = json.loads((CASES / "index.json").read_text()) if (CASES / "index.json").is_file() else {}

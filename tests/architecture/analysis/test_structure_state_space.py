@@ -5,10 +5,10 @@ import pytest
 from structure_nets import flexible_manufacturing, kanban, landing_detector, philosophers, producer, random_net, token_ring
 from structure_oracle import Oracle
 
-from cprm_gym.architecture.analysis import state_space
-from cprm_gym.architecture.analysis.state_space import Budget, explore
-from cprm_gym.architecture.analysis.structure import analyze_structure
-from cprm_gym.architecture.analysis.system import System
+from cprm_gym.architecture.analysis.behaviour import state_space
+from cprm_gym.architecture.analysis.behaviour.properties import analyze_structure
+from cprm_gym.architecture.analysis.behaviour.state_space import Budget, explore
+from cprm_gym.architecture.analysis.net_arrays import System
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
 from cprm_gym.errors import NetError, UnknownName
 

@@ -10,11 +10,11 @@ from petri_random_nets import random_net
 from test_petri_modules import ORIENT, TWICE
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition, flatten
-from cprm_gym.architecture.petri.drawing import ALL, save_drawing, to_dot, to_svg
-from cprm_gym.architecture.petri.labels import curve_points, place_labels
-from cprm_gym.architecture.petri.layout import Edge, Node, arrange
-from cprm_gym.architecture.petri.picture import picture
-from cprm_gym.architecture.petri.svg import BAR, RADIUS
+from cprm_gym.architecture.petri.drawing.dot import ALL, save_drawing, to_dot, to_svg
+from cprm_gym.architecture.petri.drawing.labels import curve_points, place_labels
+from cprm_gym.architecture.petri.drawing.layout import Edge, Node, arrange
+from cprm_gym.architecture.petri.drawing.picture import picture
+from cprm_gym.architecture.petri.drawing.svg import BAR, RADIUS
 from cprm_gym.errors import NetError
 
 SVG = "{http://www.w3.org/2000/svg}"

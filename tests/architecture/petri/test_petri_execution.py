@@ -506,7 +506,7 @@ def test_marking_is_a_view_that_cannot_be_written():
 
 def test_cycle_compiles_once():
     """One kernel for every net: a second net must not compile another."""
-    from cprm_gym.architecture.petri import kernels
+    from cprm_gym.architecture.petri.execution import kernels
 
     Executor(FIG_2_5).step()
     Executor(WATCH, copies=3).step()

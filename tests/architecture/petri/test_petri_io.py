@@ -8,7 +8,7 @@ from petri_random_nets import random_net
 from test_petri_modules import ORIENT, TWICE
 
 from cprm_gym.architecture.petri import Belief, Command, Continuous, ObjectPlace, PetriNet, Place, Ports, Selection, Semantics, Transition
-from cprm_gym.architecture.petri.io import load_net, net_from_dict, net_from_json, net_to_dict, net_to_json, save_net
+from cprm_gym.architecture.petri.files.json import load_net, net_from_dict, net_from_json, net_to_dict, net_to_json, save_net
 from cprm_gym.errors import LogError, NetError
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from petri_random_nets import random_net, random_world
 
+from cprm_gym.architecture.analysis.behaviour.bisimulation import weakly_bisimilar
 from cprm_gym.architecture.petri import Executor, ObjectPlace, PetriNet, Place, Transition, flatten
-from cprm_gym.architecture.petri.bisimulation import weakly_bisimilar
-from cprm_gym.architecture.petri.set_arcs import LOCK, eliminate_set_arcs
+from cprm_gym.architecture.petri.net.set_arcs import LOCK, eliminate_set_arcs
 from cprm_gym.errors import NetError
 
 # Fig. 4.1: two concurrent activities; on an error, recovery puts the whole module into the desired state

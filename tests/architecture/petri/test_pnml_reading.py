@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
-from cprm_gym.architecture.petri.pnml import parse_pnml, read_pnml
+from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
 from cprm_gym.errors import LogError
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases" / "petri"

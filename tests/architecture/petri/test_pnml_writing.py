@@ -23,8 +23,8 @@ from cprm_gym.architecture.petri import (
     Semantics,
     Transition,
 )
-from cprm_gym.architecture.petri.pnml import parse_pnml, read_pnml
-from cprm_gym.architecture.petri.pnml_writer import expanded_net, to_pnml, write_pnml
+from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
+from cprm_gym.architecture.petri.files.pnml_writer import expanded_net, to_pnml, write_pnml
 from cprm_gym.errors import LogError, NetError
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "analysis"))

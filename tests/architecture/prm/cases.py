@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.prm.grounding import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, GroundSlice, GroundVariable
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "cases" / "prm"
 RECORDED = Path(__file__).resolve().parent / "data"

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from cprm_gym.architecture.prm.grounding import GroundSlice
+from cprm_gym.architecture.prm.grounding.grounding import GroundSlice
 
 Table = tuple[tuple[str, ...], np.ndarray]
 

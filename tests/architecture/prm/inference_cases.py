@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
 
 OURS = Path(__file__).parent / "data"
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "cases" / "prm"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
 
 
 def table(rng: np.random.Generator, shape: tuple[int, ...], zeros: float = 0.0) -> np.ndarray:

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.prm.bank import FilterBank, Link, Role
-from cprm_gym.architecture.prm.cpds import Noise, Prior, Switch, Table
-from cprm_gym.architecture.prm.domains import Bins
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.grounding import Grounding
-from cprm_gym.architecture.prm.projection import ProjectionEngine
-from cprm_gym.architecture.prm.schema import Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
-from cprm_gym.architecture.prm.views import View
+from cprm_gym.architecture.prm.grounding.grounding import Grounding
+from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
+from cprm_gym.architecture.prm.inference.filter import Filter
+from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link, Role
+from cprm_gym.architecture.prm.inference.views import View
+from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
+from cprm_gym.architecture.prm.model.domains import Bins
+from cprm_gym.architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
 
 PLACE = Bins((0.0, 1.0, 2.0, 3.0, 4.0), clip=True)

@@ -7,9 +7,9 @@ import pytest
 from inference_cases import Schedule, find, load, static_slice
 from inference_worlds import table
 
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.architecture.prm.static import BayesNet
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import ImpossibleEvidence
 
 STATIC = ("s01_asia", "s02_cancer", "s03_earthquake", "s04_survey", "s05_sachs", "s06_child", "s07_insurance", "s08_alarm")

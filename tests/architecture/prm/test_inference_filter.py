@@ -9,8 +9,8 @@ from inference_cases import Schedule, load
 from inference_scene import Active, Scene
 from inference_worlds import RandomWorld, table, unrolled_joint
 
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import CostError, EvidenceError, ImpossibleEvidence, ModelError, ParameterError
 
 

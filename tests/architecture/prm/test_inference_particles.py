@@ -8,9 +8,9 @@ from inference_cases import Schedule, find, load
 from inference_scene import Active, Scene
 from inference_worlds import RandomWorld, unrolled_joint
 
-from cprm_gym.architecture.prm import kernels
-from cprm_gym.architecture.prm.anytime import to_factors, to_particles
-from cprm_gym.architecture.prm.filtering import Filter
+from cprm_gym.architecture.prm.inference.compiled import kernels
+from cprm_gym.architecture.prm.inference.engines.anytime import to_factors, to_particles
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import ImpossibleEvidence, ParameterError
 
 

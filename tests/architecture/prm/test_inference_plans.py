@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from inference_worlds import table
 
-from cprm_gym.architecture.prm import kernels
-from cprm_gym.architecture.prm.factors import Factor, contract_all
-from cprm_gym.architecture.prm.jointree import connected, join_tree
-from cprm_gym.architecture.prm.operations import Builder, MessageFactor, PlanSpec, SoftFactor, TableFactor, merge_loops
-from cprm_gym.architecture.prm.plans import compile_plan, structure_cost
-from cprm_gym.architecture.prm.static import JunctionTree
+from cprm_gym.architecture.prm.inference.bayes_net import JunctionTree
+from cprm_gym.architecture.prm.inference.compiled import kernels
+from cprm_gym.architecture.prm.inference.compiled.operations import Builder, MessageFactor, PlanSpec, SoftFactor, TableFactor, merge_loops
+from cprm_gym.architecture.prm.inference.compiled.plans import compile_plan, structure_cost
+from cprm_gym.architecture.prm.inference.factors import Factor, contract_all
+from cprm_gym.architecture.prm.inference.join_tree import connected, join_tree
 
 SCOPES = st.lists(st.sets(st.integers(0, 7), min_size=1, max_size=4), min_size=1, max_size=8)
 

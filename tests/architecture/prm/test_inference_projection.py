@@ -8,8 +8,8 @@ from inference_cases import Schedule, load
 from inference_scene import Active, Scene
 from inference_worlds import RandomWorld
 
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.projection import mutual_information
+from cprm_gym.architecture.prm.inference.engines.projection import mutual_information
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import ParameterError
 
 

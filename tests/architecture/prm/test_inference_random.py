@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from inference_worlds import RandomWorld, table, unrolled_joint
 
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.architecture.prm.static import BayesNet
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import ImpossibleEvidence
 
 

@@ -10,10 +10,10 @@ from inference_cases import Schedule, load
 from inference_worlds import RandomWorld, table, unrolled_joint
 
 from cprm_gym.architecture.prm import Attribute, BayesNet, Labels, Model, Prior, PRMClass, Table, World, unroll
-from cprm_gym.architecture.prm.factors import Factor
-from cprm_gym.architecture.prm.filtering import Filter
-from cprm_gym.architecture.prm.sampling import sample_factors
-from cprm_gym.architecture.prm.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.factors import Factor
+from cprm_gym.architecture.prm.inference.filter import Filter
+from cprm_gym.architecture.prm.inference.sampling import sample_factors
 from cprm_gym.errors import ParameterError
 
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate, stats
 
-from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.errors import ModelError
 
 ZONES = Labels(("own", "middle", "attack"))

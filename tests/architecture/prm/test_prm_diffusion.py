@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from ball_world import soccer
 
-from cprm_gym.architecture.prm.cpds import Noise, Switch, Uniform
-from cprm_gym.architecture.prm.diffusion import diffusion_report
-from cprm_gym.architecture.prm.domains import BOOL, Bins
-from cprm_gym.architecture.prm.schema import Attribute, Model, PRMClass
+from cprm_gym.architecture.prm.model.cpds import Noise, Switch, Uniform
+from cprm_gym.architecture.prm.model.diffusion import diffusion_report
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins
+from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass
 from cprm_gym.errors import ParameterError
 
 

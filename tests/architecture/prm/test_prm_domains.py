@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels, as_domain, bin_indices, state_index
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels, as_domain, bin_indices, state_index
 from cprm_gym.errors import EvidenceError, ModelError
 
 DIST = Bins((0.0, 2.0, 5.0, 10.0), unit="m")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cprm_gym.architecture.expressions import FUNCTIONS, Expression
-from cprm_gym.architecture.prm.formulas import Formula
+from cprm_gym.architecture.prm.model.formulas import Formula
 from cprm_gym.errors import CprmError, ModelError
 
 NUMBERS = (-540.0, -3.5, -np.pi, -1.0, -0.5, 0.0, 0.3, 0.5, 1.5, 2.5, np.pi, 7.0, 180.0, 800.0)

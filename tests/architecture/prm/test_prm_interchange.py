@@ -10,9 +10,9 @@ from ball_world import scene
 from cases import load, names, static_slice
 from flat import marginal
 
-from cprm_gym.architecture.prm.bif import from_bif, load_bif, plain_names, save_bif, to_bif
-from cprm_gym.architecture.prm.grounding import GroundCPD, GroundSlice, GroundVariable, unroll
-from cprm_gym.architecture.prm.pgmpy_nets import from_pgmpy, to_pgmpy
+from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, GroundSlice, GroundVariable, unroll
+from cprm_gym.architecture.prm.interchange.bif import from_bif, load_bif, plain_names, save_bif, to_bif
+from cprm_gym.architecture.prm.interchange.pgmpy import from_pgmpy, to_pgmpy
 from cprm_gym.errors import CprmError, LogError, ModelError
 
 

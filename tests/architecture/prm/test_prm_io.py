@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from ball_world import scene, soccer
 
-from cprm_gym.architecture.prm import io
-from cprm_gym.architecture.prm.aggregates import AnyCause, Count, Mean
-from cprm_gym.architecture.prm.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
+from cprm_gym.architecture.prm.interchange import json as io
+from cprm_gym.architecture.prm.model.aggregates import AnyCause, Count, Mean
+from cprm_gym.architecture.prm.model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
 from cprm_gym.errors import CprmError, LogError, ModelError
 
 

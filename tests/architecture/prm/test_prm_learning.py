@@ -7,11 +7,11 @@ import pytest
 from ball_world import scene
 from cases import load
 
-from cprm_gym.architecture.prm.cpds import Dense, Prior, Table, Uniform
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.grounding import Grounding
-from cprm_gym.architecture.prm.learning import Episode, Observed, count, em
-from cprm_gym.architecture.prm.schema import Attribute, Model, PRMClass, Relation, Replace
+from cprm_gym.architecture.prm.grounding.grounding import Grounding
+from cprm_gym.architecture.prm.inference.learning import Episode, Observed, count, em
+from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError, ParameterError
 
 RNG = np.random.default_rng(11)

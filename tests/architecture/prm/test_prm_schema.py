@@ -7,10 +7,10 @@ import dataclasses
 import pytest
 from ball_world import soccer
 
-from cprm_gym.architecture.prm.aggregates import Exists
-from cprm_gym.architecture.prm.cpds import Dense, Noise, Prior, Table, Uniform
-from cprm_gym.architecture.prm.domains import BOOL, Bins
-from cprm_gym.architecture.prm.schema import (
+from cprm_gym.architecture.prm.model.aggregates import Exists
+from cprm_gym.architecture.prm.model.cpds import Dense, Noise, Prior, Table, Uniform
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins
+from cprm_gym.architecture.prm.model.schema import (
     Add,
     Attribute,
     Input,

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cprm_gym.architecture.prm.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.grounding import GroundVariable
-from cprm_gym.architecture.prm.views import View, view
+from cprm_gym.architecture.prm.grounding.grounding import GroundVariable
+from cprm_gym.architecture.prm.inference.views import View, view
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.errors import EvidenceError, ModelError
 
 DIST = Bins((0.0, 2.0, 5.0, 10.0, 20.0, 40.0), "m")

@@ -1,0 +1,1 @@
+"""The ten outfield players of an eleven: net, model and percepts."""

@@ -1,0 +1,308 @@
+"""The outfield player: one of ten who play the same net, each on his own percepts and beliefs (dissertation §2.3.4, §2.3.5, ch. 4).
+
+    decide --(waiting)--> setup                    decide --(ball out of sight)--> look round
+    decide --(first at the ball)--> receive | run | go --> with_ball
+    decide --(else)--> walk (advance to his place in the formation, which shifts with the ball)
+    with_ball --> shoot | passing | quick (a kick to the receiver) | boot (clear) | drive (dribble) --> decide
+    with_ball --(own set play)--> taking (a kick to the receiver, or far ahead) --> hands_off --(the ball is gone)--> decide
+    the neck keeps the face on the ball beside all of it, or on the goal while the ball is at his feet
+
+Whose ball it is, to whom he passes, whom he marks and who presses him are object places: the best of a class in some respect, subject
+to a condition. The opponent nearest to the ball and the receiver are attended to in the model while the places hold them, and an
+opponent at the ball possesses it. Where the ball was not seen for a while, the net goes by the belief about it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...architecture.cprm import CPRM, Cluster, Observe
+from ...architecture.petri import AnyPlace, Belief, Command, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ...envs.controller import Action, Observation
+from ...envs.spaces import BodyFeature
+from ...envs.tasks import Task
+from ..play import SoccerAgent
+from ..skills.advance import ADVANCE
+from ..skills.clear import CLEAR
+from ..skills.dribble import NEAR
+from ..skills.drive import DRIVE
+from ..skills.go_to_ball import GO_TO_BALL_REFLEX
+from ..skills.kick import KICK
+from ..skills.pass_ball import PASS_BALL
+from ..skills.receive import RECEIVE
+from ..skills.setup import SETUP
+from ..skills.shoot import SHOOT
+from .model import OUTFIELD_MODEL, PERIOD
+from .percepts import outfield_attributes, outfield_percepts
+
+REACH = 0.98
+"""Metres at which he is sure that he can kick."""
+LOST = 6
+"""Cycles without a sight of the ball after which he looks round."""
+STALE = 3
+"""Cycles without a sight of the ball after which the belief about it counts for more than what was last seen, carried on."""
+YIELD = 3.0
+"""Cycles by which a team-mate must be nearer to the ball before he leaves it to him."""
+LEAD = 1.5
+"""Metres that a pass goes ahead of the receiver."""
+GONE = 8.0
+"""Metres that the ball must have gone after an own set play before he plays it again: others must touch it first."""
+COMING = 0.35
+"""m / cycle at which a ball that comes nearer counts as coming."""
+SLOW = 0.4
+"""m / cycle at which a rolling ball is met on its way, and not run after."""
+IN_RANGE = 20.0
+"""Metres from the goal at which he shoots if the way is clear; from `NEAR` he shoots in any case."""
+CLEAR_WAY = -0.6
+"""Metres of room (`outfield_percepts`) at which the way is clear enough."""
+PRESSED, FREE = 3.0, 9.0
+"""Metres of the attended opponent within which a pass is in haste, and beyond which there is time to turn and look."""
+OFF_PLACE = 2.5
+"""Metres off his place at which he goes there."""
+OFF_AXIS = 40.0
+"""Degrees off the ball at which he turns to it."""
+AT_BALL = 1.6
+"""Metres from the ball within which an opponent has it."""
+KEEP_OFF = 10.5
+"""Metres that are kept from the ball at a set play of the opponents (the rule asks for 9.15)."""
+FAR = 60.0
+"""Where the attended opponent is while there is none, m."""
+
+WAIT, SEARCH, HAVE, EXPECT, MEET, FETCH, WALK, FACE = 8, 7, 6, 5, 4, 3, 2, 1
+"""What to do now: values of the place ``plan``."""
+SET_PLAY, SHOT, PASS, QUICK, BOOT, DRIVEN = 6, 5, 4, 3, 2, 1
+"""What to do with the ball: values of the place ``option``."""
+
+WORTH = "0.6 * {t}.ahead + min({t}.room, 4) + 0.7 * min({t}.free, 6) - 0.08 * {t}.distance + (4 if {t}.x > 30 else 0)"
+"""What a pass to a team-mate is worth: metres gained, room on the way, room around him; more in front of the goal."""
+
+_OBJECTS: tuple[AnyPlace, ...] = (
+    ObjectPlace("first", "Teammate", Selection(  # set plays are not left to the goalie
+        "Teammate", best="teammate.time", where="teammate.age <= 20 and (teammate.x > -45 or not ours)", minimize=True)),
+    ObjectPlace("receiver", "Teammate", Selection(
+        "Teammate", best=WORTH.format(t="teammate"),
+        where="ball_distance < 3 and teammate.age <= 8 and teammate.distance > 4 and teammate.distance < 30 and teammate.room > 0.3 "
+              "and teammate.beyond < 0 and teammate.x > -42")),  # not the goalie, who must not take a pass back with his hands
+    ObjectPlace("watched", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0")),
+    ObjectPlace("holder", "Opponent", Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {AT_BALL}")),
+    ObjectPlace("marked", "Opponent", Selection(
+        "Opponent", best="hypot(opponent.x - home_x, opponent.y - home_y)", minimize=True,
+        where="opponent.age <= 20 and hypot(opponent.x - home_x, opponent.y - home_y) < 9")),
+)  # fmt: skip
+"""The team-mate who is first at the ball; he to whom a pass is worth most; who is nearest to the ball; who has it; who to mark."""
+
+_BELIEFS: tuple[AnyPlace, ...] = (
+    *(Belief(f"believed_{v}", variable=f"ball.{v}") for v in ("x", "y")),
+    Belief("rival_x", variable="watched.x", value=FAR), Belief("rival_y", variable="watched.y"),
+    Belief("mate_x", variable="receiver.x", value=FAR), Belief("mate_y", variable="receiver.y"),
+)  # fmt: skip
+
+_INPUTS = {
+    "me_x": "me.x", "me_y": "me.y", "facing": "me.facing", "speed": "body.speed", "seen_x": "ball.x", "seen_y": "ball.y",
+    "vx": "ball.speed_ahead", "vy": "ball.speed_aside", "ball_age": "ball.age", "ball_distance": "ball.reckoned_distance",
+    "ball_direction": "ball.reckoned_direction", "approach": "ball.approach", "me_time": "me.time", "meet_x": "meet.x", "meet_y": "meet.y",
+    "place_x": "place.x", "place_y": "place.y", "line": "line.x", "goal_distance": "goal.distance", "goal_direction": "goal.direction",
+    "goal_room": "goal.room", "way_direction": "way.direction", "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
+    "theirs": "game.theirs", "kick_off": "game.kick_off",
+}  # fmt: skip
+
+_SITUATION: tuple[AnyPlace, ...] = (
+    Math("lost", f"1 if ball_age > {LOST} else 0"),
+    # where it was seen, where a kick-off puts it, or where it is believed to be
+    Math("ball_x", f"seen_x if ball_age <= {STALE} else 0 if kick_off else believed_x"),
+    Math("ball_y", f"seen_y if ball_age <= {STALE} else 0 if kick_off else believed_y"),
+    Math("ball_speed", "hypot(vx, vy)"),
+    Math("off_ball_x", "ball_x - me_x"), Math("off_ball_y", "ball_y - me_y"),
+    Math("look_angle", "norm_deg(degrees(atan2(off_ball_y, off_ball_x)) - facing) if hypot(off_ball_x, off_ball_y) > 0.01 else 0"),
+    # may he touch the ball, and is he the one to do it
+    Math("may", "1 if playing or ours else 0"),
+    Math("mates_time", "first.time", default=99.0),
+    Math("mine", "mates_time - me_time"),
+    Math("chase", "1 if may and mine >= 0 and not lost else 0"),
+    Math("leave", f"1 if not may or mine < -{YIELD} else 0"),
+    Math("reach", f"1 if ball_distance < {REACH} and ball_age <= 2 and may else 0"),
+    Math("coming", f"1 if approach > {COMING} and ball_age < 5 and ball_distance > 3 else 0"),
+    Math("gaze", "0 if lost else goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
+)  # fmt: skip
+
+_FORMATION: tuple[AnyPlace, ...] = (
+    Math("deepest", "-46 if place_x < -30 else -38"),
+    Math("shifted", "place_x + 0.55 * (ball_x + 10) + (4 if ball_x > 0 else 0)"),
+    Math("onside", "max(line - 1, deepest)"),
+    Math("ahead", "max(shifted, ball_x + 22) if place_x > -12 and ball_x > -15 else shifted"),
+    Math("home_x", "clip(min(ahead, onside), deepest, -0.5 if kick_off else 44)"),
+    Math("home_y", "clip(0.85 * place_y + 0.35 * ball_y, -32, 32)"),
+    # he who marks stands between his man and the goal
+    Math("goal_way", "max(0.5, hypot(marked.x + 52.5, marked.y))", default=1.0),
+    Math("mark_x", "marked.x - 1.5 * (marked.x + 52.5) / goal_way", default=FAR),
+    Math("mark_y", "marked.y - 1.5 * marked.y / goal_way", default=0.0),
+    Math("marking", f"1 if playing and ball_x < 0 and mark_x < {FAR} - 1 else 0"),
+    # the distance at a set play of theirs
+    Math("home_gap", "max(0.1, hypot(home_x - ball_x, home_y - ball_y))"),
+    Math("back", f"1 if theirs and home_gap < {KEEP_OFF} else 0"),
+    Math("back_x", f"clip(ball_x + {KEEP_OFF} * min(home_x - ball_x, -0.05) / home_gap, -46, 40)"),
+    Math("go_x", "back_x if back else mark_x if marking else home_x"),
+    Math("go_y", f"ball_y + {KEEP_OFF} * (home_y - ball_y) / home_gap if back else mark_y if marking else home_y"),
+    Math("off_place", "hypot(go_x - me_x, go_y - me_y)"),
+    Math("off_axis", "abs(look_angle)"),
+    Math("on_ball", f"{EXPECT} if coming else {MEET} if ball_speed >= {SLOW} and ball_distance >= 3 else {FETCH}"),
+    Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
+    Math("plan", f"{WAIT} if waiting else {SEARCH} if lost else {HAVE} if reach else on_ball if chase else off_ball"),
+)  # fmt: skip
+
+_WITH_BALL: tuple[AnyPlace, ...] = (
+    Math("pressure", "hypot(rival_x - me_x, rival_y - me_y)"),
+    Math("pressed", f"1 if pressure < {PRESSED} else 0"),
+    Math("worth", WORTH.format(t="receiver"), default=-99.0),
+    # to the flank on which he is; or to the receiver, as he is believed to stand, or as he was seen until he is attended to
+    Math("mate_age", "receiver.age", default=99.0),
+    Math("seen_mate_x", "receiver.x", default=FAR), Math("seen_mate_y", "receiver.y"),
+    Math("sure", "1 if hypot(mate_x - seen_mate_x, mate_y - seen_mate_y) < 3 else 0"),
+    Math("flank_x", "min(45, me_x + 30)"), Math("flank_y", "22 if me_y >= 0 else -22"),
+    Math("to_x", f"((mate_x + seen_mate_x) / 2 + {LEAD} if sure else seen_mate_x + {LEAD} if mate_age < 90 else flank_x) - me_x"),
+    Math("to_y", "((mate_y + seen_mate_y) / 2 if sure else seen_mate_y if mate_age < 90 else flank_y) - me_y"),
+    Math("pass_distance", "max(1, hypot(to_x, to_y))"),
+    Math("pass_direction", "norm_deg(degrees(atan2(to_y, to_x)) - facing) if hypot(to_x, to_y) > 0.01 else 0"),
+    Math("can_shoot", f"1 if goal_distance < {NEAR} or (goal_distance < {IN_RANGE} and goal_room > {CLEAR_WAY}) else 0"),
+    Math("can_pass", "1 if worth > (-90 if ours else 5 if pressed else 9) else 0"),
+    Math("must_clear", "1 if ours or (pressed and me_x < -25) else 0"),
+    Math("unmolested", f"1 if pressure >= {FREE} else 0"),
+    Math("choice", f"{SHOT} if can_shoot else ({PASS} if unmolested else {QUICK}) if can_pass else {BOOT} if must_clear else {DRIVEN}"),
+    Math("option", f"0 if not may else {SET_PLAY} if ours else choice"),
+    Math("better", f"1 if not may or (reach and choice > {DRIVEN}) else 0"),
+    Math("off_run", "1 if leave or ball_distance < 2.5 or ball_speed < 0.25 else 0"),
+    Math("gone", f"1 if ball_distance >= {GONE} or ball_speed < 0.3 else 0"),
+    Math("flank", "norm_deg(degrees(atan2(flank_y - me_y, flank_x - me_x)) - facing)"),
+    Continuous("softly", 1.0), Continuous("stride", 10.0),
+    Math("turn_moment", "clip(look_angle * (1 + 5 * speed), -180, 180)"),
+    Math("search_moment", "clip((look_angle if ball_age < 20 and abs(look_angle) > 40 else 60) * (1 + 5 * speed), -180, 180)"),
+)  # fmt: skip
+
+_DECISIONS = (
+    Transition("wait", ("decide",), ("setup.begin",), tests={"plan": WAIT}),
+    Transition("sweep", ("decide",), ("acted",), tests={"plan": SEARCH}, inhibitors={"plan": WAIT},
+               emits=Command("turn", moment="search_moment")),
+    Transition("have", ("decide",), ("with_ball",), tests={"plan": HAVE}, inhibitors={"plan": SEARCH}),
+    Transition("expect", ("decide",), ("receive.begin",), tests={"plan": EXPECT}, inhibitors={"plan": HAVE}),
+    Transition("meet", ("decide",), ("run.begin",), tests={"plan": MEET}, inhibitors={"plan": EXPECT}),
+    Transition("fetch", ("decide",), ("go.begin",), tests={"plan": FETCH}, inhibitors={"plan": MEET}),
+    Transition("to_place", ("decide",), ("walk.begin",), tests={"plan": WALK}, inhibitors={"plan": FETCH}),
+    Transition("face", ("decide",), ("acted",), tests={"plan": FACE}, inhibitors={"plan": WALK},
+               emits=Command("turn", moment="turn_moment")),
+    Transition("rest", ("decide",), ("acted",), inhibitors={"plan": FACE}),
+    Transition("on", ("acted",), ("decide",), delay=1),
+    # with the ball
+    Transition("take_it", ("with_ball",), ("taking.begin",), tests={"option": SET_PLAY}),
+    Transition("shoot_it", ("with_ball",), ("shoot.begin",), tests={"option": SHOT}, inhibitors={"option": SET_PLAY}),
+    Transition("pass_it", ("with_ball",), ("passing.begin",), tests={"option": PASS}, inhibitors={"option": SHOT}),
+    Transition("pass_fast", ("with_ball",), ("quick.begin",), tests={"option": QUICK}, inhibitors={"option": PASS}),
+    Transition("boot_it", ("with_ball",), ("boot.begin",), tests={"option": BOOT}, inhibitors={"option": QUICK}),
+    Transition("drive_it", ("with_ball",), ("drive.begin",), tests={"option": DRIVEN}, inhibitors={"option": BOOT}),
+    Transition("let_be", ("with_ball",), ("acted",), inhibitors={"option": DRIVEN}),
+    # after a set play of his own somebody else must touch the ball next
+    Transition("hands_on", ("hands_off",), ("acted",), tests={"gone": 1}),
+    # the neck
+    Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
+)  # fmt: skip
+"""What to do now, and what to do with the ball."""
+
+_INTERRUPTS = tuple(
+    Transition(f"leave_{module}", outputs=(f"{module}.abort",), tests={f"{module}.ongoing": 1, **when},
+               inhibitors=(f"{module}.abort", f"{module}.begin"), priority=7)
+    for module, when in (("walk", {"plan": FETCH}), ("go", {"leave": 1}), ("run", {"off_run": 1}), ("drive", {"better": 1}))
+)  # fmt: skip
+"""Aborts passed down: something else is to be done, or a team-mate is nearer to the ball."""
+
+
+def _ends(module: str, outcomes: tuple[str, ...], then: str) -> tuple[Transition, ...]:
+    """The outcomes of a module lead on to `then`, once it has no interrupt left that came too late."""
+    late = (f"{module}.abort",) if module in ("walk", "go", "run", "drive") else ()
+    return tuple(Transition(f"{module}_{outcome}", (f"{module}.{outcome}",), (then,), inhibitors=late) for outcome in outcomes)
+
+
+_OUTCOMES = (
+    *_ends("go", ("at_ball",), "with_ball"), *_ends("receive", ("received",), "with_ball"), *_ends("drive", ("there",), "with_ball"),
+    *(t for module in ("walk", "go", "run", "receive", "drive") for t in _ends(module, ("aborted",), "decide")),
+    *_ends("setup", ("set", "aborted"), "acted"), *_ends("walk", ("arrived",), "acted"), *_ends("run", ("arrived",), "acted"),
+    *_ends("go", ("lost_ball",), "acted"), *_ends("receive", ("missed",), "acted"), *_ends("drive", ("lost_ball",), "acted"),
+    *_ends("shoot", ("shot", "failed", "aborted"), "acted"), *_ends("passing", ("passed", "failed", "aborted"), "acted"),
+    *_ends("taking", ("kicked",), "hands_off"), *_ends("taking", ("failed", "aborted"), "acted"),
+    *_ends("quick", ("kicked", "failed", "aborted"), "acted"), *_ends("boot", ("cleared", "failed", "aborted"), "acted"),
+)  # fmt: skip
+"""Outcomes passed up: he has the ball, or he decides anew, at once or a cycle later."""
+
+OUTFIELDER_NET = PetriNet(
+    "outfielder",
+    places=(
+        Place("looking", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
+        *(Place(name, capacity=1) for name in ("acted", "with_ball", "hands_off")),
+        *(Input(name, observes=observes) for name, observes in _INPUTS.items()),
+        *_OBJECTS, *_BELIEFS, *_SITUATION, *_FORMATION, *_WITH_BALL,
+    ),
+    modules={"setup": SETUP, "walk": ADVANCE, "run": ADVANCE, "go": GO_TO_BALL_REFLEX, "receive": RECEIVE,
+             "passing": PASS_BALL, "quick": KICK, "taking": KICK, "boot": CLEAR, "drive": DRIVE, "shoot": SHOOT},
+    fuse={
+        "setup.place_x": "place_x", "setup.place_y": "place_y",
+        "walk.place_x": "go_x", "walk.place_y": "go_y", "run.place_x": "meet_x", "run.place_y": "meet_y",
+        **{f"{kick}.target_distance": "pass_distance" for kick in ("passing", "quick", "taking")},
+        **{f"{kick}.target_direction": "pass_direction" for kick in ("passing", "quick", "taking")},
+        **{f"{kick}.arriving": "softly" for kick in ("passing", "quick", "taking")}, "passing.mate_age": "mate_age",
+        "boot.ball_distance": "ball_distance", "boot.flank": "flank", "drive.way_distance": "stride",
+        "drive.way_direction": "way_direction",
+    },
+    transitions=(*_DECISIONS, *_INTERRUPTS, *_OUTCOMES),
+)  # fmt: skip
+"""What he does, built from skills; the same for the ten."""
+
+_NUMBERS = range(1, 12)
+OUTFIELDER = CPRM(
+    "outfielder",
+    net=OUTFIELDER_NET,
+    model=OUTFIELD_MODEL,
+    objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
+    observations=(
+        Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
+        Observe("ball.seen_vx", "ball.vx", when="ball.placed"), Observe("ball.seen_vy", "ball.vy", when="ball.placed"),
+        *(Observe(f"{o}{k}.seen_{v}", f"{o}{k}.{v}", when=f"{o}{k}.seen") for o in "to" for k in _NUMBERS for v in "xy"),
+    ),
+    clusters=(
+        Cluster("attendedOpponent", ("watched",)),
+        Cluster("attendedTeammate", ("receiver",)),
+        Cluster("possessesOpponent", ("holder", "=ball")),
+    ),
+    period=PERIOD,
+)  # fmt: skip
+"""Net, beliefs, and the links between them."""
+
+
+class OutfieldAgent(SoccerAgent):
+    """An outfield player as a controller; each copy may be another of the ten.
+
+    Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(OUTFIELDER, outfield_percepts, needs=("memory",), objects=outfield_attributes, **options)
+        self._waiting = np.zeros(0, bool)
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes; the copies are made at the first one."""
+        super().reset(observation, seed, worlds)
+        odd = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64) % 2 == 1
+        before = self._waiting if len(self._waiting) == len(odd) else np.zeros(len(odd), bool)
+        self._waiting = odd if worlds is None else np.where(worlds, odd, before)
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every copy."""
+        action = super().act(observation)
+        if self.controller is not None and self._waiting.any():
+            self.controller.reset(self._waiting)
+            self._waiting = np.zeros(len(self._waiting), bool)
+        return action
+
+
+def make_controller(task: Task, agent: str) -> OutfieldAgent:
+    """An outfield player as a controller."""
+    return OutfieldAgent()

@@ -1,0 +1,101 @@
+"""What an outfield player believes: the ball, the opponent at it and the team-mate whom he would pass to, on the whole pitch.
+
+In the frame of his team's pitch, metres; a slice is `PERIOD` cycles, since the eye opens every second one. The same scheme as the
+goalie's (`models.GOALIE_MODEL`), with wider bins over the whole pitch, with team-mates, and with relations that never tie the ball to
+a player: so every object stays a small component of its own, and a slice is filtered in a fraction of a millisecond.
+"""
+
+from __future__ import annotations
+
+from ...architecture.prm.model.cpds import Chance, Noise, Switch, Uniform
+from ...architecture.prm.model.domains import BOOL, Bins
+from ...architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace, prev
+from ..models import BALL_DECAY, BALL_RAND
+
+PERIOD = 2
+"""Cycles from one slice to the next (t_B)."""
+BALL_PLACE = Bins.linear(-54.0, 54.0, 72, "m", clip=True)
+"""A metre and a half wide: where the eye has the ball, the net goes by the eye; this is for when it has not. The same along and across
+the pitch, so that both coordinates are filtered as two copies of one component."""
+VELOCITY = Bins((-3.0, -2.2, -1.6, -1.1, -0.7, -0.4, -0.2, -0.06, 0.06, 0.2, 0.4, 0.7, 1.1, 1.6, 2.2, 3.0), unit="m/cycle", clip=True)
+"""Of the ball along an axis, fine where it is slow."""
+PLAYER_PLACE = Bins.linear(-54.0, 54.0, 54, "m", clip=True)
+"""Two metres wide."""
+EYE = 0.8
+"""Standard deviation of a seen coordinate, m: that of a reading from about 25 m, with the own place that it is reckoned from."""
+RUN = 1.1
+"""What a running player may move in a slice along an axis, m (standard deviation)."""
+TOUCHED = 0.1
+"""Share of slices in which somebody kicks the ball, which then may have any velocity."""
+
+_ROLL = f"{(PERIOD / 6) ** 0.5 * BALL_RAND:.4f}"
+_KEPT = f"{BALL_DECAY**PERIOD:.4f}"
+_WAY = f"{sum(BALL_DECAY**k for k in range(PERIOD)):.4f}"
+
+
+def _coordinate(name: str) -> tuple[Attribute, ...]:
+    """A hidden coordinate of the ball, its velocity, and what is seen of both."""
+    v = f"v{name}"
+    return (
+        Attribute(name, BALL_PLACE, parents=(prev(name), prev(v)), initial=Uniform(),
+                  cpd=Noise(f"prev.{name} + {_WAY} * prev.{v}", sd=0.25)),
+        Attribute(v, VELOCITY, parents=(prev(v),), initial=Noise("0", sd=0.8),
+                  cpd=Noise(f"{_KEPT} * prev.{v}", sd=f"0.03 + {_ROLL} * abs(prev.{v})", floor=TOUCHED)),
+        Attribute(f"seen_{name}", BALL_PLACE, parents=(name,), cpd=Noise(name, sd=EYE, floor=1e-3)),
+        Attribute(f"seen_{v}", VELOCITY, parents=(v,), cpd=Noise(v, sd=f"0.1 + 0.1 * abs({v})", floor=1e-3)),
+    )  # fmt: skip
+
+
+BALL = PRMClass("Ball", attributes=(*_coordinate("x"), *_coordinate("y")))
+"""Along and across the pitch it moves apart: two components of place and velocity."""
+
+PLAYER = PRMClass(
+    "Player",
+    abstract=True,
+    attributes=(
+        Attribute("x", PLAYER_PLACE),
+        Attribute("y", PLAYER_PLACE),
+        Attribute("seen_x", PLAYER_PLACE, parents=("x",), cpd=Noise("x", sd=EYE, floor=1e-3)),
+        Attribute("seen_y", PLAYER_PLACE, parents=("y",), cpd=Noise("y", sd=EYE, floor=1e-3)),
+    ),
+)  # fmt: skip
+"""A player whom he does not attend to: where he is seen, and no memory."""
+OPPONENT = PRMClass("Opponent", extends="Player")
+TEAMMATE = PRMClass("Teammate", extends="Player")
+
+
+def _attended(class_name: str, role: str) -> Relation:
+    """Attention: links in time for those who matter now."""
+    return Relation(
+        f"attended{class_name}",
+        roles=((role, class_name),),
+        changes=(
+            Replace(f"{role}.x", parents=(prev(f"{role}.x"),), cpd=Noise(f"prev.{role}.x", sd=RUN)),
+            Replace(f"{role}.y", parents=(prev(f"{role}.y"),), cpd=Noise(f"prev.{role}.y", sd=RUN)),
+        ),
+    )
+
+
+ATTENDED_OPPONENT = _attended("Opponent", "o")
+"""The opponent nearest to the ball."""
+ATTENDED_TEAMMATE = _attended("Teammate", "t")
+"""The team-mate to whom the ball would be passed."""
+
+POSSESSES = Relation(
+    "possessesOpponent",
+    roles=(("o", "Opponent"), ("b", "Ball")),
+    attributes=(Attribute("kicks", BOOL, cpd=Chance("0.2")),),
+    changes=(
+        Replace("b.vx", parents=(prev("b.vx"), "kicks"), cpd=Switch("kicks", {
+            "yes": Noise("-1.5", sd=0.8, floor=0.01),
+            "no": Noise(f"min({_KEPT} * prev.b.vx, -0.3)", sd=0.3, floor=0.01),
+        })),
+        Replace("b.vy", parents=(prev("b.vy"),), cpd=Noise(f"{_KEPT} * prev.b.vy", sd=0.5, floor=0.01)),
+    ),
+)  # fmt: skip
+"""An opponent who has the ball: it comes towards the own goal, as fast as he runs, or faster if he kicks it."""
+
+OUTFIELD_MODEL = Model(
+    "outfielder", classes=(BALL, PLAYER, OPPONENT, TEAMMATE), relations=(ATTENDED_OPPONENT, ATTENDED_TEAMMATE, POSSESSES)
+)
+"""Ball, players of both teams, and the three relations."""

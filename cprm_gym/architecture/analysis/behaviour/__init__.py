@@ -1,0 +1,1 @@
+"""What is reached from one marking: state spaces, boundedness, deadlocks, liveness, coverability."""

@@ -1,0 +1,204 @@
+"""Whether a net uses the modules in it as their contracts assume.
+
+A contract (`contracts.py`) is checked against a caller that begins a module only when it is idle and its last outcome was taken.
+`check_composition` looks at the net around: does it ever call a module out of turn, is every outcome of every instance handled, is
+none left lying for ever? Together with the contracts of the modules this is the chaining of Algorithm 3.1 on the side of the net.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...petri import CompiledNet, Instance, PetriNet, compile_net, instances
+from ..behaviour.graphs import can_reach, closure, components
+from ..behaviour.state_space import Budget
+from ..kernels import cycles as kernels
+from ..timed.properties import closed_system
+from ..timed.state_space import CycleSpace, Step, explore_cycles
+
+
+@dataclass(frozen=True)
+class Misuse:
+    """One way in which a net misuses an instance.
+
+    Attributes
+    ----------
+    instance : str
+    kind : {"unhandled", "never begun", "out of turn", "left lying"}
+    why : str
+    run : tuple of Step
+        To where it happens, where a run shows it.
+    """
+
+    instance: str
+    kind: str
+    why: str
+    run: tuple[Step, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {"instance": self.instance, "kind": self.kind, "why": self.why, "run": [str(s) for s in self.run]}
+
+    def __str__(self) -> str:
+        return f"instance {self.instance!r}, {self.kind}: {self.why}"
+
+
+@dataclass(frozen=True)
+class CompositionReport:
+    """How a net uses its modules.
+
+    Attributes
+    ----------
+    net : str
+    misuses : tuple of Misuse
+    complete : bool
+        Whether everything was explored.
+    """
+
+    net: str
+    misuses: tuple[Misuse, ...]
+    complete: bool
+
+    @property
+    def holds(self) -> bool | None:
+        """True if nothing is misused, None if none was found but not everything was explored."""
+        return False if self.misuses else True if self.complete else None
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {"net": self.net, "holds": self.holds, "complete": self.complete, "misuses": [m.to_json() for m in self.misuses]}
+
+    def __str__(self) -> str:
+        lines = [f"use of modules in {self.net!r}: " + {True: "as they assume", False: "WRONG", None: "unknown"}[self.holds]]
+        for m in self.misuses:
+            lines += [f"  {m}", *(f"             {step}" for step in m.run)]
+        return "\n".join(lines)
+
+
+def check_composition(
+    net: PetriNet | CompiledNet,
+    *,
+    budget: Budget | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    space: CycleSpace | None = None,
+) -> CompositionReport:
+    """Whether `net` uses every behaviour module in it as the module's contract assumes, in every environment.
+
+    Parameters
+    ----------
+    net : PetriNet or CompiledNet
+    budget, bounds
+        As for `check_contract`.
+    space : CycleSpace, optional
+        The exploration of `closed_system(net)`, if it is there already.
+    """
+    compiled = net if isinstance(net, CompiledNet) else compile_net(net)
+    hierarchy = instances(compiled.source)
+    behaviours = {path: i for path, i in hierarchy.items() if path and i.net.ports.begin and i.net.ports.ongoing and i.net.ports.outcomes}
+    if not behaviours:
+        return CompositionReport(compiled.net.name, (), True)
+    space = space or explore_cycles(closed_system(compiled, bounds), budget)
+    found: list[Misuse] = []
+    for path, instance in behaviours.items():
+        found += _by_arcs(compiled, space, path, instance)
+        found += _by_runs(space, path, instance)
+    return CompositionReport(compiled.net.name, tuple(found), space.complete)
+
+
+def _by_arcs(c: CompiledNet, space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
+    """What the arcs of the flat net say. An outcome that comes in no run, of all runs, needs nobody to take it."""
+    own = set(instance.transitions.values())
+    others = [t for t in c.net.transitions if t.name not in own]
+    ports = instance.net.ports
+    exits = set(c.net.ports.exits)
+    found = []
+    for outcome in ports.outcomes:
+        place = instance.places[outcome]
+        taken = any(place in t.inputs or t.sets.get(place) == 0 for t in others)
+        if not taken and place not in exits and (not space.complete or _marked(space, place).any()):
+            found.append(Misuse(path, "unhandled", f"nothing takes its outcome {outcome!r}"))
+    assert ports.begin
+    begin = instance.places[ports.begin]
+    fed = any(begin in t.outputs or t.sets.get(begin) for t in others)
+    if not fed and begin not in c.net.ports.entries and not c.initial[c.place(begin)]:
+        found.append(Misuse(path, "never begun", f"nothing puts a token into {begin!r}"))
+    return found
+
+
+def _by_runs(space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
+    """What some run shows."""
+    ports = instance.net.ports
+    assert ports.begin
+    assert ports.ongoing
+    marked = {
+        port: space.markings[:, space.system.place(instance.places[port])] > 0 for port in (ports.begin, ports.ongoing, *ports.outcomes)
+    }
+    settled = space.kinds == kernels.QUIET
+    busy = marked[ports.ongoing] | np.array([marked[o] for o in ports.outcomes]).any(axis=0)
+    found = []
+    early = np.flatnonzero(settled & marked[ports.begin] & busy)
+    if len(early):
+        node = int(early[0])
+        state = next(p for p in (ports.ongoing, *ports.outcomes) if marked[p][node])
+        why = f"{ports.begin!r} is marked while {state!r} is"
+        found.append(Misuse(path, "out of turn", why, space.run(node)))
+    parts = components(space.graph, len(space.system.labels))
+    for outcome in ports.outcomes:
+        free = can_reach(space.graph, parts, ~marked[outcome] | (space.kinds < 0))
+        stuck = np.flatnonzero(settled & marked[outcome] & ~free)
+        if len(stuck):
+            found.append(Misuse(path, "left lying", f"its outcome {outcome!r} is never taken after this", space.run(int(stuck[0]))))
+    return found
+
+
+def handovers(
+    net: PetriNet | CompiledNet,
+    *,
+    budget: Budget | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    space: CycleSpace | None = None,
+) -> dict[tuple[str, str], tuple[tuple[str, str], ...]]:
+    """What each outcome of each instance may lead to: the question that Algorithm 3.1 puts to PN-ANALYSIS.
+
+    Parameters
+    ----------
+    net : PetriNet or CompiledNet
+    budget, bounds, space
+        As for `check_composition`.
+
+    Returns
+    -------
+    dict from (instance, outcome) to ((instance, "begin"), ...)
+        Where a token that the net takes from the outcome may lead next: the begin of an instance, or ``("", outcome)``, an
+        outcome of the net itself. Where modules run at once, what another thread begins meanwhile is listed too.
+    """
+    compiled = net if isinstance(net, CompiledNet) else compile_net(net)
+    space = space or explore_cycles(closed_system(compiled, bounds), budget)
+    inner = {path: i for path, i in instances(compiled.source).items() if path and i.net.ports.begin}
+    goals: dict[tuple[str, str], np.ndarray] = {}
+    for path, instance in inner.items():
+        assert instance.net.ports.begin
+        goals[path, instance.net.ports.begin] = _marked(space, instance.places[instance.net.ports.begin])
+    for outcome in compiled.net.ports.outcomes:
+        goals["", outcome] = _marked(space, outcome)
+    stop = np.zeros(space.n_nodes, bool)
+    for marked in goals.values():
+        stop |= marked
+    sources, targets = space.graph.sources, space.graph.targets
+    found: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {}
+    for path, instance in inner.items():
+        for outcome in instance.net.ports.outcomes:
+            held = _marked(space, instance.places[outcome])
+            takes = np.flatnonzero(held[sources] & ~held[targets])
+            reached = closure(space.graph, np.unique(targets[takes]).astype(np.int64), ~stop[sources])
+            found[path, outcome] = tuple(goal for goal, marked in goals.items() if (reached & marked).any())
+    return found
+
+
+def _marked(space: CycleSpace, place: str) -> np.ndarray:
+    """The nodes in which a place is marked, (N,) bool."""
+    return np.asarray(space.markings[:, space.system.place(place)] > 0)

@@ -1,0 +1,1 @@
+"""The same with clocks, priorities and an environment: the timed reachability graph."""

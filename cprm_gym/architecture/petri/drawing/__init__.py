@@ -1,0 +1,1 @@
+"""Nets as pictures: layout, SVG and DOT."""

@@ -1,0 +1,1 @@
+"""How a net runs: compiled arrays, kernels, the executor of many copies, traces."""

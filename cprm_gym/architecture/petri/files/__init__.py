@@ -1,0 +1,1 @@
+"""Nets in files: JSON, PNML, and one reader for every format."""

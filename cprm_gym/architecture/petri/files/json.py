@@ -1,0 +1,264 @@
+"""Nets as JSON: lossless, versioned, with the hierarchy.
+
+A file holds each module once, under ``definitions``; instances refer to it by name::
+
+    {"format": "cprm_gym net", "version": 1, "net": "approach",
+     "definitions": {"orient": {"places": [...], "transitions": [...]},
+                     "approach": {"modules": {"orient": "orient"}, ...}}}
+
+Fields that have their default are left out. Reading checks everything that writing a net in Python checks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from ....errors import LogError, NetError, did_you_mean
+from ....files import write_atomically
+from ..net.net import PetriNet, depth_first_order
+from ..net.places import (
+    PLACE_KINDS,
+    AnyPlace,
+    Belief,
+    Command,
+    Continuous,
+    Input,
+    Math,
+    ObjectPlace,
+    Place,
+    Ports,
+    Selection,
+    Semantics,
+    Transition,
+)
+
+FORMAT, VERSION = "cprm_gym net", 1
+
+_KINDS: Mapping[str, type[Any]] = {
+    "place": Place,
+    "continuous": Continuous,
+    "input": Input,
+    "belief": Belief,
+    "math": Math,
+    "object": ObjectPlace,
+}
+_KIND_OF = {cls: kind for kind, cls in _KINDS.items()}
+assert set(_KIND_OF) == set(PLACE_KINDS)
+
+_TRANSITION_DEFAULTS: Mapping[str, Any] = {
+    "inputs": {}, "outputs": {}, "tests": {}, "inhibitors": {}, "sets": {}, "delay": 0, "priority": 0, "emits": None,
+    "weight": 1.0, "memory": "enabling", "servers": 1, "set_wins": False,
+}  # fmt: skip
+
+
+def net_to_dict(net: PetriNet) -> dict[str, Any]:
+    """The JSON form of a net, as plain dictionaries and lists."""
+    definitions: dict[str, dict[str, Any]] = {}
+    keys: dict[PetriNet, str] = {}
+
+    def define(module: PetriNet) -> str:
+        if module in keys:
+            return keys[module]
+        modules = {instance: define(inner) for instance, inner in module.modules.items()}
+        key, number = module.name, 1
+        while key in definitions:
+            number += 1
+            key = f"{module.name}#{number}"
+        keys[module] = key
+        written: dict[str, Any] = {} if key == module.name else {"name": module.name}
+        written["places"] = [_place_to_dict(place) for place in module.places]
+        written["transitions"] = [_transition_to_dict(t) for t in module.transitions]
+        for name, value in (("modules", modules), ("fuse", dict(module.fuse))):
+            if value:
+                written[name] = value
+        for name, part in (("ports", module.ports), ("semantics", module.semantics)):
+            if part_fields := _changed_fields(part):
+                written[name] = part_fields
+        definitions[key] = written
+        return key
+
+    return {"format": FORMAT, "version": VERSION, "net": define(net), "definitions": definitions}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    return [_plain(inner) for inner in value] if isinstance(value, tuple) else value
+
+
+def _changed_fields(part: Any) -> dict[str, Any]:
+    """The fields of a dataclass that do not have their default."""
+    found = {}
+    for field in fields(part):
+        value = getattr(part, field.name)
+        default = field.default_factory() if field.default_factory is not MISSING else field.default
+        if value != default:
+            found[field.name] = _plain(value)
+    return found
+
+
+def _place_to_dict(place: AnyPlace) -> dict[str, Any]:
+    written = {"kind": _KIND_OF[type(place)], **_changed_fields(place)}
+    if isinstance(place, ObjectPlace) and place.select is not None:
+        written["select"] = _changed_fields(place.select)
+    if isinstance(place, Input) and place.observes == place.name:
+        del written["observes"]
+    return written
+
+
+def _transition_to_dict(t: Transition) -> dict[str, Any]:
+    written: dict[str, Any] = {"name": t.name}
+    for key, default in _TRANSITION_DEFAULTS.items():
+        value = getattr(t, key)
+        if key == "emits" and value is not None:
+            written[key] = {"command": t.emits.name if t.emits else "", "params": dict(value.params)}
+        elif value != default:
+            written[key] = _plain(value)
+    return written
+
+
+def net_from_dict(data: object) -> PetriNet:
+    """The net that a JSON form describes.
+
+    Raises
+    ------
+    NetError
+        Where it is not of that form, or describes a net that is not valid; the message says where.
+    """
+    top = _mapping(data, "the file", ("format", "version", "net", "definitions"))
+    if top.get("format") != FORMAT:
+        raise NetError(f"not a net: 'format' is {top.get('format')!r}, expected {FORMAT!r}")
+    if top.get("version") != VERSION:
+        raise NetError(f"version {top.get('version')!r} of the net format; this package reads version {VERSION}")
+    definitions = _mapping(top.get("definitions"), "'definitions'")
+    written = {key: _mapping(value, f"definition {key!r}", _NET_KEYS) for key, value in definitions.items()}
+    edges = {}
+    for key, value in written.items():
+        edges[key] = list(_mapping(value.get("modules", {}), f"definition {key!r}: 'modules'").values())
+        for target in edges[key]:
+            if not isinstance(target, str) or target not in written:
+                raise NetError(f"definition {key!r}: unknown module {target!r}.{did_you_mean(str(target), written)}")
+    order = depth_first_order(edges, lambda circle: f"modules contain each other in a circle: {circle}")
+    nets: dict[str, PetriNet] = {}
+    for key in order:
+        nets[key] = _net(key, written[key], nets)
+    if not isinstance(top.get("net"), str) or top["net"] not in nets:
+        raise NetError(f"'net' names {top.get('net')!r}, which is not defined.{did_you_mean(str(top.get('net')), nets)}")
+    return nets[top["net"]]
+
+
+_NET_KEYS = ("name", "places", "transitions", "modules", "fuse", "ports", "semantics")
+
+
+def _mapping(value: object, where: str, allowed: tuple[str, ...] | None = None) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise NetError(f"{where}: expected an object, got {type(value).__name__}")
+    for key in value:
+        if allowed is not None and key not in allowed:
+            raise NetError(f"{where}: unknown entry {key!r}.{did_you_mean(key, allowed)} Known: {', '.join(allowed)}")
+    return value
+
+
+def _list(value: object, where: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise NetError(f"{where}: expected a list, got {type(value).__name__}")
+    return value
+
+
+def _call(make: Callable[..., Any], where: str, arguments: Mapping[str, Any]) -> Any:
+    try:
+        return make(**arguments)
+    except TypeError as error:
+        raise NetError(f"{where}: {error}") from None
+    except NetError as error:
+        raise NetError(f"{where}: {error}") from None
+
+
+def _dataclass(cls: type[Any], value: object, where: str) -> Any:
+    allowed = tuple(field.name for field in fields(cls))
+    given = {key: tuple(v) if isinstance(v, list) else v for key, v in _mapping(value, where, allowed).items()}
+    if cls is Ports and "answers" in given:
+        answers = _mapping(given["answers"], f"{where}: 'answers'")
+        given["answers"] = {key: tuple(_list(v, f"{where}: 'answers'")) for key, v in answers.items()}
+    return _call(cls, where, given)
+
+
+def _net(key: str, data: Mapping[str, Any], nets: Mapping[str, PetriNet]) -> PetriNet:
+    where = f"definition {key!r}"
+    places = [_place(p, f"{where}: place {i}") for i, p in enumerate(_list(data.get("places", []), f"{where}: 'places'"))]
+    listed = _list(data.get("transitions", []), f"{where}: 'transitions'")
+    transitions = [_transition(t, f"{where}: transition {i}") for i, t in enumerate(listed)]
+    arguments = {
+        "name": data.get("name", key),
+        "places": tuple(places),
+        "transitions": tuple(transitions),
+        "modules": {instance: nets[target] for instance, target in data.get("modules", {}).items()},
+        "fuse": _mapping(data.get("fuse", {}), f"{where}: 'fuse'"),
+        "ports": _dataclass(Ports, data.get("ports", {}), f"{where}: 'ports'"),
+        "semantics": _dataclass(Semantics, data.get("semantics", {}), f"{where}: 'semantics'"),
+    }
+    net: PetriNet = _call(PetriNet, where, arguments)
+    return net
+
+
+def _place(data: object, where: str) -> AnyPlace:
+    given = dict(_mapping(data, where))
+    kind = given.pop("kind", None)
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise NetError(f"{where}: unknown kind {kind!r}.{did_you_mean(str(kind), _KINDS)} Known: {', '.join(_KINDS)}")
+    if kind == "object" and "select" in given:
+        given["select"] = _dataclass(Selection, given["select"], f"{where}: 'select'")
+    place: AnyPlace = _dataclass(_KINDS[kind], given, where)
+    return place
+
+
+def _transition(data: object, where: str) -> Transition:
+    given = dict(_mapping(data, where, ("name", *_TRANSITION_DEFAULTS)))
+    if given.get("emits") is not None:
+        emits = _mapping(given["emits"], f"{where}: 'emits'", ("command", "params"))
+        params = _mapping(emits.get("params", {}), f"{where}: 'params'")
+        name = emits.get("command")
+        given["emits"] = _call(lambda **values: Command(name, **values), f"{where}: 'emits'", params)  # type: ignore[arg-type]
+    for key in ("inputs", "outputs", "tests", "inhibitors", "sets"):
+        if key in given:
+            given[key] = _mapping(given[key], f"{where}: {key!r}")
+    transition: Transition = _call(Transition, where, given)
+    return transition
+
+
+def net_to_json(net: PetriNet) -> str:
+    """The net as JSON text."""
+    return json.dumps(net_to_dict(net), indent=1, ensure_ascii=False) + "\n"
+
+
+def net_from_json(text: str) -> PetriNet:
+    """The net that a JSON text describes, equal to the one that was written."""
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise NetError(f"not JSON: {error}") from None
+    return net_from_dict(data)
+
+
+def save_net(net: PetriNet, path: str | os.PathLike[str]) -> None:
+    """Write a net to a JSON file, all of it or nothing."""
+    write_atomically(path, net_to_json(net))
+
+
+def load_net(path: str | os.PathLike[str]) -> PetriNet:
+    """Read a net from a JSON file.
+
+    Raises
+    ------
+    LogError
+        When the file cannot be read or is not a net; the message names the file and the place.
+    """
+    try:
+        return net_from_json(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, NetError) as error:
+        raise LogError(f"{os.fspath(path)}: {error}") from error

@@ -1,0 +1,149 @@
+"""PNML (ISO/IEC 15909-2): what a place/transition net cannot say, in one ``toolspecific`` block of ours, read back.
+
+The plain part of a file is a *skeleton* of the net (`skeleton`). The block holds the arcs that are not ordinary and, at its end, the whole
+net as JSON (`io.py`), so that reading gives an equal value; a file whose plain part was changed by another tool afterwards is refused
+rather than half believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from ....errors import LogError, NetError
+from ..net.modules import flatten
+from ..net.net import PetriNet
+from ..net.places import ObjectPlace, Place, Transition
+from ..net.values import FrozenMap
+from .json import net_from_json
+from .pnml_tree import VERSION, Node
+
+
+def skeleton(t: Transition, moved: frozenset[str]) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+    """The plain arcs of a transition.
+
+    Parameters
+    ----------
+    t : Transition
+    moved : frozenset of str
+        The discrete and object places.
+
+    Returns
+    -------
+    inputs, outputs : dict from place to weight
+        Test arcs included as pairs of opposite arcs.
+    read : dict from place to weight
+        How much of both arcs is the test arc.
+    """
+    inputs, outputs, read = dict(t.inputs), dict(t.outputs), {}
+    for name, threshold in t.tests.items():
+        more = max(0, int(threshold) - inputs.get(name, 0)) if name in moved else 0
+        read[name] = more
+        if more:
+            inputs[name] = inputs.get(name, 0) + more
+            outputs[name] = outputs.get(name, 0) + more
+    return inputs, outputs, read
+
+
+def moved_places(flat: PetriNet) -> frozenset[str]:
+    """The discrete and object places, those whose tokens transitions move."""
+    return frozenset(p.name for p in flat.places if isinstance(p, (Place, ObjectPlace)))
+
+
+def net_from_block(
+    block: Node,
+    plain: PetriNet,
+    names: Mapping[str, str],
+    capacities: Mapping[str, int],
+    refuse: Callable[[Node, str], LogError],
+) -> PetriNet:
+    """The net that our block and the plain part mean together.
+
+    Parameters
+    ----------
+    block : Node
+        The ``toolspecific`` element.
+    plain : PetriNet
+        The plain part as read.
+    names : mapping from XML id to name
+    capacities : mapping from place to tokens
+        Those that our hints on the places give.
+    refuse : callable
+        Makes the error for a node.
+    """
+    if block.attributes.get("version") != VERSION:
+        raise refuse(block, f"version {block.attributes.get('version')!r} of our extensions; this package reads {VERSION}")
+    definition = block.first("definition")
+    if definition is None:
+        return _with_entries(block, plain, names, capacities, refuse)
+    try:
+        net = net_from_json(definition.text)
+        flat = flatten(net)
+    except NetError as error:
+        raise refuse(definition, str(error)) from None
+    difference = _difference(flat, plain)
+    if difference:
+        raise refuse(
+            definition, f"the plain part was changed after this was written: {difference}; read with block=False to take the plain part"
+        )
+    return net
+
+
+def _difference(flat: PetriNet, plain: PetriNet) -> str:
+    """The first difference between the skeleton of `flat` and a plain net, or ``""``."""
+    moved = moved_places(flat)
+    wanted = {p.name: p.tokens if isinstance(p, Place) else 0 for p in flat.places}
+    found = {p.name: p.tokens for p in plain.places if isinstance(p, Place)}
+    if wanted != found:
+        name = next(n for n in (*wanted, *found) if wanted.get(n) != found.get(n))
+        return f"place {name!r} has {found.get(name, 'gone')} instead of {wanted.get(name, 'not being there')}"
+    arcs = {t.name: skeleton(t, moved)[:2] for t in flat.transitions}
+    read = {t.name: (dict(t.inputs), dict(t.outputs)) for t in plain.transitions}
+    name = next((n for n in (*arcs, *read) if arcs.get(n) != read.get(n)), "")
+    return f"the arcs of transition {name!r} differ" if name else ""
+
+
+def _with_entries(
+    block: Node,
+    plain: PetriNet,
+    names: Mapping[str, str],
+    capacities: Mapping[str, int],
+    refuse: Callable[[Node, str], LogError],
+) -> PetriNet:
+    """The plain net with the arcs that the entries of a block without definition add."""
+    changed = {t.name: t for t in plain.transitions}
+    known = {p.name for p in plain.places}
+    for node in block.children:
+        if node.tag == "note":
+            continue
+        if node.tag != "arc":
+            raise refuse(node, "is not understood in our block; known: arc, definition, note")
+        place, name = (names.get(node.attributes.get(end, ""), "") for end in ("place", "transition"))
+        kind = node.attributes.get("type", "")
+        if place not in known or name not in changed:
+            raise refuse(
+                node, f"joins {node.attributes.get('place')!r} and {node.attributes.get('transition')!r}, which the net does not have"
+            )
+        t = changed[name]
+        try:
+            value = int(node.attributes.get("value" if kind == "set" else "threshold", "1"))
+            if kind == "inhibitor":
+                changed[name] = replace(t, inhibitors=FrozenMap({**t.inhibitors, place: value}))
+            elif kind == "set":
+                changed[name] = replace(t, sets=FrozenMap({**t.sets, place: value}), set_wins=True)
+            elif kind == "test":
+                weight = int(node.attributes.get("weight", "0"))
+                inputs, outputs = ({k: w - weight if k == place else w for k, w in arcs.items()} for arcs in (t.inputs, t.outputs))
+                inputs, outputs = ({k: w for k, w in arcs.items() if w} for arcs in (inputs, outputs))
+                changed[name] = replace(t, inputs=FrozenMap(inputs), outputs=FrozenMap(outputs), tests=FrozenMap({**t.tests, place: value}))
+            else:
+                raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")
+        except (ValueError, NetError) as error:
+            if isinstance(error, LogError):
+                raise
+            raise refuse(node, str(error)) from None
+    try:
+        places = (replace(p, capacity=capacities.get(p.name, p.capacity)) if isinstance(p, Place) else p for p in plain.places)
+        return replace(plain, places=tuple(places), transitions=tuple(changed.values()))
+    except NetError as error:
+        raise refuse(block, str(error)) from None

@@ -1,0 +1,1 @@
+"""From a model and its objects to the slices of a dynamic Bayesian network."""

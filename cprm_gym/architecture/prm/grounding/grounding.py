@@ -1,0 +1,321 @@
+"""From a relational model and its objects to flat Bayes nets: one `GroundSlice` for every set of active relations."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ....errors import EvidenceError, ModelError, did_you_mean
+from ..model.schema import Model, canonical_tuple, parse_tuple
+from .slice_building import SliceBuilder
+from .slices import (
+    PREVIOUS,
+    SAME,
+    STATIC,
+    GroundCPD,
+    GroundSlice,
+    GroundVariable,
+    check_rows,
+    topological_order,
+)
+
+__all__ = [
+    "PREVIOUS",
+    "SAME",
+    "STATIC",
+    "GroundCPD",
+    "GroundSlice",
+    "GroundVariable",
+    "Grounding",
+    "Situation",
+    "check_rows",
+    "topological_order",
+    "unroll",
+]
+
+CACHED_SLICES = 1024
+"""Ground slices that a `Grounding` remembers; the least recently used one is forgotten first."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What holds in a slice: relations, objects, and which of them are new.
+
+    Attributes
+    ----------
+    relations : tuple of str
+        Active tuples.
+    objects : tuple of str or None
+        Objects that exist; None for all.
+    entering : tuple of str
+        Objects and relation tuples that exist in this slice but not in the one before.
+    """
+
+    relations: tuple[str, ...] = ()
+    objects: tuple[str, ...] | None = None
+    entering: tuple[str, ...] = ()
+
+
+class Grounding:
+    """A model and the objects of a world.
+
+    Parameters
+    ----------
+    model : Model
+    objects : mapping of str to str
+        Object name -> class name. All that may ever exist; which are there in a slice is said to `ground`.
+    references : mapping of str to mapping, optional
+        ``{"red_1": {"ball": "ball", "opponents": ("blue_1", "blue_2")}}``. What is left out defaults to the only object of
+        the reference's class, or with `many` to all of them (but not the object itself).
+
+    Raises
+    ------
+    ModelError
+        For an unknown class, object or reference, with the nearest known name.
+    """
+
+    def __init__(self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+        self.model = model
+        self.objects = dict(objects)
+        self.where = f"model {model.name!r}"
+        checked = model.checked
+        self.members: dict[str, tuple[str, ...]] = {}
+        for name, class_name in self.objects.items():
+            if not isinstance(name, str) or not name or set(name) & set(".(),#* "):
+                raise ModelError(f"{self.where}: an object name must not be empty or hold any of '.(),#* ', got {name!r}")
+            if class_name not in checked.classes:
+                hint = did_you_mean(class_name, checked.classes)
+                raise ModelError(f"{self.where}, object {name!r}: unknown class {class_name!r}.{hint}")
+            if checked.classes[class_name].abstract:
+                raise ModelError(f"{self.where}, object {name!r}: class {class_name!r} is abstract")
+        for class_name in checked.classes:
+            self.members[class_name] = tuple(o for o, c in self.objects.items() if checked.is_a(c, class_name))
+        self.references: dict[tuple[str, str], tuple[str, ...]] = {}
+        for name, slots in (references or {}).items():
+            self._set_references(name, slots)
+        self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
+        self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
+        self._defaults: dict[GroundSlice, dict[str, int | None]] = {}
+
+    def _set_references(self, name: str, slots: Mapping[str, Any]) -> None:
+        checked = self.model.checked
+        if name not in self.objects:
+            raise ModelError(f"{self.where}, references: unknown object {name!r}.{did_you_mean(name, self.objects)}")
+        known = checked.classes[self.objects[name]].references
+        for slot, value in slots.items():
+            where = f"{self.where}, object {name!r}, reference {slot!r}"
+            if slot not in known:
+                raise ModelError(f"{where}: class {self.objects[name]!r} has no such reference.{did_you_mean(slot, known)}")
+            targets = (value,) if isinstance(value, str) else tuple(value)
+            if not known[slot].many and len(targets) != 1:
+                raise ModelError(f"{where}: holds one object, got {targets}")
+            for target in targets:
+                if target not in self.members[known[slot].target]:
+                    options = self.members[known[slot].target]
+                    hint = did_you_mean(target, options)
+                    raise ModelError(f"{where}: {target!r} is not a {known[slot].target}.{hint} Known: {', '.join(options)}")
+            self.references[name, slot] = targets
+
+    def ground(
+        self,
+        relations: Iterable[str | tuple[str, ...]] | Situation = (),
+        first: bool = False,
+        *,
+        objects: Iterable[str] | None = None,
+        entering: Iterable[str] = (),
+    ) -> GroundSlice:
+        """The flat net of one slice.
+
+        Parameters
+        ----------
+        relations : iterable of str or tuple of str, or Situation
+            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter. A
+            `Situation` says objects and entering as well.
+        first : bool
+            The slice has no predecessor.
+        objects : iterable of str, optional
+            The objects that exist in it; default all.
+        entering : iterable of str
+            Objects and relation tuples that exist in this slice but not in the one before: they have no previous values.
+
+        Returns
+        -------
+        GroundSlice
+            The same object for the same arguments, as long as it is remembered.
+
+        Raises
+        ------
+        ModelError
+            For an unknown tuple, a conflict of tuples that no rule decides, or a cycle.
+        """
+        if isinstance(relations, Situation):
+            raw: tuple[Any, ...] = (relations.relations, first, relations.objects, relations.entering)
+        else:
+            raw = (tuple(relations), first, None if objects is None else tuple(objects), tuple(entering))
+        known = self._slices.get(raw)
+        if known is not None:
+            self._slices.move_to_end(raw)
+            return known
+        active = sorted({self.canonical(r) for r in raw[0]})
+        live = tuple(self.objects) if raw[2] is None else self._live(raw[2])
+        fresh = frozenset((*live, *active)) if first else frozenset(self._entering(e, live, active) for e in raw[3])
+        key = (tuple(active), live, fresh)
+        made = self._slices.get(key)
+        if made is None:
+            made = SliceBuilder(self, tuple(active), live, fresh).build()
+            self._remember(key, made)
+        self._remember(raw, made)
+        return made
+
+    def _remember(self, key: Any, made: GroundSlice) -> None:
+        self._slices[key] = made
+        if len(self._slices) > CACHED_SLICES:
+            self._slices.popitem(last=False)
+
+    def canonical(self, relation: str | tuple[str, ...]) -> str:
+        """The one way to write an active tuple, after checking relation, number and classes of its objects.
+
+        Raises
+        ------
+        ModelError
+        """
+        name, args = parse_tuple(relation)
+        known = self.model.checked.relations
+        if name not in known:
+            hint = f"{did_you_mean(name, known)} Known: {', '.join(known) or 'none'}"
+            raise ModelError(f"{self.where}: unknown relation {name!r}.{hint}")
+        roles = known[name].relation.roles
+        text = canonical_tuple(name, args)
+        if len(args) != len(roles):
+            raise ModelError(f"{self.where}: {text} has {len(args)} objects for the roles {', '.join(r for r, _ in roles)}")
+        for arg, (role, class_name) in zip(args, roles):
+            if arg not in self.members[class_name]:
+                options = self.members[class_name]
+                hint = did_you_mean(arg, options)
+                shown = ", ".join(options) or "none"
+                raise ModelError(f"{self.where}: {text}: role {role!r} takes a {class_name}, got {arg!r}.{hint} Known: {shown}")
+        return text
+
+    def _live(self, objects: Sequence[str]) -> tuple[str, ...]:
+        for name in objects:
+            if name not in self.objects:
+                raise ModelError(f"{self.where}: unknown object {name!r}.{did_you_mean(name, self.objects)}")
+        wanted = set(objects)
+        return tuple(o for o in self.objects if o in wanted)
+
+    def _entering(self, name: str | tuple[str, ...], live: Sequence[str], active: Sequence[str]) -> str:
+        text = name if isinstance(name, str) and "(" not in name else self.canonical(name)
+        if text not in live and text not in active:
+            raise ModelError(f"{self.where}: {text!r} enters but is neither an object nor an active relation of this slice")
+        return text
+
+    def situation(
+        self,
+        relations: Iterable[str | tuple[str, ...]] = (),
+        objects: Iterable[str] | None = None,
+        before: Situation | None = None,
+    ) -> Situation:
+        """What holds in the next slice, with what is new in it.
+
+        Parameters
+        ----------
+        relations : iterable of str or tuple of str
+        objects : iterable of str, optional
+            That exist; default all.
+        before : Situation, optional
+            Of the slice before; without it nothing counts as new (a first slice needs no telling).
+        """
+        raw = tuple(relations)
+        active = self._actives.get(raw)
+        if active is None:
+            active = tuple(sorted({self.canonical(r) for r in raw}))
+            if len(self._actives) >= CACHED_SLICES:
+                self._actives.clear()
+            self._actives[raw] = active
+        if before is not None and before.relations is active and objects is None and before.objects is None:
+            return before if not before.entering else Situation(active)
+        live = None if objects is None else self._live(tuple(objects))
+        if before is None:
+            return Situation(active, live)
+        old = {*before.relations, *(self.objects if before.objects is None else before.objects)}
+        new = tuple(x for x in (*(self.objects if live is None else live), *active) if x not in old)
+        return Situation(active, live, new)
+
+    @property
+    def static(self) -> tuple[str, ...]:
+        """Names of the variables that are drawn once and never again."""
+        classes = self.model.checked.classes
+        return tuple(f"{o}.{a.name}" for o, c in self.objects.items() for a in classes[c].attributes.values() if a.static)
+
+    def with_defaults(self, ground: GroundSlice, evidence: Mapping[str, Any]) -> dict[str, Any]:
+        """The evidence for a slice, with the defaults of inputs that it leaves out.
+
+        Raises
+        ------
+        EvidenceError
+            If an input has neither value nor default.
+        """
+        known = self._defaults.get(ground)
+        if known is None:
+            known = self._defaults_of(ground)
+            if len(self._defaults) >= CACHED_SLICES:
+                self._defaults.clear()
+            self._defaults[ground] = known
+        out = dict(evidence)
+        for name, state in known.items():
+            if out.get(name) is None:
+                if state is None:
+                    raise EvidenceError(f"input {name!r} is not given and has no default")
+                out[name] = state
+        return out
+
+    def _defaults_of(self, ground: GroundSlice) -> dict[str, int | None]:
+        classes = self.model.checked.classes
+        out: dict[str, int | None] = {}
+        for name in ground.inputs:
+            variable = ground.variables[name]
+            default = classes[self.objects[variable.object_name]].inputs[variable.attribute].default
+            out[name] = None if default is None else variable.index(default)
+        return out
+
+
+def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
+    """One static net of several slices; variable x of slice t is called ``"x#t"``.
+
+    A static variable is the one of the last slice that defines it. Inputs stay inputs.
+
+    Parameters
+    ----------
+    slices : sequence of GroundSlice
+
+    Returns
+    -------
+    GroundSlice
+        Without lags.
+
+    Raises
+    ------
+    ModelError
+        If a parent does not exist in the slice it should be in.
+    """
+    variables: dict[str, GroundVariable] = {}
+    cpds: list[GroundCPD] = []
+    inputs: list[str] = []
+    latest: dict[str, int] = {}
+    for t, ground in enumerate(slices):
+        for name, v in ground.variables.items():
+            latest[name] = t
+            full = f"{name}#{t}"
+            variables[full] = GroundVariable(full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit)
+        inputs += [f"{name}#{t}" for name in ground.inputs]
+        for cpd in ground.cpds:
+            parents = []
+            for parent, lag in cpd.parents:
+                at = latest.get(parent, -1) if lag == STATIC else t - lag
+                if f"{parent}#{at}" not in variables:
+                    raise ModelError(f"slice {t}: {cpd.child!r} needs {parent!r} of slice {at}, which does not have it")
+                parents.append((f"{parent}#{at}", SAME))
+            cpds.append(GroundCPD(f"{cpd.child}#{t}", tuple(parents), cpd.table, cpd.key, cpd.checked))
+    return GroundSlice(variables, tuple(cpds), tuple(inputs))

@@ -1,0 +1,265 @@
+"""The best answer within a budget of time and memory, and which engine gave it.
+
+1. *exact*, if the plans of the step fit the budget;
+2. *projection*: the belief is first divided into the largest clusters, by mutual information, that make the step fit;
+3. *particles*, in blocks until the time is up, if even single variables as clusters do not fit.
+
+What a plan costs is known before it runs (`Plan.cost`); how many operations a millisecond holds is measured while running.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from cprm_gym.errors import CostError, ParameterError
+
+from .. import smoothing
+from ..compiled.steps import Kind, Piece, PieceFactor, SliceInfo, Transition
+from ..evidence import Readings
+from .exact import Belief, ComponentCost, Outcome
+from .particle_steps import Block
+from .particles import Estimate, ParticleEngine, Particles, count
+from .projection import ProjectionEngine, project
+
+SHARE = 0.6
+"""Share of the time that the plans may be expected to take; the rest is for what surrounds them."""
+
+
+class AnytimeEngine:
+    """Exact, projected or sampled, whatever the budget allows.
+
+    Parameters
+    ----------
+    budget_ms : float
+        Time for a step of all agents together, milliseconds. The first step of a new structure also takes the time to compile
+        its plan, unless it was made before (`Filter.cost` makes it).
+    memory_limit : float
+        Bytes for one component.
+    block : int
+        Particles in a block.
+    most : int
+        No more particles than this, however much time is left.
+    seed : int, SeedSequence or Generator
+    threads : int
+        As for `ExactEngine`.
+    """
+
+    name = "anytime"
+
+    def __init__(
+        self,
+        budget_ms: float = 20.0,
+        memory_limit: float = 2.0**26,
+        block: int = 500,
+        most: int = 20_000,
+        seed: Any = None,
+        threads: int = 1,
+    ) -> None:
+        if budget_ms <= 0:
+            raise ParameterError(f"`budget_ms` is positive, got {budget_ms!r}")
+        self.budget_ms, self.block, self.most = budget_ms, block, most
+        self.rate = 1e6
+        self.factored = ProjectionEngine(memory_limit=memory_limit, threads=threads)
+        self.sampled = ParticleEngine(block, seed)
+        self.sampled.store = self.factored.store
+        self._sampled_since: SliceInfo | None = None
+
+    @property
+    def store(self) -> Any:
+        """The tables."""
+        return self.factored.store
+
+    def start(self, width: int) -> Belief:
+        """The belief before the first slice."""
+        return self.factored.start(width)
+
+    def note(self, kind: Kind) -> None:
+        """Keep variables of this kind."""
+        self.factored.note(kind)
+        self.sampled.note(kind)
+
+    def learn(self, info: SliceInfo) -> None:
+        """Note the kinds of all previous-slice parents of a slice."""
+        self.factored.learn(info)
+        self.sampled.learn(info)
+
+    def snapshot(self) -> Any:
+        """State of the random numbers."""
+        return self.sampled.snapshot(), self._sampled_since
+
+    def restore(self, state: Any) -> None:
+        """Take up the random numbers where a snapshot left them."""
+        self.sampled.restore(state[0])
+        self._sampled_since = state[1]
+
+    def branch(self) -> None:
+        """Go on with the next of the independent streams of random numbers that the seed gives."""
+        self.sampled.branch()
+
+    def transition(self, belief: Belief, info: SliceInfo, readings: Readings) -> Transition:
+        """The exact step."""
+        return self.factored.transition(belief, info, readings)
+
+    def cost(self, transition: Transition, width: int) -> list[ComponentCost]:
+        """What the exact step would take."""
+        return self.factored.cost(transition, width)
+
+    def advance(
+        self,
+        belief: Belief | Particles,
+        info: SliceInfo,
+        readings: Readings,
+        status: np.ndarray | None = None,
+        forgive: np.ndarray | None = None,
+    ) -> Outcome | Estimate:
+        """Go on by one slice by the best engine that fits."""
+        begun = perf_counter()
+        factored = belief
+        if isinstance(belief, Particles) and info is not self._sampled_since:
+            factored = to_factors(self.factored, belief)
+        if isinstance(factored, Belief) and forgive is None:
+            outcome = self._try_factored(factored, info, readings, status)
+            if outcome is not None:
+                return self._timed(outcome, begun)
+        self._sampled_since = info
+        particles = belief if isinstance(belief, Particles) else to_particles(belief, self.block, self.sampled.rng)
+        return self._timed(self._sample(particles, info, readings, status, begun, forgive), begun)
+
+    def _timed(self, result: Outcome | Estimate, begun: float) -> Outcome | Estimate:
+        result.report = {**result.report, "ms": 1e3 * (perf_counter() - begun), "budget_ms": self.budget_ms}
+        return result
+
+    def _try_factored(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> Outcome | None:
+        """An exact or projected step, or None if none fits."""
+        width = readings.hard.shape[1]
+        allowed = SHARE * self.budget_ms * self.rate
+        transition = self.factored.transition(belief, info, readings, status)
+        members = max(1, sum(len(g.members) for g in transition.groups if g.plan.cost.flops * width > 0.2 * allowed))
+        share = allowed / width / members
+        self.factored.max_flops = 2.0 ** np.floor(np.log2(share))
+        tier = "exact"
+        loss, clusters = np.zeros(width), None
+        if self.flops(transition, width) > allowed or not self.fits(transition, width):
+            chosen = self.factored.choice(belief, info, transition)
+            if not chosen:
+                return None
+            try:
+                belief, loss = project(self.factored, belief, chosen)
+            except CostError:
+                return None
+            clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
+            tier = "projection"
+            transition = self.factored.transition(belief, info, readings, status)
+            if self.flops(transition, width) > 4.0 * allowed or not self.fits(transition, width):
+                return None
+        begun = perf_counter()
+        outcome = self.factored.run(belief, info, readings, transition)
+        self._learn_rate(self.flops(transition, width), perf_counter() - begun)
+        report = {**outcome.report, "clusters": clusters} if clusters is not None else outcome.report
+        return replace(outcome, engine=tier, loss=outcome.loss + loss, report=report)
+
+    def flops(self, transition: Transition, width: int) -> float:
+        """Operations of a step."""
+        return sum(g.plan.cost.flops * len(g.members) for g in transition.groups) * width
+
+    def fits(self, transition: Transition, width: int) -> bool:
+        """Whether every component stays within the memory."""
+        try:
+            self.factored.check(transition, width)
+        except CostError:
+            return False
+        return True
+
+    def _learn_rate(self, flops: float, seconds: float) -> None:
+        """Operations for each millisecond: a running mean over steps large enough to be measured."""
+        if flops > 2e5 and seconds > 1e-4:
+            self.rate = 0.9 * self.rate + 0.1 * min(max(flops / (1e3 * seconds), 1e5), 1e8)
+
+    def _sample(
+        self,
+        belief: Particles,
+        info: SliceInfo,
+        readings: Readings,
+        status: np.ndarray | None,
+        begun: float,
+        forgive: np.ndarray | None,
+    ) -> Estimate:
+        """Particles in blocks until the time is up; at least one block."""
+        if status is None:
+            status = info.status(readings.hard, readings.soft, self.sampled.temporal)
+        blocks: list[Block] = []
+        longest = 0.0
+        while True:
+            start = perf_counter()
+            blocks.append(self.sampled.block(belief, info, readings, status, self.block))
+            longest = max(longest, perf_counter() - start)
+            spent = 1e3 * (perf_counter() - begun)
+            if spent + 1.5e3 * longest > self.budget_ms or (len(blocks) + 1) * self.block > self.most:
+                break
+        return self.sampled.finish(blocks, info, readings, status, forgive)
+
+
+def to_particles(belief: Belief, number: int, rng: np.random.Generator) -> Particles:
+    """Particles drawn from a belief of factors."""
+    width = belief.hard.shape[1]
+    drawn = smoothing.sample_belief(belief, width, number, rng)
+    parts = tuple(tuple(dict.fromkeys(name for f in piece.factors for name, _ in f.scope)) for piece in belief.layout.pieces)
+    inside = {n for part in parts for n in part}
+    weights = tuple(np.full((width, number), 1.0 / number) for _ in parts)
+    held = frozenset(belief.layout.held)
+    return Particles(belief.layout.info, {n: v for n, v in drawn.items() if n in inside}, parts, weights, belief.hard, held)
+
+
+def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3) -> Belief:
+    """A belief of factors from particles: joint counts of the variables that share most information, the rest independent.
+
+    Clusters hold at most as many entries as a fifth of the particles. A share `floor` of the product of marginals is mixed in,
+    so that no state is lost for lack of a particle.
+    """
+    info = belief.info
+    if info is None:
+        return engine.start(belief.hard.shape[1])
+    width = belief.hard.shape[1]
+    pieces: list[Piece] = []
+    arrays: list[np.ndarray] = []
+    for part, weights in zip(belief.parts, belief.weights):
+        for cluster in _clusters(belief, info, part, weights):
+            cards = [int(info.cards[info.row[n]]) for n in cluster]
+            joint = count(belief.values, cluster, weights, cards).table
+            independent = np.ones((width, *[1] * len(cluster)))
+            for axis in range(len(cluster)):
+                others = tuple(k + 1 for k in range(len(cluster)) if k != axis)
+                single = (1.0 - floor) * joint.sum(axis=others, keepdims=True) + floor / cards[axis]
+                independent = independent * single
+            table = ((1.0 - floor) * joint + floor * independent).reshape(width, -1)
+            scope = tuple((n, -1 if info.fixed[info.row[n]] else 0) for n in cluster)
+            pieces.append(Piece(len(arrays), 0, (PieceFactor(scope, 0, table.shape[1]),)))
+            arrays.append(table / table.sum(axis=1, keepdims=True))
+    held = {n: row for n, row in info.row.items() if n in belief.held}
+    layout = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
+    return Belief(layout, tuple(arrays), belief.hard)
+
+
+def _clusters(belief: Particles, info: SliceInfo, part: tuple[str, ...], weights: np.ndarray) -> list[tuple[str, ...]]:
+    """Variables of a component joined by mutual information, corrected for chance."""
+    cards = {n: int(info.cards[info.row[n]]) for n in part}
+    limit = weights.shape[1] / 5.0
+    shared = []
+    for i, a in enumerate(part):
+        for b in part[:i]:
+            table = count(belief.values, (a, b), weights, (cards[a], cards[b])).table
+            product = table.sum(axis=1, keepdims=True) * table.sum(axis=2, keepdims=True)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                information = np.where(table > 0, table * np.log(table / product), 0.0).sum(axis=(1, 2)).mean()
+            shared.append((float(information) - (cards[a] - 1) * (cards[b] - 1) / (2.0 * weights.shape[1]), a, b))
+    clusters: dict[str, tuple[str, ...]] = {n: (n,) for n in part}
+    for information, a, b in sorted(shared, reverse=True):
+        joined = tuple(n for n in part if n in clusters[a] + clusters[b])
+        if information > 0 and clusters[a] != clusters[b] and np.prod([float(cards[n]) for n in joined]) <= limit:
+            for n in joined:
+                clusters[n] = joined
+    return list(dict.fromkeys(clusters.values()))

@@ -1,0 +1,315 @@
+"""Numbers that a Petri net reads from a belief: expectation, variance, mode, probability, entropy, quantile.
+
+A view is a frozen value with a text form, ``View.parse("probability(0..2.5)")``, and is evaluated over beliefs of any leading
+shape, so the belief places of many agents are one call.
+
+==============================  ==========================================================================
+text                            value
+==============================  ==========================================================================
+``expectation``                 mean of bin mid-points; of state indices for named states; circular mean of an angle
+``variance``                    bins count as uniform inside (``+ w**2 / 12``); about the circular mean for an angle
+``variance(midpoints)``         bins count as points
+``deviation``                   square root of ``variance``
+``mode``                        mid-point of the likeliest bin; index of the likeliest named state
+``argmax``                      index of the likeliest state
+``probability(state)``          of one state, or of several, ``probability(own|middle)``
+``probability(a..b)``           of an interval, uniform inside bins; ``a..`` and ``..b`` are open; an angle may wrap, ``3..-3``
+``entropy``                     in nats
+``quantile(q)``                 the value below which the share q lies, uniform inside bins
+``resultant``                   length of the mean direction of an angle: 1 certain, 0 spread evenly
+==============================  ==========================================================================
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ....errors import EvidenceError, ModelError, did_you_mean
+from ..grounding.slices import GroundVariable
+from ..model.domains import Bins, Domain
+
+PLAIN = ("expectation", "variance", "deviation", "mode", "argmax", "entropy", "resultant")
+WITH_ARGUMENT = ("probability", "quantile")
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_INTERVAL = re.compile(rf"\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*\Z")
+
+
+@dataclass(frozen=True)
+class View:
+    """One number from a distribution.
+
+    Attributes
+    ----------
+    kind : str
+        ``"expectation"``, ``"variance"``, ... as in the table above.
+    argument : str
+        What stands in brackets, or empty.
+
+    Raises
+    ------
+    ModelError
+        For an unknown kind or an argument that does not belong to it.
+    """
+
+    kind: str
+    argument: str = ""
+
+    def __post_init__(self) -> None:
+        known = (*PLAIN, *WITH_ARGUMENT)
+        if self.kind not in known:
+            raise ModelError(f"unknown view {self.kind!r}.{did_you_mean(self.kind, known)} Known: {', '.join(known)}")
+        if self.kind in WITH_ARGUMENT and not self.argument:
+            example = "0.9" if self.kind == "quantile" else "state"
+            raise ModelError(f"view {self.kind!r} needs an argument, such as {self.kind}({example})")
+        if self.kind in PLAIN and self.argument and (self.kind, self.argument) != ("variance", "midpoints"):
+            raise ModelError(f"view {self.kind!r} takes no argument {self.argument!r}")
+        if self.kind == "quantile":
+            try:
+                share = float(self.argument)
+            except ValueError:
+                share = math.nan
+            if not 0.0 <= share <= 1.0:
+                raise ModelError(f"view {self.text}: a share is 0 to 1, got {self.argument!r}")
+
+    @classmethod
+    def parse(cls, text: str) -> View:
+        """The view that a text names."""
+        head, bracket, rest = text.strip().partition("(")
+        if bracket and not rest.endswith(")"):
+            raise ModelError(f"view {text!r}: the bracket is not closed")
+        if bracket and not rest[:-1].strip():
+            raise ModelError(f"view {text!r}: nothing stands in the brackets")
+        return cls(head.strip(), rest[:-1].strip())
+
+    @property
+    def text(self) -> str:
+        """The text form; parsing it gives an equal view."""
+        return f"{self.kind}({self.argument})" if self.argument else self.kind
+
+    def check(self, of: Domain | GroundVariable) -> None:
+        """Refuse a view that the variable does not have: an unknown state, an interval of named states, a quantile of an angle.
+
+        Raises
+        ------
+        ModelError
+        """
+        domain = _domain(of)
+        size = len(domain)
+        self(np.full(size, 1.0 / size), domain)
+
+    def __call__(self, p: np.ndarray, of: Domain | GroundVariable) -> np.ndarray:
+        """The number for each distribution.
+
+        Parameters
+        ----------
+        p : (..., K) float array
+            Distributions over the K states.
+        of : Labels, Bins or GroundVariable
+            What they are distributions of.
+
+        Returns
+        -------
+        (...) float array
+
+        Raises
+        ------
+        EvidenceError
+            If the last axis does not have one entry per state.
+        """
+        domain = _domain(of)
+        p = np.asarray(p, dtype=float)
+        if p.ndim == 0 or p.shape[-1] != len(domain):
+            needed = f"a belief over {len(domain)} states is needed, got an array of shape {p.shape}"
+            raise EvidenceError(f"view {self.text}: {needed}")
+        if self.kind == "probability":
+            return _mean(p, probability_weights(self.argument, domain))
+        if self.kind == "expectation":
+            return circular_mean(p, domain) if _is_angle(domain) else _mean(p, _points(domain))
+        if self.kind == "variance":
+            return variance(p, domain, within_bins=self.argument != "midpoints")
+        if self.kind == "deviation":
+            return np.asarray(np.sqrt(variance(p, domain)))
+        if self.kind == "argmax":
+            return np.asarray(np.argmax(p, axis=-1), dtype=float)
+        if self.kind == "mode":
+            return np.asarray(_points(domain)[np.argmax(p, axis=-1)])
+        if self.kind == "entropy":
+            return np.asarray(-np.sum(p * np.log(np.where(p > 0.0, p, 1.0)), axis=-1)) + 0.0
+        if self.kind == "quantile":
+            return quantile(p, domain, float(self.argument))
+        return resultant(p, domain)
+
+
+def view(text: str) -> View:
+    """The view that a text names, ``view("quantile(0.9)")``."""
+    return View.parse(text)
+
+
+def _domain(of: Domain | GroundVariable) -> Domain:
+    return of.domain if isinstance(of, GroundVariable) else of
+
+
+def _is_angle(domain: Domain) -> bool:
+    return isinstance(domain, Bins) and domain.circular
+
+
+def _mean(p: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Mean of values under each distribution; not a matrix product, whose last digit depends on how many there are."""
+    return np.asarray(np.einsum("...k,k->...", p, values))
+
+
+@lru_cache(maxsize=1024)
+def _points(domain: Domain) -> np.ndarray:
+    points = np.array(domain.values if isinstance(domain, Bins) else range(len(domain)), dtype=float)
+    points.flags.writeable = False
+    return points
+
+
+@lru_cache(maxsize=1024)
+def probability_weights(argument: str, domain: Domain) -> np.ndarray:
+    """Share of every state that belongs to a state, a set of states or an interval.
+
+    Parameters
+    ----------
+    argument : str
+        ``"own"``, ``"own|middle"``, ``"2.5..7"``, ``"..7"``, ``"2.5.."``.
+    domain : Labels or Bins
+
+    Returns
+    -------
+    (K,) float array, 0 to 1
+
+    Raises
+    ------
+    ModelError
+    """
+    weights: np.ndarray = np.zeros(len(domain))
+    interval = _INTERVAL.match(argument)
+    names = [s.strip() for s in argument.split("|")]
+    if all(s in domain.states for s in names):
+        for s in names:
+            weights[domain.states.index(s)] = 1.0
+    elif interval is None or not isinstance(domain, Bins):
+        unknown = next(s for s in names if s not in domain.states)
+        hint = did_you_mean(unknown, domain.states)
+        raise ModelError(f"view probability({argument}): unknown state {unknown!r}.{hint} Known: {', '.join(domain.states)}")
+    else:
+        weights = _interval_weights(interval.group(1), interval.group(2), domain, argument)
+    weights.flags.writeable = False
+    return weights
+
+
+def _interval_weights(low: str | None, high: str | None, domain: Bins, argument: str) -> np.ndarray:
+    edges = np.asarray(domain.edges)
+    a = float(edges[0]) if low is None else float(low)
+    b = float(edges[-1]) if high is None else float(high)
+    if not domain.circular:
+        if a > b:
+            raise ModelError(f"view probability({argument}): the interval is empty")
+        return _overlap(edges, a, b)
+    if b - a >= domain.period:
+        return np.full(len(domain), 1.0)
+    a = float(edges[0] + (a - edges[0]) % domain.period)
+    end = float(edges[0] + (b - edges[0]) % domain.period)
+    if end == edges[0] and b != a:
+        end = float(edges[-1])
+    if end >= a:
+        return _overlap(edges, a, end)
+    tail = _overlap(edges, a, float(edges[-1]))
+    return np.asarray(tail + _overlap(edges, float(edges[0]), end))
+
+
+def _overlap(edges: np.ndarray, a: float, b: float) -> np.ndarray:
+    inside = np.minimum(edges[1:], b) - np.maximum(edges[:-1], a)
+    return np.asarray(np.clip(inside / np.diff(edges), 0.0, 1.0))
+
+
+def variance(p: np.ndarray, domain: Domain, within_bins: bool = True) -> np.ndarray:
+    """Variance of each distribution, in squared units.
+
+    Parameters
+    ----------
+    p : (..., K) float array
+    domain : Labels or Bins
+    within_bins : bool
+        Add the variance ``w**2 / 12`` of a value uniform in a bin of width w.
+
+    Returns
+    -------
+    (...) float array
+        For an angle, of the deviation from the circular mean, taken the short way round.
+    """
+    points = _points(domain)
+    if isinstance(domain, Bins) and domain.circular:
+        half = 0.5 * domain.period
+        away = points - circular_mean(p, domain)[..., None]
+        away = np.mod(away + half, domain.period) - half
+        away = away - np.sum(p * away, axis=-1, keepdims=True)
+    else:
+        away = points - _mean(p, points)[..., None]
+    out = np.sum(p * away**2, axis=-1)
+    if within_bins and isinstance(domain, Bins):
+        out = out + _mean(p, np.square(domain.widths) / 12.0)
+    return np.asarray(out)
+
+
+def _phasor(p: np.ndarray, domain: Domain, what: str) -> np.ndarray:
+    if not isinstance(domain, Bins) or not domain.circular:
+        raise ModelError(f"view {what}: only an angle has one; the states are {domain.states[:3]} ...")
+    turn = 2.0 * math.pi / domain.period
+    return _mean(p, np.exp(1j * turn * _points(domain)))
+
+
+def circular_mean(p: np.ndarray, domain: Domain) -> np.ndarray:
+    """Mean direction of an angle, in its unit, between the first and the last edge.
+
+    Undefined (any direction) when the resultant is 0.
+    """
+    phasor = _phasor(p, domain, "expectation")
+    assert isinstance(domain, Bins)
+    angle = np.angle(phasor) * domain.period / (2.0 * math.pi)
+    return np.asarray(domain.edges[0] + np.mod(angle - domain.edges[0], domain.period))
+
+
+def resultant(p: np.ndarray, domain: Domain) -> np.ndarray:
+    """Length of the mean direction of an angle, 0 to 1."""
+    return np.asarray(np.abs(_phasor(p, domain, "resultant")))
+
+
+def quantile(p: np.ndarray, domain: Domain, share: float) -> np.ndarray:
+    """The value below which `share` of each distribution lies; for named states the index of the state that reaches it.
+
+    Parameters
+    ----------
+    p : (..., K) float array
+    domain : Labels or Bins
+    share : float
+        0 to 1.
+
+    Returns
+    -------
+    (...) float array
+
+    Raises
+    ------
+    ModelError
+        For an angle, which has no order.
+    """
+    if _is_angle(domain):
+        raise ModelError(f"view quantile({share}): an angle has no order")
+    total = np.cumsum(p, axis=-1)
+    wanted = share * total[..., -1:]
+    at = np.minimum(np.sum(total < wanted, axis=-1), len(domain) - 1)
+    if not isinstance(domain, Bins):
+        return np.asarray(at, dtype=float)
+    mass = np.take_along_axis(p, at[..., None], -1)[..., 0]
+    before = np.take_along_axis(total, at[..., None], -1)[..., 0] - mass
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inside = np.where(mass > 0.0, (wanted[..., 0] - before) / np.where(mass > 0.0, mass, 1.0), 0.0)
+    edges = np.asarray(domain.edges)
+    return np.asarray(edges[at] + np.clip(inside, 0.0, 1.0) * np.diff(edges)[at])

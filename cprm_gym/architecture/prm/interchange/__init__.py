@@ -1,0 +1,1 @@
+"""Models in other forms: JSON, BIF, pgmpy, drawings."""

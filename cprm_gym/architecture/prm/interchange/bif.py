@@ -1,0 +1,379 @@
+"""Flat nets in the Bayesian Interchange Format: written exactly, read from any program that writes it.
+
+Names that other programs would not take (``ball.dist#1``, ``2..5``) are replaced by plain ones, and kept in properties, so that a
+net read back is the one that was written: names, states, bins, and tables to the last bit. A slice with parents in the previous
+one is unrolled first (`grounding.unroll`).
+
+References
+----------
+Cozman, "The Interchange Format for Bayesian Networks", 1998.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....errors import LogError, ModelError, did_you_mean
+from ....files import write_atomically
+from ..grounding.grounding import SAME, GroundCPD, GroundSlice, GroundVariable
+from .json import read_text
+
+ROUNDING = 1e-2
+"""How far a row of a foreign file may be from summing to 1; it is normalised. Rows within 1e-9 are left as they are."""
+
+MAX_FILE_CELLS = 5_000_000
+"""Largest table that is read."""
+
+_PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:[^"\\]|\\.)*"|[{}()\[\]|,;=]|[^\s{}()\[\]|,;="]+', re.DOTALL)
+_WORDS = ("network", "variable", "probability", "property", "type", "discrete", "table", "default")
+
+
+class Token(NamedTuple):
+    """A word of a file and the line it is on."""
+
+    text: str
+    line: int
+
+
+def to_bif(ground: GroundSlice, name: str = "net") -> str:
+    """A static net as BIF text.
+
+    Parameters
+    ----------
+    ground : GroundSlice
+        Without lags. Inputs become roots with a uniform distribution and a property that says so.
+    name : str
+        Of the network.
+
+    Raises
+    ------
+    ModelError
+        If a parent is in another slice.
+    """
+    need_static(ground, "BIF")
+    labels = dict(zip(ground.variables, plain_names(ground.variables)))
+    states = {n: plain_names(v.states) for n, v in ground.variables.items()}
+    out = [f"network {plain_names([name])[0]} {{", "}"]
+    for n, v in ground.variables.items():
+        out.append(f"variable {labels[n]} {{")
+        out.append(f"  type discrete [ {v.card} ] {{ {', '.join(states[n])} }};")
+        out += [f"  property {key} = {json.dumps(value)} ;" for key, value in _properties(v, n in ground.inputs).items()]
+        out.append("}")
+    for n in ground.order():
+        v = ground.variables[n]
+        if n in ground.inputs:
+            out += [f"probability ( {labels[n]} ) {{", f"  table {', '.join([repr(1.0 / v.card)] * v.card)};", "}"]
+            continue
+        cpd = ground.by_child[n]
+        parents = [p for p, _ in cpd.parents]
+        given = f" | {', '.join(labels[p] for p in parents)}" if parents else ""
+        out.append(f"probability ( {labels[n]}{given} ) {{")
+        for index in np.ndindex(cpd.table.shape[:-1]):
+            row = ", ".join(repr(float(x)) for x in cpd.table[index])
+            head = ", ".join(states[p][k] for p, k in zip(parents, index))
+            out.append(f"  ({head}) {row};" if parents else f"  table {row};")
+        out.append("}")
+    return "\n".join(out) + "\n"
+
+
+def from_bif(text: str, where: str = "BIF") -> GroundSlice:
+    """The net that a BIF text holds.
+
+    Parameters
+    ----------
+    text : str
+    where : str
+        Named in errors.
+
+    Raises
+    ------
+    LogError
+        If the text is not BIF, names something unknown, or misses a row; the message says the line.
+    """
+    try:
+        return _Reader(text, where).read()
+    except ModelError as error:
+        raise LogError(f"{where}: {error}") from None
+
+
+def save_bif(ground: GroundSlice, path: str | os.PathLike[str], name: str = "net") -> None:
+    """Write a static net to a file, all or nothing."""
+    write_atomically(path, to_bif(ground, name))
+
+
+def load_bif(path: str | os.PathLike[str]) -> GroundSlice:
+    """Read a net from a file, or a `LogError` that names the file and the line."""
+    return from_bif(read_text(path), str(path))
+
+
+def need_static(ground: GroundSlice, what: str) -> None:
+    """Refuse a slice with parents in another slice.
+
+    Raises
+    ------
+    ModelError
+    """
+    for cpd in ground.cpds:
+        for parent, lag in cpd.parents:
+            if lag != SAME:
+                raise ModelError(f"{what} has no time: {cpd.child!r} has the parent {parent!r} in another slice; unroll the slices first")
+
+
+def plain_names(names: Iterable[str]) -> list[str]:
+    """Distinct identifiers of letters, digits and ``_`` for some names; plain names stay as they are."""
+    wanted = list(names)
+    taken = {n for n in wanted if _PLAIN.match(n)}
+    out = []
+    for n in wanted:
+        if not _PLAIN.match(n):
+            base = re.sub(r"[^A-Za-z0-9_]+", "_", n).strip("_") or "x"
+            base = base if base[0].isalpha() else f"s{base}"
+            n = base
+            k = 2
+            while n in taken:
+                n = f"{base}_{k}"
+                k += 1
+            taken.add(n)
+        out.append(n)
+    return out
+
+
+def _properties(v: GroundVariable, is_input: bool) -> dict[str, Any]:
+    """What a variable is beyond its plain name and states."""
+    every: dict[str, Any] = {
+        "cprm_name": v.name,
+        "cprm_states": "" if plain_names(v.states) == list(v.states) else "|".join(_escaped(s) for s in v.states),
+        "cprm_edges": "" if v.edges is None else " ".join(repr(float(e)) for e in v.edges),
+        "cprm_circular": "yes" if v.circular else "",
+        "cprm_clip": "yes" if v.clip else "",
+        "cprm_unit": v.unit,
+        "cprm_class": v.class_name,
+        "cprm_object": v.object_name,
+        "cprm_attribute": v.attribute,
+        "cprm_input": "yes" if is_input else "",
+    }
+    if _PLAIN.match(v.name):
+        del every["cprm_name"]
+    return {key: value for key, value in every.items() if value}
+
+
+def _escaped(state: str) -> str:
+    return state.replace("%", "%25").replace("|", "%7C")
+
+
+def _unescaped(text: str) -> str:
+    return text.replace("%7C", "|").replace("%25", "%")
+
+
+class _Reader:
+    """Reads one text, once."""
+
+    def __init__(self, text: str, where: str) -> None:
+        self.where = where
+        self.tokens: list[Token] = []
+        line = 1
+        end = 0
+        for match in _TOKEN.finditer(text):
+            line += text.count("\n", end, match.start())
+            word = match.group()
+            if not word.startswith(("//", "/*")):
+                self.tokens.append(Token(word, line))
+            line += word.count("\n")
+            end = match.end()
+        self.at = 0
+        self.states: dict[str, list[str]] = {}
+        self.properties: dict[str, dict[str, str]] = {}
+        self.tables: dict[str, tuple[list[str], np.ndarray]] = {}
+
+    def fail(self, message: str) -> LogError:
+        line = self.tokens[max(self.at - 1, 0)].line if self.tokens else 1
+        return LogError(f"{self.where}, line {line}: {message}")
+
+    def next(self, wanted: str = "") -> str:
+        """The next word; with `wanted`, it must be that one."""
+        if self.at >= len(self.tokens):
+            raise self.fail(f"the text ends where {wanted or 'more'} is expected")
+        word = self.tokens[self.at].text
+        self.at += 1
+        if wanted and word != wanted:
+            raise self.fail(f"{wanted!r} expected, got {word!r}")
+        return word.strip('"') if word.startswith('"') else word
+
+    def peek(self) -> str:
+        return self.tokens[self.at].text if self.at < len(self.tokens) else ""
+
+    def read(self) -> GroundSlice:
+        while self.at < len(self.tokens):
+            word = self.next()
+            if word == "network":
+                while self.next() != "{":
+                    pass
+                while self.peek() != "}":
+                    self.property({})
+                self.next("}")
+            elif word == "variable":
+                self.variable()
+            elif word == "probability":
+                self.probability()
+            else:
+                raise self.fail(f"'network', 'variable' or 'probability' expected, got {word!r}.{did_you_mean(word, _WORDS)}")
+        for name in self.states:
+            if name not in self.tables:
+                raise LogError(f"{self.where}: variable {name!r} has no probability")
+        return self.net()
+
+    def property(self, into: dict[str, str]) -> None:
+        self.next("property")
+        words = []
+        while self.peek() not in (";", ""):
+            words.append(self.tokens[self.at].text)
+            self.at += 1
+        self.next(";")
+        if len(words) == 3 and words[1] == "=" and words[2].startswith('"'):
+            try:
+                into[words[0]] = str(json.loads(words[2]))
+            except ValueError:
+                raise self.fail(f"property {words[0]!r} is not a text: {words[2]}") from None
+
+    def variable(self) -> None:
+        name = self.next()
+        if name in self.states:
+            raise self.fail(f"variable {name!r} is defined twice")
+        found: dict[str, str] = {}
+        self.next("{")
+        while self.peek() != "}":
+            if self.peek() == "property":
+                self.property(found)
+                continue
+            self.next("type")
+            self.next("discrete")
+            self.next("[")
+            size = self.next()
+            self.next("]")
+            self.next("{")
+            states = self.list_until("}")
+            self.next(";")
+            if size != str(len(states)):
+                raise self.fail(f"variable {name!r} has {len(states)} states, announced are {size}")
+            if len(set(states)) != len(states):
+                raise self.fail(f"variable {name!r} has two states of one name: {', '.join(states)}")
+            self.states[name] = states
+        self.next("}")
+        if name not in self.states:
+            raise self.fail(f"variable {name!r} has no type")
+        self.properties[name] = found
+
+    def list_until(self, end: str) -> list[str]:
+        words: list[str] = []
+        while True:
+            word = self.next()
+            if word == end:
+                return words
+            if word != ",":
+                words.append(word)
+
+    def known(self, name: str) -> str:
+        if name not in self.states:
+            raise self.fail(f"unknown variable {name!r}.{did_you_mean(name, self.states)}")
+        return name
+
+    def numbers(self, count: int, what: str) -> np.ndarray:
+        words = self.list_until(";")
+        try:
+            values = np.array([float(w) for w in words])
+        except ValueError:
+            raise self.fail(f"{what}: numbers expected, got {' '.join(words[:5])}") from None
+        if len(values) != count:
+            raise self.fail(f"{what}: {len(values)} numbers for {count}")
+        return values
+
+    def row(self, values: np.ndarray, what: str) -> np.ndarray:
+        total = float(values.sum())
+        if not np.isfinite(values).all() or (values < 0.0).any() or abs(total - 1.0) > ROUNDING:
+            raise self.fail(f"{what} is not a distribution: {values.tolist()}")
+        return values if abs(total - 1.0) <= 1e-9 else values / total
+
+    def probability(self) -> None:
+        self.next("(")
+        child = self.known(self.next())
+        if child in self.tables:
+            raise self.fail(f"{child!r} has two probabilities")
+        parents = []
+        word = self.next()
+        if word == "|":
+            parents = [self.known(p) for p in self.list_until(")")]
+        elif word != ")":
+            raise self.fail(f"'|' or ')' expected, got {word!r}")
+        card = len(self.states[child])
+        shape = tuple(len(self.states[p]) for p in parents)
+        if int(np.prod([float(s) for s in (*shape, card)])) > MAX_FILE_CELLS:
+            raise self.fail(f"the table of {child!r} has more than {MAX_FILE_CELLS} cells")
+        table = np.full((*shape, card), np.nan)
+        self.next("{")
+        while self.peek() != "}":
+            self.entry(child, parents, table)
+        self.next("}")
+        if np.isnan(table).any():
+            gap = np.argwhere(np.isnan(table[..., 0]))[0] if parents else ()
+            names = tuple(self.states[p][int(k)] for p, k in zip(parents, gap))
+            raise self.fail(f"probability of {child!r} has no row for {names}")
+        self.tables[child] = parents, table
+
+    def entry(self, child: str, parents: list[str], table: np.ndarray) -> None:
+        """One line of a probability block."""
+        card, shape = table.shape[-1], table.shape[:-1]
+        what = f"probability of {child!r}"
+        word = self.peek()
+        if word == "property":
+            self.property({})
+        elif word == "table":
+            self.next()
+            values = self.numbers(table.size, what).reshape(card, *shape)
+            table[...] = np.moveaxis(values, 0, -1)
+            for index in np.ndindex(*shape):
+                table[index] = self.row(table[index], what)
+        elif word == "default":
+            self.next()
+            values = self.row(self.numbers(card, what), what)
+            table[...] = np.where(np.isnan(table), values, table)
+        else:
+            self.next("(")
+            given = self.list_until(")")
+            if len(given) != len(parents):
+                raise self.fail(f"{what}: {len(given)} states for {len(parents)} parents")
+            for p, s in zip(parents, given):
+                if s not in self.states[p]:
+                    raise self.fail(f"{what}: {p!r} has no state {s!r}.{did_you_mean(s, self.states[p])}")
+            index = tuple(self.states[p].index(s) for p, s in zip(parents, given))
+            table[index] = self.row(self.numbers(card, f"{what}, row {tuple(given)}"), f"{what}, row {tuple(given)}")
+
+    def net(self) -> GroundSlice:
+        names = {n: self.properties[n].get("cprm_name", n) for n in self.states}
+        variables, inputs = {}, []
+        for n, full in names.items():
+            p = self.properties[n]
+            states = tuple(_unescaped(s) for s in p["cprm_states"].split("|")) if "cprm_states" in p else tuple(self.states[n])
+            try:
+                edges = np.array([float(e) for e in p["cprm_edges"].split()]) if "cprm_edges" in p else None
+            except ValueError:
+                raise LogError(f"{self.where}: edges of {full!r} are not numbers: {p['cprm_edges']}") from None
+            variables[full] = GroundVariable(
+                full, states, edges, p.get("cprm_circular") == "yes", p.get("cprm_class", ""), p.get("cprm_object", ""),
+                p.get("cprm_attribute", ""), p.get("cprm_clip") == "yes", p.get("cprm_unit", ""),
+            )  # fmt: skip
+            _ = variables[full].domain  # refuses edges that do not increase
+            if p.get("cprm_input") == "yes":
+                inputs.append(full)
+        cpds = []
+        for n, (parents, table) in self.tables.items():
+            if names[n] not in inputs:
+                table.flags.writeable = False
+                cpds.append(GroundCPD(names[n], tuple((names[p], SAME) for p in parents), table, ("bif", names[n])))
+        return GroundSlice(variables, tuple(cpds), tuple(inputs))

@@ -1,0 +1,247 @@
+"""What an attribute can be: one of some named states, or a number cut into bins.
+
+A domain turns a value as a user writes it (a state's name, metres, radians) into a state index and back.
+"""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....errors import EvidenceError, ModelError, did_you_mean
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Named states, ``Labels(("own", "middle", "attack"))``.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The states, in order; the order is what `Min`, `Max` and the index of a state mean.
+    """
+
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.names, str) or not all(isinstance(n, str) and n for n in self.names):
+            raise ModelError(f"states are a tuple of names, got {self.names!r}")
+        object.__setattr__(self, "names", tuple(self.names))
+        if not self.names:
+            raise ModelError("a domain needs at least one state")
+        repeated = [n for n in self.names if self.names.count(n) > 1]
+        if repeated:
+            raise ModelError(f"state {repeated[0]!r} is named twice in {self.names}")
+        if "*" in self.names:
+            raise ModelError("a state cannot be called '*': in tables that means any state")
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.names
+
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain, to notice that it has changed."""
+        return self.names
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def values(self) -> tuple[str, ...]:
+        """What a function that makes a table is called with: the states' names."""
+        return self.names
+
+
+@dataclass(frozen=True)
+class Bins:
+    """A number cut into bins, ``Bins((0, 2, 5, 10, 20, 40), unit="m")``.
+
+    Attributes
+    ----------
+    edges : tuple of float
+        Increasing edges; bin k holds ``edges[k] <= x < edges[k + 1]``, the last bin also its upper edge.
+    unit : str
+        For reports and drawings only.
+    circular : bool
+        An angle: the last bin is followed by the first, the edges span one period, and every finite value has a bin.
+    clip : bool
+        A value outside falls into the end bin instead of being refused. Integrated CPDs always give the end bins the tails.
+    """
+
+    edges: tuple[float, ...]
+    unit: str = ""
+    circular: bool = False
+    clip: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "edges", tuple(float(e) for e in self.edges))
+        if len(self.edges) < 2 or not all(math.isfinite(e) for e in self.edges):
+            raise ModelError(f"bins need at least two finite edges, got {self.edges}")
+        for k, (low, high) in enumerate(itertools.pairwise(self.edges)):
+            if not low < high:
+                raise ModelError(f"edges of bins must increase: edge {k} is {low!r}, edge {k + 1} is {high!r}")
+
+    @classmethod
+    def linear(cls, low: float, high: float, count: int, unit: str = "", clip: bool = False) -> Bins:
+        """`count` bins of equal width from `low` to `high`."""
+        if count < 1:
+            raise ModelError(f"bins: count must be at least 1, got {count}")
+        return cls(tuple(float(e) for e in np.linspace(low, high, count + 1)), unit, False, clip)
+
+    @classmethod
+    def circle(cls, count: int, unit: str = "rad", start: float | None = None) -> Bins:
+        """`count` equal bins round the circle, from `start` (default minus half a turn) on.
+
+        `unit` is ``"rad"`` or ``"deg"`` and fixes the period.
+        """
+        periods = {"rad": 2.0 * math.pi, "deg": 360.0}
+        if unit not in periods:
+            raise ModelError(f"bins of a circle: unit must be 'rad' or 'deg', got {unit!r}")
+        first = -0.5 * periods[unit] if start is None else start
+        return cls(tuple(float(first + periods[unit] * k / count) for k in range(count + 1)), unit, True)
+
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain, to notice that it has changed: the exact edges."""
+        return tuple(repr(e) for e in self.edges)
+
+    def __len__(self) -> int:
+        return len(self.edges) - 1
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the bins, ``"2..5"``."""
+        short = [f"{e:g}" for e in self.edges]
+        if len(set(short)) < len(short):
+            short = [repr(e) for e in self.edges]
+        return tuple(f"{a}..{b}" for a, b in itertools.pairwise(short))
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Mid-points of the bins."""
+        return tuple(0.5 * (a + b) for a, b in itertools.pairwise(self.edges))
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """Widths of the bins."""
+        return tuple(b - a for a, b in itertools.pairwise(self.edges))
+
+    @property
+    def period(self) -> float:
+        """Length of a full turn of a circular domain."""
+        return self.edges[-1] - self.edges[0]
+
+
+Domain = Labels | Bins
+
+BOOL = Labels(("no", "yes"))
+"""The two-state domain of flags; the second state is the one that holds."""
+
+
+def as_domain(value: object, where: str) -> Domain:
+    """A domain from what a user wrote: a domain, or a tuple of state names.
+
+    Raises
+    ------
+    ModelError
+    """
+    if isinstance(value, Labels | Bins):
+        return value
+    if isinstance(value, tuple | list) and all(isinstance(v, str) for v in value):
+        return Labels(tuple(value))
+    raise ModelError(f"{where}: states must be a tuple of names, Labels or Bins, got {value!r}")
+
+
+def state_index(domain: Domain, value: object, where: str) -> int:
+    """Index of the state that an observed value falls into.
+
+    Named states take a name (or a `bool` when there are two states, or an index); bins take a number.
+
+    Parameters
+    ----------
+    domain : Labels or Bins
+    value : object
+    where : str
+        Start of the message, ``"evidence for 'ball.zone'"``.
+
+    Raises
+    ------
+    EvidenceError
+        For an unknown state, NaN, infinity, or a number outside the bins.
+    """
+    if isinstance(domain, Labels):
+        return _label_index(domain, value, where)
+    if isinstance(value, str) and value in domain.states:
+        return domain.states.index(value)
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
+        raise EvidenceError(f"{where}: bins take a number{_unit(domain)}, got {value!r}")
+    number = float(value)
+    index = _bin_index(domain, number)
+    if index < 0:
+        what = "is not a finite number" if not math.isfinite(number) else "is outside the bins"
+        raise EvidenceError(f"{where}: {number!r} {what}; allowed are {domain.edges[0]!r} to {domain.edges[-1]!r}{_unit(domain)}")
+    return index
+
+
+def _bin_index(domain: Bins, x: float) -> int:
+    """Bin of one number; -1 where it is not finite or outside the bins."""
+    if not math.isfinite(x):
+        return -1
+    edges, last = domain.edges, len(domain) - 1
+    if domain.circular:
+        x = edges[0] + (x - edges[0]) % domain.period
+    if not domain.circular and not domain.clip and not edges[0] <= x <= edges[-1]:
+        return -1
+    return min(max(bisect.bisect_right(edges, x) - 1, 0), last)
+
+
+def bin_indices(domain: Bins, values: np.ndarray) -> np.ndarray:
+    """Bin of each number; -1 where it is not finite or outside the bins.
+
+    Parameters
+    ----------
+    domain : Bins
+    values : float array, any shape
+
+    Returns
+    -------
+    int64 array of the same shape
+    """
+    x = np.asarray(values, dtype=float)
+    finite = np.isfinite(x)
+    edges = np.asarray(domain.edges)
+    safe = np.where(finite, x, edges[0])
+    if domain.circular:
+        safe = edges[0] + np.mod(safe - edges[0], domain.period)
+    index = np.searchsorted(edges, safe, side="right") - 1
+    last = len(domain) - 1
+    if domain.circular or domain.clip:
+        index = np.clip(index, 0, last)
+    else:
+        index = np.where(safe == edges[-1], last, index)
+        index = np.where((safe < edges[0]) | (safe > edges[-1]), -1, index)
+    return np.asarray(np.where(finite, index, -1), dtype=np.int64)
+
+
+def _label_index(domain: Labels, value: object, where: str) -> int:
+    if isinstance(value, bool | np.bool_) and len(domain) == 2:
+        return int(value)
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        if 0 <= int(value) < len(domain):
+            return int(value)
+        raise EvidenceError(f"{where}: state index {int(value)} is outside 0 to {len(domain) - 1}")
+    if isinstance(value, str) and value in domain.names:
+        return domain.names.index(value)
+    known = ", ".join(domain.names)
+    hint = did_you_mean(value, domain.names) if isinstance(value, str) else ""
+    raise EvidenceError(f"{where}: unknown state {value!r}. Known: {known}.{hint}")
+
+
+def _unit(domain: Bins) -> str:
+    return f" {domain.unit}" if domain.unit else ""

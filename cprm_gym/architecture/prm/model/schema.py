@@ -1,0 +1,401 @@
+"""Classes, attributes, references and relations: a probabilistic relational model as a frozen value.
+
+Words
+-----
+A *class* has *attributes* (random variables of each of its objects), *references* to objects, and *inputs* (always observed).
+A *parent* is written as text: ``"zone"`` of the same object, ``"ball.zone"`` along a slot chain of references, with the prefix
+``prev.`` in the previous slice; or it is an aggregate over a chain that leads to many objects. A *relation* is over a tuple of
+objects, its roles; while it is active on a tuple it *replaces* the CPD of some attributes of these objects, or *adds* parents.
+
+Every definition is checked when it is written: names, states, rows of tables, and cycles as far as the classes decide them.
+
+References: Getoor, Friedman, Koller, Pfeffer, "Learning probabilistic relational models"; dissertation §2.3.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from ....errors import CprmError, ModelError
+from .aggregates import Aggregate
+from .cpds import CPD, Dense, Uniform, as_cpd
+from .domains import Domain, as_domain, state_index
+
+if TYPE_CHECKING:
+    from .diffusion import DiffusionReport
+
+PREVIOUS_PREFIX = "prev."
+RESERVED = ("prev", "static")
+CONFLICTS = ("exclusive", "priority", "mean", "noisy-or", "mixture")
+
+Parent = str | Aggregate
+
+
+def prev(parent: str) -> str:
+    """The parent in the previous slice: ``prev("dist")`` is ``"prev.dist"``."""
+    return PREVIOUS_PREFIX + parent
+
+
+def parent_text(parent: Parent) -> str:
+    """How a parent is called in tables, formulas and messages."""
+    return parent if isinstance(parent, str) else parent.text
+
+
+def _name(name: object, where: str) -> str:
+    if not isinstance(name, str) or not name.replace("_", "a").isalnum() or name[0].isdigit() or not name.isascii():
+        raise ModelError(f"{where}: a name is made of letters, digits and _, got {name!r}")
+    if name in RESERVED:
+        raise ModelError(f"{where}: {name!r} is reserved")
+    return name
+
+
+def _tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
+    if isinstance(value, str | Aggregate):
+        raise ModelError(f"{where}: `{what}` takes a tuple, got {value!r}; write ({value!r},)")
+    if not isinstance(value, Iterable):
+        raise ModelError(f"{where}: `{what}` takes a tuple, got {value!r}")
+    return tuple(value)
+
+
+def _unique(names: Iterable[str], where: str) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise ModelError(f"{where}: {name!r} is defined twice")
+        seen.add(name)
+
+
+def _has_prev(parents: Iterable[Parent]) -> bool:
+    return any((p if isinstance(p, str) else p.path).startswith(PREVIOUS_PREFIX) for p in parents)
+
+
+def _normalise(item: Any, where: str) -> None:
+    """Bring the CPD fields of an `Attribute`, `Replace` or `Add` into their one form."""
+    parents = _tuple(item.parents, where, "parents")
+    first = _tuple(item.initial_parents, where, "initial_parents")
+    for p in (*parents, *first):
+        if not isinstance(p, str | Aggregate):
+            raise ModelError(f"{where}: a parent is text or an aggregate, got {p!r}")
+    _unique([parent_text(p) for p in parents], f"{where}, parents")
+    if _has_prev(first):
+        raise ModelError(f"{where}: `initial_parents` cannot be in the previous slice: {first}")
+    object.__setattr__(item, "parents", parents)
+    object.__setattr__(item, "initial_parents", first)
+    object.__setattr__(item, "cpd", as_cpd(item.cpd, where))
+    if item.initial is not None:
+        object.__setattr__(item, "initial", as_cpd(item.initial, f"{where}, initial"))
+    if first and item.initial is None:
+        raise ModelError(f"{where}: `initial_parents` need an `initial` CPD")
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """A random variable of every object of a class (or of every active tuple of a relation).
+
+    Attributes
+    ----------
+    name : str
+    domain : Labels, Bins or tuple of str
+        Its states.
+    cpd : CPD or tuple of float
+        P(attribute | parents); default `Uniform`.
+    parents : tuple of str or Aggregate
+    initial, initial_parents
+        CPD and parents in the slice in which the object begins to exist, where it has no previous value; default: `cpd`
+        itself, or `Uniform` when some parent is in the previous slice.
+    static : bool
+        Drawn once when the object begins to exist, never again.
+    """
+
+    name: str
+    domain: Domain
+    cpd: CPD = field(default_factory=Uniform)
+    parents: tuple[Parent, ...] = ()
+    initial: CPD | None = None
+    initial_parents: tuple[Parent, ...] = ()
+    static: bool = False
+
+    def __post_init__(self) -> None:
+        where = f"attribute {self.name!r}"
+        _name(self.name, "attribute")
+        object.__setattr__(self, "domain", as_domain(self.domain, where))
+        _normalise(self, where)
+        if self.static and _has_prev(self.parents):
+            raise ModelError(f"{where}: a static attribute has no parents in the previous slice")
+
+
+@dataclass(frozen=True)
+class Input:
+    """A quantity that is always observed (the agent's own motion, a place of a net): context of CPDs, without a prior.
+
+    Attributes
+    ----------
+    name : str
+    domain : Labels, Bins or tuple of str
+    default : str or float, optional
+        Taken when a step does not say; without it a missing input is an error.
+    """
+
+    name: str
+    domain: Domain
+    default: str | float | None = None
+
+    def __post_init__(self) -> None:
+        _name(self.name, "input")
+        object.__setattr__(self, "domain", as_domain(self.domain, f"input {self.name!r}"))
+        if self.default is not None:
+            try:
+                state_index(self.domain, self.default, "default")
+            except CprmError as error:
+                raise ModelError(f"input {self.name!r}: {error}") from None
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A slot that holds an object of a class, or with `many` a set of them."""
+
+    name: str
+    target: str
+    many: bool = False
+
+    def __post_init__(self) -> None:
+        _name(self.name, "reference")
+
+
+@dataclass(frozen=True)
+class PRMClass:
+    """A kind of objects.
+
+    Attributes
+    ----------
+    name : str
+    attributes : tuple of Attribute
+    references : tuple of Reference
+    inputs : tuple of Input
+    extends : str
+        Name of the class whose attributes, references and inputs it inherits; an attribute of the same name overrides
+        (with the same states).
+    abstract : bool
+        Has no objects of its own.
+    """
+
+    name: str
+    attributes: tuple[Attribute, ...] = ()
+    references: tuple[Reference, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    extends: str = ""
+    abstract: bool = False
+
+    def __post_init__(self) -> None:
+        where = f"class {self.name!r}"
+        _name(self.name, "class")
+        for what, kind in (("attributes", Attribute), ("references", Reference), ("inputs", Input)):
+            items = _tuple(getattr(self, what), where, what)
+            for item in items:
+                if not isinstance(item, kind):
+                    raise ModelError(f"{where}: `{what}` holds {kind.__name__} values, got {item!r}")
+            object.__setattr__(self, what, items)
+        _unique([*(a.name for a in self.attributes), *(r.name for r in self.references), *(i.name for i in self.inputs)], where)
+
+
+@dataclass(frozen=True)
+class _Change:
+    target: str
+    parents: tuple[Parent, ...] = ()
+    cpd: CPD = field(default_factory=Uniform)
+    initial: CPD | None = None
+    initial_parents: tuple[Parent, ...] = ()
+
+    def __post_init__(self) -> None:
+        where = f"{type(self).__name__.lower()} {self.target!r}"
+        if not isinstance(self.target, str) or self.target.count(".") != 1:
+            raise ModelError(f"{where}: the target is 'role.attribute'")
+        _normalise(self, where)
+
+
+@dataclass(frozen=True)
+class Replace(_Change):
+    """While the relation is active, the target has these parents and this CPD instead of its own.
+
+    Attributes
+    ----------
+    target : str
+        ``"b.dist"``: role and attribute.
+    parents : tuple of str or Aggregate
+        ``"o.dist"``, ``"prev.b.dist"``, or an attribute of the relation, ``"shoot"``.
+    cpd : CPD
+    initial, initial_parents
+        For the slice in which a parent has no previous value; default: the target's own CPD there.
+    """
+
+
+@dataclass(frozen=True)
+class Add(_Change):
+    """While the relation is active, the target has these parents besides its own; `cpd` is over its own and then these."""
+
+
+@dataclass(frozen=True)
+class Relation:
+    """What may hold between objects.
+
+    Attributes
+    ----------
+    name : str
+    roles : dict of str to str
+        Role name -> class name, in the order of the tuple.
+    changes : tuple of Replace or Add
+    attributes : tuple of Attribute
+        Variables that every active tuple has, ``shoot``.
+    conflict : {"exclusive", "priority", "mean", "noisy-or", "mixture"}
+        When several active tuples change one variable: an error; the highest `priority` wins; the mean of their CPDs;
+        independent causes (two states); or the mean with a hidden variable, one for all changes to an object, that says
+        which tuple is behind them.
+    priority : int
+        Higher wins over other relations that change the same variable.
+    keep_joint : tuple of tuple of str
+        Groups ``("b.dist", "o.dist")`` that should stay in one factor when a belief is projected.
+    """
+
+    name: str
+    roles: tuple[tuple[str, str], ...]
+    changes: tuple[Replace | Add, ...] = ()
+    attributes: tuple[Attribute, ...] = ()
+    conflict: str = "exclusive"
+    priority: int = 0
+    keep_joint: tuple[tuple[str, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        where = f"relation {self.name!r}"
+        _name(self.name, "relation")
+        pairs = self.roles.items() if isinstance(self.roles, Mapping) else self.roles
+        object.__setattr__(self, "roles", tuple((_name(r, where), str(c)) for r, c in pairs))
+        object.__setattr__(self, "changes", _tuple(self.changes, where, "changes"))
+        object.__setattr__(self, "attributes", _tuple(self.attributes, where, "attributes"))
+        object.__setattr__(self, "keep_joint", tuple(_tuple(g, where, "keep_joint") for g in self.keep_joint))
+        for change in self.changes:
+            if not isinstance(change, Replace | Add):
+                raise ModelError(f"{where}: `changes` holds Replace and Add values, got {change!r}")
+        _unique([r for r, _ in self.roles] + [a.name for a in self.attributes], where)
+        _unique([c.target for c in self.changes], f"{where}, changes")
+        if not self.roles:
+            raise ModelError(f"{where}: a relation needs at least one role")
+        if self.conflict not in CONFLICTS:
+            raise ModelError(f"{where}: conflict must be one of {', '.join(CONFLICTS)}, got {self.conflict!r}")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Classes and relations, checked together.
+
+    Attributes
+    ----------
+    name : str
+    classes : tuple of PRMClass
+    relations : tuple of Relation
+
+    Raises
+    ------
+    ModelError
+        Names the class, attribute and row that are wrong.
+
+    Notes
+    -----
+    `acyclic` says that the classes alone exclude a cycle of same-slice parents, whatever the objects and active relations
+    are; otherwise each ground slice is checked when it is made. A cycle within one object, or made by one relation, is
+    refused here.
+    """
+
+    name: str
+    classes: tuple[PRMClass, ...] = ()
+    relations: tuple[Relation, ...] = ()
+
+    def __post_init__(self) -> None:
+        from .resolved import Checked
+
+        object.__setattr__(self, "classes", _tuple(self.classes, f"model {self.name!r}", "classes"))
+        object.__setattr__(self, "relations", _tuple(self.relations, f"model {self.name!r}", "relations"))
+        object.__setattr__(self, "_checked", Checked(self))
+
+    @property
+    def acyclic(self) -> bool:
+        """No set of objects and active relations can make a cycle."""
+        return bool(self.checked.acyclic)
+
+    @property
+    def checked(self) -> Any:
+        """The resolved model (`checking.Checked`)."""
+        return self._checked  # type: ignore[attr-defined]
+
+    def diffusion_report(self, steps: int = 20) -> DiffusionReport:
+        """How much the bins alone spread a belief: each motion against the chain of its bins (`diffusion`)."""
+        from .diffusion import diffusion_report
+
+        return diffusion_report(self, steps)
+
+    def with_cpds(self, learned: Mapping[tuple[str, ...], Dense]) -> Model:
+        """The same model with other CPDs.
+
+        Parameters
+        ----------
+        learned : mapping of key to Dense
+            Keys as in `GroundCPD.key`: ``("class", class, attribute, "cpd" or "initial")`` or ``("relation", relation,
+            target or attribute, "cpd" or "initial")``.
+
+        Raises
+        ------
+        ModelError
+            For a key that the model does not have.
+        """
+        left = dict(learned)
+
+        def changed(item: Any, kind: str, owner: str, label: str) -> Any:
+            new = {}
+            for part in ("cpd", "initial"):
+                cpd = left.pop((kind, owner, label, part), None)
+                if cpd is not None:
+                    new[part] = cpd
+            return replace(item, **new) if new else item
+
+        classes = tuple(replace(c, attributes=tuple(changed(a, "class", c.name, a.name) for a in c.attributes)) for c in self.classes)
+        relations = tuple(
+            replace(
+                r,
+                attributes=tuple(changed(a, "relation", r.name, a.name) for a in r.attributes),
+                changes=tuple(changed(c, "relation", r.name, c.target) for c in r.changes),
+            )
+            for r in self.relations
+        )
+        if left:
+            raise ModelError(f"model {self.name!r} has no CPD {next(iter(left))!r}")
+        return replace(self, classes=classes, relations=relations)
+
+
+def canonical_tuple(relation: str, objects: Iterable[str]) -> str:
+    """``"possesses(o3,ball)"``."""
+    return f"{relation}({','.join(objects)})"
+
+
+def parse_tuple(value: object) -> tuple[str, tuple[str, ...]]:
+    """Relation and objects of ``"possesses(o3, ball)"`` or ``("possesses", "o3", "ball")``.
+
+    Raises
+    ------
+    ModelError
+    """
+    if isinstance(value, str):
+        head, bracket, rest = value.strip().partition("(")
+        if bracket and rest.endswith(")"):
+            objects = tuple(o.strip() for o in rest[:-1].split(","))
+            if head.strip() and all(objects):
+                return head.strip(), objects
+    elif isinstance(value, tuple) and len(value) >= 2 and all(isinstance(v, str) for v in value):
+        return value[0], tuple(value[1:])
+    raise ModelError(f"an active relation is written 'possesses(o3,ball)' or ('possesses', 'o3', 'ball'), got {value!r}")
+
+
+def table_size(domains: Iterable[Domain]) -> int:
+    """Cells of a table over these domains."""
+    return math.prod(len(d) for d in domains)

@@ -1,0 +1,1 @@
+"""Game and command logs: read, written, replayed."""

@@ -1,0 +1,143 @@
+"""Command logs (``.rcl``): every datagram the server received, in order, and what it announced (PROTOCOL.md 11.2)."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+from ...errors import LogError
+from .frames import AtomicFile, open_log
+
+_LINE = re.compile(r"(-?\d+),(\d+)\t(.*)\Z", re.DOTALL)
+_RECEIVED = re.compile(r"Recv (.+?): (.*)\Z", re.DOTALL)
+_PLAYER = re.compile(r"(.+)_(\d{1,2})\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """One line: the server's clock when it was written, and its text."""
+
+    time: int
+    stoppage: int
+    text: str
+
+    @property
+    def sender(self) -> str | None:
+        """``Left_1``, ``Coach`` (the trainer) or ``Left_Coach`` for a received datagram, else None."""
+        found = _RECEIVED.match(self.text)
+        return found[1] if found else None
+
+    @property
+    def command(self) -> str | None:
+        """The text of a received datagram, else None."""
+        found = _RECEIVED.match(self.text)
+        return found[2] if found else None
+
+    @property
+    def player(self) -> tuple[str, int] | None:
+        """Team name and uniform number, for a player's datagram."""
+        sender = self.sender
+        found = _PLAYER.match(sender) if sender else None
+        return (found[1], int(found[2])) if found else None
+
+    @property
+    def referee(self) -> str | None:
+        """What the referee announced, for such a line."""
+        return self.text[9:-1] if self.text.startswith("(referee ") and self.text.endswith(")") else None
+
+    def __str__(self) -> str:
+        return f"{self.time},{self.stoppage}\t{self.text}"
+
+
+class CommandLogReader:
+    """Reads a command log lazily: iterate it for its lines, or `cycles` for the lines of one think phase at a time.
+
+    Parameters
+    ----------
+    path : path
+        A ``.rcl`` file, plain or gzipped.
+
+    Raises
+    ------
+    LogError
+        While iterating, for a line that is none; the message has the file and the line's number.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        with open_log(self.path) as stream:
+            start = stream.peek(1)[:1]
+        if start and not (start.isdigit() or start == b"-"):
+            raise LogError(f"{self.path}: not a command log: it begins with {start!r}, not with 'TIME,STOPPAGE'")
+
+    def __iter__(self) -> Iterator[LogLine]:
+        """The lines in order. A datagram that contains line breaks is one line here."""
+        open_line: LogLine | None = None
+        with open_log(self.path) as stream:
+            try:
+                for number, raw in enumerate(stream, 1):
+                    text = raw.decode("utf-8", "surrogateescape").removesuffix("\n").removesuffix("\r")
+                    found = _LINE.match(text)
+                    if found:
+                        if open_line is not None:
+                            yield open_line
+                        open_line = LogLine(int(found[1]), int(found[2]), found[3].rstrip("\0"))
+                    elif open_line is None:
+                        raise LogError(f"{self.path}, line {number}: expected TIME,STOPPAGE and a tabulator, got {text[:60]!r}")
+                    else:
+                        open_line = LogLine(open_line.time, open_line.stoppage, open_line.text + "\n" + text)
+            except (OSError, EOFError) as error:
+                raise LogError(f"{self.path}: cannot be decompressed: {error}") from error
+        if open_line is not None:
+            yield open_line
+
+    def cycles(self) -> Iterator[tuple[tuple[int, int], list[LogLine]]]:
+        """``(time, stoppage)`` and the lines written at that clock, in order."""
+        for clock, lines in itertools.groupby(self, key=lambda line: (line.time, line.stoppage)):
+            yield clock, list(lines)
+
+
+class CommandLogWriter:
+    """Writes a command log. Use it in a ``with`` block: the file appears when the block ends, and not at all if it fails.
+
+    Parameters
+    ----------
+    path : path
+        Name of the file, usually ending in ``.rcl``, or ``.rcl.gz`` to compress.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._file = AtomicFile(path)
+
+    def received(self, time: int, stoppage: int, sender: str, command: str) -> None:
+        """A datagram from `sender` (``Left_1``, ``Coach``, ``Left_Coach``)."""
+        self.line(LogLine(time, stoppage, f"Recv {sender}: {command}"))
+
+    def referee(self, time: int, stoppage: int, announcements: Iterable[str]) -> None:
+        """What the referee said."""
+        for name in announcements:
+            self.line(LogLine(time, stoppage, f"(referee {name})"))
+
+    def line(self, line: LogLine) -> None:
+        """Any line."""
+        self._file.write(f"{line}\n")
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+    def __enter__(self) -> CommandLogWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is None:
+            self._file.close()
+        else:
+            with contextlib.suppress(OSError):
+                self._file.abort()

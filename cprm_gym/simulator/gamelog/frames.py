@@ -1,0 +1,303 @@
+"""Game logs (``.rcg``): one picture of the field per cycle, as the server writes them and as its viewers play them.
+
+`GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time.
+`GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log:
+metres and degrees in the server's frame, already rounded by whoever wrote it (PROTOCOL.md 10 and 11). What a version does not
+record is NaN or -1.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import io
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import LogError
+from ...files import hidden_beside
+from ..parameter_fields import ParameterSet
+from ..parameters import ServerParameters
+from ..player_types import PlayerParameters, PlayerType
+from ..state import LEFT, PLAYERS, RIGHT, PlayMode
+
+LOG_COUNTS = (
+    "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto", "attentionto",
+    "change_focus",
+)
+"""The command counters of a player in a log, in the order of the text log."""
+
+PLAYER_FRAME = np.dtype(
+    [
+        ("side", "i1"), ("unum", "i1"), ("type", "i2"), ("state", "u4"),
+        ("pos", "f8", (2,)), ("vel", "f8", (2,)),
+        ("body", "f8"), ("neck", "f8"),                    # degrees; neck relative to the body
+        ("point", "f8", (2,)),                             # global target of the arm; NaN = not pointing
+        ("view_quality", "i1"), ("view_width", "f8"),      # 1 high, 2 low; whole cone in degrees
+        ("focus", "f8", (2,)),                             # distance, direction in degrees
+        ("stamina", "f8"), ("effort", "f8"), ("recovery", "f8"), ("capacity", "f8"),
+        ("attention", "i1"),                               # object number 1..22, 0 = nobody
+        ("counts", "i4", (len(LOG_COUNTS),)),
+    ],
+    align=True,
+)
+"""One player in one frame of a game log; rows of `Frame.players` are left 1..11, right 1..11."""
+
+SIDES = {"l": LEFT, "r": RIGHT}
+
+
+@dataclass(frozen=True, slots=True)
+class Team:
+    """Name and scores of one side; `name` is empty when no team was connected (``null`` in the log)."""
+
+    name: str = ""
+    score: int = 0
+    pen_score: int = 0
+    pen_miss: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A text on the board of the viewer: ``board`` 1 is the message board, 2 the log."""
+
+    time: int
+    board: int
+    text: str
+    stoppage: int = 0
+
+
+@dataclass(slots=True)
+class Frame:
+    """One cycle of a game log.
+
+    Attributes
+    ----------
+    time, stoppage : int
+        The server's clock and the steps since it stopped.
+    mode : PlayMode
+    left, right : Team
+    ball : ndarray (4,)
+        x, y (m), vx, vy (m/cycle, after decay).
+    players : ndarray (22,) of `PLAYER_FRAME`
+    messages : tuple of Message
+        Messages written since the frame before.
+    """
+
+    time: int
+    stoppage: int = 0
+    mode: PlayMode = PlayMode.null
+    left: Team = field(default_factory=Team)
+    right: Team = field(default_factory=Team)
+    ball: npt.NDArray[np.float64] = field(default_factory=lambda: np.full(4, np.nan))
+    players: npt.NDArray[Any] = field(default_factory=lambda: empty_players())
+    messages: tuple[Message, ...] = ()
+
+
+@dataclass(slots=True)
+class GameLogHeader:
+    """What a game log says before its first frame; values as in the log (numbers, booleans or text)."""
+
+    version: int
+    server_param: dict[str, Any] = field(default_factory=dict)
+    player_param: dict[str, Any] = field(default_factory=dict)
+    player_types: list[dict[str, Any]] = field(default_factory=list)
+    remarks: dict[str, str] = field(default_factory=dict)
+
+    def add(self, kind: str, values: Any) -> None:
+        """Add what a ``server_param``, ``player_param`` or ``player_type`` says; ValueError when it cannot be one."""
+        if not isinstance(values, dict):
+            raise ValueError(f"names and values were expected, got {str(values)[:40]!r}")
+        if kind == "player_type":
+            if not isinstance(values.get("id"), int):
+                raise ValueError(f"a player type has a whole number as its id, got {values.get('id')!r}")
+            self.player_types.append(values)
+        else:
+            setattr(self, kind, values)
+
+    def parameters(self) -> ServerParameters:
+        """The server's parameters; what the log does not tell has the default, names of other servers are passed over."""
+        return ServerParameters.from_mapping(_known(self.server_param, ServerParameters))
+
+    def player_parameters(self) -> PlayerParameters:
+        """The parameters of heterogeneous players, in the same way."""
+        return PlayerParameters.from_mapping(_known(self.player_param, PlayerParameters))
+
+    def types(self) -> tuple[PlayerType, ...]:
+        """The player types in the order of their ids; empty when the log has none."""
+        ordered = sorted(self.player_types, key=lambda values: values["id"])
+        return tuple(PlayerType.from_mapping(_known(values, PlayerType)) for values in ordered)
+
+
+def _known(values: dict[str, Any], kind: type[ParameterSet]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name in kind.names()}
+
+
+def empty_players() -> npt.NDArray[Any]:
+    """Twenty-two `PLAYER_FRAME` rows with sides and numbers filled in and everything else unknown."""
+    rows = np.zeros(PLAYERS, PLAYER_FRAME)
+    for name in ("pos", "vel", "body", "neck", "point", "view_width", "focus", "stamina", "effort", "recovery", "capacity"):
+        rows[name] = np.nan
+    rows["counts"] = -1
+    rows["side"] = np.repeat((LEFT, RIGHT), 11)
+    rows["unum"] = np.tile(np.arange(1, 12), 2)
+    return rows
+
+
+def player_row(side: int, unum: int) -> int:
+    """Row 0..21 of a player in `Frame.players`; ValueError for a player that cannot be."""
+    if side not in (LEFT, RIGHT) or not 1 <= unum <= 11:
+        raise ValueError(f"no player {unum} of side {side}")
+    return unum - 1 if side == LEFT else 10 + unum
+
+
+class Clock:
+    """Keeps the stoppage count of a log: frames of one time after its first one are the steps while the clock stood.
+
+    Only a stopped mode repeats a time, so the count agrees with the server's except for stoppage before the first frame.
+    """
+
+    def __init__(self) -> None:
+        self.time: int | None = None
+        self.stoppage = 0
+
+    def tick(self, time: int) -> int:
+        """Stoppage of the next frame, whose time is `time`."""
+        self.stoppage = self.stoppage + 1 if time == self.time else 0
+        self.time = time
+        return self.stoppage
+
+
+class GameLogReader:
+    """Reads a game log lazily: iterate it for its frames.
+
+    Parameters
+    ----------
+    path : path
+        A ``.rcg`` file of any version, or one compressed by gzip; the content decides, not the name.
+
+    Attributes
+    ----------
+    header : GameLogHeader
+        Version, parameters and player types (empty for versions 1 and 2, which have none).
+
+    Raises
+    ------
+    LogError
+        When the file is not a game log or a line cannot be read; the message has the file and the line (or byte).
+
+    Examples
+    --------
+    >>> for frame in GameLogReader("match.rcg.gz"):  # doctest: +SKIP
+    ...     print(frame.time, frame.mode.name, frame.ball[:2])
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        with open_log(self.path) as stream:
+            self.header: GameLogHeader = _parser(self.path, stream).header
+
+    @property
+    def version(self) -> int:
+        """1 to 6, or -1 for JSON."""
+        return self.header.version
+
+    def __iter__(self) -> Iterator[Frame]:
+        with open_log(self.path) as stream:
+            yield from _parser(self.path, stream).frames()
+
+    def messages(self) -> Iterator[Message]:
+        """Every message of the log, those behind the last frame included."""
+        with open_log(self.path) as stream:
+            parser = _parser(self.path, stream)
+            for frame in parser.frames():
+                yield from frame.messages
+            yield from parser.trailing
+
+    def __repr__(self) -> str:
+        return f"GameLogReader({str(self.path)!r}, version={self.version})"
+
+
+def open_log(path: Path) -> io.BufferedReader:
+    """The bytes of `path`, decompressed if they begin like a gzip file."""
+    try:
+        stream = open(path, "rb")  # noqa: SIM115 - the caller closes it
+        if stream.peek(2)[:2] != b"\x1f\x8b":
+            return stream
+        stream.close()
+        return io.BufferedReader(gzip.open(path, "rb"))  # type: ignore[arg-type]
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _parser(path: Path, stream: io.BufferedReader) -> Any:
+    """The parser for the version that the first bytes of `stream` announce."""
+    from .binary import BinaryParser
+    from .json import JsonParser
+    from .text import TextParser
+
+    try:
+        start = stream.peek(4)[:4]
+    except (OSError, EOFError) as error:
+        raise LogError(f"{path}: cannot be decompressed: {error}") from error
+    if start[:3] == b"ULG":
+        mark = start[3:4]
+        if mark in (b"\x02", b"\x03"):
+            stream.read(4)
+            return BinaryParser(path, stream, mark[0])
+        if mark in (b"4", b"5", b"6"):
+            return TextParser(path, stream, int(mark))
+        raise LogError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6 and JSON")
+    if start[:1] == b"[":
+        return JsonParser(path, stream)
+    if start[:2] in (b"\x00\x01", b"\x00\x02", b"\x00\x03"):
+        return BinaryParser(path, stream, 1)
+    raise LogError(f"{path}: not a game log: it begins with {start!r}, not with 'ULG', '[' or a version 1 record")
+
+
+class AtomicFile:
+    """A file that appears under its name only when it is complete: written beside it, moved there by `close`.
+
+    Parameters
+    ----------
+    path : path
+        Where the file will be. A name ending in ``.gz`` is compressed.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._temporary = hidden_beside(self.path)
+        try:
+            self._raw = self._temporary.open("xb")
+        except OSError as error:
+            raise LogError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+        packed = self.path.suffix == ".gz"
+        # no name and no time in the gzip header: the same content gives the same file
+        binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=self._raw, mtime=0) if packed else self._raw
+        self._text = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="\n")
+
+    def write(self, text: str) -> None:
+        """Append `text`."""
+        self._text.write(text)
+
+    def close(self) -> None:
+        """Finish the file and move it to its place."""
+        try:
+            self._text.close()
+            self._raw.close()
+            os.replace(self._temporary, self.path)
+        except BaseException:
+            self.abort()
+            raise
+
+    def abort(self) -> None:
+        """Forget the file; nothing appears under its name."""
+        with contextlib.suppress(OSError, ValueError):
+            self._text.close()
+        self._raw.close()
+        self._temporary.unlink(missing_ok=True)

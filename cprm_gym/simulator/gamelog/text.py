@@ -1,0 +1,182 @@
+"""Text game logs, versions 4 to 6: one parenthesised item per line (PROTOCOL.md 11.1)."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import LogError
+from ..state import PlayMode
+from .frames import (
+    LOG_COUNTS,
+    SIDES,
+    Clock,
+    Frame,
+    GameLogHeader,
+    Message,
+    Team,
+    empty_players,
+    player_row,
+)
+
+_PAIR = re.compile(r'\(([A-Za-z_0-9]+) ("[^"]*"|[^()]*)\)')
+_MESSAGE = re.compile(r'\(msg (-?\d+) (-?\d+) "(.*)"\)\s*$', re.DOTALL)
+MODES = {mode.name: mode for mode in PlayMode}
+
+
+def parameter_value(text: str) -> int | float | str:
+    """A value of ``(name value)``: int, float, or the text between quotes."""
+    if text.startswith('"'):
+        return text.strip('"')
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)
+
+
+def parameter_pairs(text: str) -> dict[str, Any]:
+    """The ``(name value)`` pairs of a parameter message."""
+    return {name: parameter_value(value) for name, value in _PAIR.findall(text)}
+
+
+class TextParser:
+    """Reads one text log from `stream`; the header at once, the frames on demand."""
+
+    def __init__(self, path: Path, stream: io.BufferedReader, version: int) -> None:
+        self.path = path
+        self.trailing: tuple[Message, ...] = ()
+        self.header = GameLogHeader(version)
+        self._line_number = 1
+        self._stream = stream
+        stream.readline()
+        self._pending: str | None = None
+        self._lines = self._read_lines()
+        self._read_header()
+
+    def _read_lines(self) -> Iterator[str]:
+        try:
+            for raw in self._stream:
+                self._line_number += 1
+                line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n\0")
+                if line:
+                    yield line
+        except (OSError, EOFError) as error:
+            raise self._error(f"cannot be decompressed: {error}") from error
+
+    def _error(self, what: str) -> LogError:
+        return LogError(f"{self.path}, line {self._line_number}: {what}")
+
+    def _read_header(self) -> None:
+        for line in self._lines:
+            kind = line[1 : line.find(" ")]
+            if kind not in ("server_param", "player_param", "player_type"):
+                self._pending = line
+                return
+            try:
+                self.header.add(kind, parameter_pairs(line[len(kind) + 1 :]))
+            except ValueError as error:
+                raise self._error(f"{kind} cannot be read: {error}") from None
+
+    def frames(self) -> Iterator[Frame]:
+        """The frames in order, each with the messages written since the frame before."""
+        clock = Clock()
+        mode, teams = PlayMode.null, (Team(), Team())
+        messages: list[Message] = []
+        line = self._pending
+        while line is not None:
+            try:
+                if line.startswith("(show "):
+                    frame = parse_show(line)
+                    frame.stoppage = clock.tick(frame.time)
+                    frame.mode, (frame.left, frame.right), frame.messages = mode, teams, tuple(messages)
+                    messages = []
+                    yield frame
+                elif line.startswith("(playmode "):
+                    name = line[10:].rstrip(")").split()[1]
+                    if name not in MODES:
+                        raise self._error(f"unknown play mode {name!r}")
+                    mode = MODES[name]
+                elif line.startswith("(team "):
+                    teams = parse_team(line)
+                elif line.startswith("(msg "):
+                    messages.append(self._message(line))
+                else:
+                    raise self._error(f"unknown item {line[:40]!r}; expected show, playmode, team or msg")
+            except (ValueError, IndexError, KeyError) as error:
+                if isinstance(error, LogError):
+                    raise
+                raise self._error(f"cannot be read ({error}): {line[:60]!r}") from error
+            line = next(self._lines, None)
+        self.trailing = tuple(messages)
+
+    def _message(self, line: str) -> Message:
+        # the server writes whatever stands in its buffer, line breaks included
+        while (found := _MESSAGE.match(line)) is None:
+            more = next(self._lines, None)
+            if more is None:
+                raise self._error("a message without its closing quote")
+            line += "\n" + more
+        return Message(int(found[1]), int(found[2]), found[3])
+
+
+def parse_team(line: str) -> tuple[Team, Team]:
+    """``(team T NL NR SL SR [PSL PML PSR PML])`` as two teams."""
+    left, right, *scores = line[6:].rstrip(")").split()[1:]
+    numbers = [int(score) for score in scores]
+    if len(numbers) not in (2, 6):
+        raise ValueError(f"{len(numbers)} scores instead of 2 or 6")
+    pen = numbers[2:] or [0, 0, 0, 0]
+    return (
+        Team("" if left == "null" else left, numbers[0], pen[0], pen[1]),
+        Team("" if right == "null" else right, numbers[1], pen[2], pen[3]),
+    )
+
+
+def parse_show(line: str) -> Frame:
+    """One ``(show T ((b) …) ((l 1) …) …)`` line; mode and teams are left to the caller."""
+    head, ball, *players = line.split(" ((")
+    frame = Frame(int(head[6:]))
+    if not ball.startswith("b) "):
+        raise ValueError(f"no ball but {ball[:20]!r}")
+    frame.ball = np.array(ball[3:].rstrip(")").split(), dtype=np.float64)
+    if frame.ball.shape != (4,):
+        raise ValueError(f"{frame.ball.size} numbers of the ball instead of 4")
+    rows = frame.players = empty_players()
+    for text in players:
+        _parse_player(rows, text)
+    return frame
+
+
+def _parse_player(rows: Any, text: str) -> None:
+    """Fill the row of one player from ``l 1) TYPE STATE x y … (v h 120) … (c …))``."""
+    motion, *parts = text.replace(")", "").split(" (")
+    side, unum, kind, state, *numbers = motion.split()
+    row = rows[player_row(SIDES[side], int(unum))]
+    row["type"], row["state"] = int(kind), int(state, 16)
+    values = [float(number) for number in numbers]
+    if len(values) not in (6, 8):
+        raise ValueError(f"player {side} {unum} has {len(values)} numbers instead of 6 or 8")
+    row["pos"], row["vel"], row["body"], row["neck"] = values[0:2], values[2:4], values[4], values[5]
+    if len(values) == 8:
+        row["point"] = values[6:8]
+    for part in parts:
+        kind, *items = part.split()
+        if kind == "v":
+            row["view_quality"], row["view_width"] = 1 if items[0] == "h" else 2, float(items[1])
+        elif kind == "s":
+            row["stamina"], row["effort"], row["recovery"] = map(float, items[:3])
+            if len(items) > 3:
+                row["capacity"] = float(items[3])
+        elif kind == "c":
+            row["counts"][: len(items)] = items[: len(LOG_COUNTS)]
+        elif kind == "fp":
+            row["focus"] = float(items[0]), float(items[1])
+        elif kind == "f":
+            row["attention"] = player_row(SIDES[items[0]], int(items[1])) + 1
+        else:
+            raise ValueError(f"player {side} {unum} has an unknown part {kind!r}")

@@ -1,0 +1,1 @@
+"""The server's texts: messages to players, commands from them."""

@@ -1,0 +1,191 @@
+"""Reading the server's messages to a player back: see, sense_body, hear (PROTOCOL.md 5), long and short names."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from ...errors import LogError
+
+_TOKEN = re.compile(r'[()]|"[^"]*"|[^\s()"]+')
+_KINDS = {"b": "ball", "g": "goal", "f": "flag", "p": "player", "l": "line"}
+_LONG = {"ball": "b", "goal": "g", "flag": "f", "player": "p", "line": "l"}
+_Tree = list["str | _Tree"]
+
+
+class SeenObject(NamedTuple):
+    """One object of a see message; None where the message tells nothing. Angles are degrees, as on the wire."""
+
+    kind: str
+    """``ball``, ``player``, ``flag``, ``goal`` or ``line``."""
+    name: str
+    """Short name without the kind's letter: ``"c t"``, ``"r"``; empty for ball and players."""
+    close: bool = False
+    """Only felt: no name is told."""
+    team: str | None = None
+    unum: int | None = None
+    goalie: bool = False
+    distance: float | None = None
+    direction: int = 0
+    distance_change: float | None = None
+    direction_change: float | None = None
+    body: int | None = None
+    head: int | None = None
+    pointing: int | None = None
+    tackling: bool = False
+    kicking: bool = False
+
+
+class SeeMessage(NamedTuple):
+    """A see message."""
+
+    time: int
+    objects: tuple[SeenObject, ...]
+
+
+class HearMessage(NamedTuple):
+    """A hear message."""
+
+    time: int
+    sender: str
+    """``referee``, ``coach``, ``online_coach_left``, ``online_coach_right``, ``self``, ``our``, ``opp``, or ``player`` (protocol 7)."""
+    direction: int | None = None
+    unum: int | None = None
+    message: str | None = None
+    """None when only told that somebody spoke."""
+
+
+def _tree(text: str, head: str) -> _Tree:
+    """The message as nested lists of words; its head must be `head`."""
+    stack: list[_Tree] = [[]]
+    for token in _TOKEN.findall(text):
+        if token == "(":
+            stack.append([])
+        elif token == ")":
+            if len(stack) == 1:
+                raise LogError(f"not a {head} message, one ')' too many: {text[:60]!r}")
+            done = stack.pop()
+            stack[-1].append(done)
+        else:
+            stack[-1].append(token)
+    if len(stack) != 1 or len(stack[0]) != 1 or not isinstance(stack[0][0], list) or stack[0][0][:1] != [head]:
+        raise LogError(f"not a ({head} ...) message: {text[:60]!r}")
+    return stack[0][0]
+
+
+def parse_see(text: str) -> SeeMessage:
+    """Read a see message of any protocol version.
+
+    Raises
+    ------
+    LogError
+        When it is none.
+    """
+    items = _tree(text, "see")
+    try:
+        return SeeMessage(int(_word(items[1])), tuple(_object(item) for item in items[2:]))
+    except (ValueError, IndexError, KeyError, TypeError) as error:
+        raise LogError(f"malformed see message ({error}): {text[:60]!r}") from None
+
+
+def _word(item: str | _Tree) -> str:
+    if not isinstance(item, str):
+        raise ValueError(f"a word was expected, not {item!r}")
+    return item
+
+
+def _object(item: str | _Tree) -> SeenObject:
+    if not isinstance(item, list) or not isinstance(item[0], list):
+        raise ValueError(f"an object was expected, not {item!r}")
+    name, told = [_word(part) for part in item[0]], [_word(part) for part in item[1:]]
+    letter = _LONG.get(name[0].lower(), name[0].lower())
+    kind, close = _KINDS[letter], name[0][0].isupper()
+    marks = {"tackling": told[-1] == "t", "kicking": told[-1] == "k"}
+    numbers = [float(number) for number in (told[:-1] if any(marks.values()) else told)]
+    if len(numbers) == 1:
+        distance, rest = None, numbers
+    else:
+        distance, rest = numbers[0], numbers[1:]
+    direction = int(rest[0])
+    if kind != "player":
+        changes: list[float | None] = [*rest[1:]] or [None, None]
+        return SeenObject(
+            kind, " ".join(name[1:]), close, distance=distance, direction=direction, distance_change=changes[0],
+            direction_change=changes[1],
+        )  # fmt: skip
+    team = name[1].strip('"') if len(name) > 1 else None
+    unum = int(name[2]) if len(name) > 2 else None
+    more: list[float | None] = list(rest[1:])
+    pointing = more.pop() if len(more) in (1, 5) else None
+    change, turn, body, head = more + [None] * (4 - len(more))
+    return SeenObject(
+        kind, "", close, team, unum, name[3:] == ["goalie"], distance, direction, change, turn, _int(body), _int(head),
+        _int(pointing), **marks,
+    )  # fmt: skip
+
+
+def _int(value: float | None) -> int | None:
+    return None if value is None else int(value)
+
+
+def parse_sense_body(text: str) -> dict[str, tuple[str | float, ...]]:
+    """Read a sense_body message: what stands in each list, numbers as numbers; the time under ``time``.
+
+    Lists in lists have names with a dot: ``arm.movable``, ``tackle.expires``.
+
+    Raises
+    ------
+    LogError
+        When it is none.
+    """
+    items = _tree(text, "sense_body")
+    if len(items) < 2 or not isinstance(items[1], str):
+        raise LogError(f"malformed sense_body message: {text[:60]!r}")
+    told: dict[str, tuple[str | float, ...]] = {"time": (_value(items[1]),)}
+    for item in items[2:]:
+        if not isinstance(item, list) or not item or [] in item:
+            raise LogError(f"malformed sense_body message, a list was expected, not {item!r}: {text[:60]!r}")
+        name = str(item[0])
+        told[name] = tuple(_value(part) for part in item[1:] if isinstance(part, str))
+        if name == "collision":
+            told[name] += tuple(str(part[0]) for part in item[1:] if isinstance(part, list))
+            continue
+        for part in item[1:]:
+            if isinstance(part, list):
+                told[f"{name}.{part[0]}"] = tuple(_value(word) for word in part[1:] if isinstance(word, str))
+    return told
+
+
+def _value(word: str) -> str | float:
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
+def parse_hear(text: str) -> HearMessage:
+    """Read a hear message of protocol version 7 or later.
+
+    Raises
+    ------
+    LogError
+        When it is none.
+    """
+    match = re.fullmatch(
+        r'\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)'
+        r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
+        text,
+        re.DOTALL,
+    )
+    if match is None:
+        raise LogError(f"not a (hear ...) message: {text[:60]!r}")
+    time = int(match["time"])
+    if match["by"]:
+        return HearMessage(time, match["by"], message=match["rest"].strip('"'))
+    direction, unum = match["direction"], match["unum"]
+    if not match["side"] and direction is None:
+        raise LogError(f"a hear message without sender: {text[:60]!r}")
+    return HearMessage(
+        time, match["side"] or "player", None if direction is None else int(direction), None if unum is None else int(unum),
+        match["message"] and match["message"].strip('"'),
+    )  # fmt: skip
