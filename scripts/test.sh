@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/setup.sh all
 ruff check .
+ruff format --check .
 lint-imports
 mypy
 exec python -m pytest -n 2 --dist loadfile -q "$@"

@@ -1,7 +1,7 @@
 """Matches between scripted teams: who wins, and what happens on the way.
 
-    python -m cprm_baselines.matches                                  strong against weak, 40 matches
-    python -m cprm_baselines.matches --left strong --right strong
+python -m cprm_baselines.matches                                  strong against weak, 40 matches
+python -m cprm_baselines.matches --left strong --right strong
 """
 
 from __future__ import annotations

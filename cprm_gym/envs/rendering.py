@@ -307,5 +307,3 @@ def text_picture(world: np.void, columns: int = 106, rows: int = 35, region: tup
     head = f"{mode_name(world)}  cycle {int(world['time'])}  {int(world['score'][0])} : {int(world['score'][1])}"
     border = "+" + "-" * columns + "+"
     return "\n".join([head, border, *("|" + "".join(line) + "|" for line in grid), border])
-
-

@@ -75,8 +75,18 @@ class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
         self.task = chosen_task(task, max_episode_steps, options)
         self.render_mode = chosen_render_mode(render_mode)
         self.agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, 1, controlled=self.agent, view=action_mode, others=others, include=include,
-            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma)
+        self.core = SoccerCore(
+            self.task,
+            1,
+            controlled=self.agent,
+            view=action_mode,
+            others=others,
+            include=include,
+            observation=observation,
+            flatten=flatten,
+            reward=reward,
+            reward_gamma=reward_gamma,
+        )
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
         self.debug_info = debug_info

@@ -78,8 +78,18 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         self.task = chosen_task(task, max_cycles, options)
         self.render_mode = chosen_render_mode(render_mode)
         self.max_cycles = self.task.max_cycles
-        self.core = SoccerCore(self.task, 1, controlled=controlled, view=action_mode, others=others, include=include,
-            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma)
+        self.core = SoccerCore(
+            self.task,
+            1,
+            controlled=controlled,
+            view=action_mode,
+            others=others,
+            include=include,
+            observation=observation,
+            flatten=flatten,
+            reward=reward,
+            reward_gamma=reward_gamma,
+        )
         if not self.core.agents:
             raise UnknownName("controlled: nobody chosen; somebody has to act")
         self.possible_agents = list(self.core.agents)
@@ -106,9 +116,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
             raise UnknownName(f"agent {agent!r} is not controlled here; controlled are {', '.join(self.possible_agents)}")
         return agent
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Start an episode; a seed fixes everything that follows."""
         if seed is None and not self._seeded:
             seed = int(self._seed_source.integers(2**31))
@@ -118,9 +126,9 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         self._show()
         return self._observations(), self._infos(0, False)
 
-    def step(self, actions: dict[str, Any]) -> tuple[
-        dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Play one cycle; every agent must act.
 
         Raises

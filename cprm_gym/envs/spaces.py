@@ -100,9 +100,7 @@ BALL_FEATURES = 4
 PLAYER_FEATURES = 7
 _PI = math.pi
 _BODY_LOW = np.array([0, 0, -1, 0, -_PI, -_PI, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], np.float32)
-_BODY_HIGH = np.array(
-    [1e5, 1, 1e6, 10, _PI, _PI, 3, 100, 100, 1, 1, 1, 1, 1, 11, 1, 51, 1e6, 1e4, 1e4, 1e6, 1e6, 1e6, 2], np.float32
-)
+_BODY_HIGH = np.array([1e5, 1, 1e6, 10, _PI, _PI, 3, 100, 100, 1, 1, 1, 1, 1, 11, 1, 51, 1e6, 1e4, 1e4, 1e6, 1e6, 1e6, 2], np.float32)
 _OBJECT_LOW = np.array([0, -_PI, -20, -2 * _PI, -_PI, -_PI, -_PI], np.float32)
 _OBJECT_HIGH = np.array([200, _PI, 20, 2 * _PI, _PI, _PI, _PI], np.float32)
 MAX_AGE = 10_000.0
@@ -434,7 +432,10 @@ _POWER_TABLE, _DIRECTION_TABLE, _NECK_TABLE = np.array(DISCRETE_POWERS), np.arra
 _DISCRETE_PARTS = tuple(
     (name, len(values) - 1)
     for name, values in (
-        ("command", _KIND_TABLE), ("power", _POWER_TABLE), ("direction", _DIRECTION_TABLE), ("neck", _NECK_TABLE),
+        ("command", _KIND_TABLE),
+        ("power", _POWER_TABLE),
+        ("direction", _DIRECTION_TABLE),
+        ("neck", _NECK_TABLE),
     )
 )
 

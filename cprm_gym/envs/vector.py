@@ -69,8 +69,19 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
             raise UnknownName(f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}") from None
         self.task = chosen_task(task, max_episode_steps, options)
         agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(self.task, num_envs, controlled=agent, view=action_mode, others=others, include=include,
-            observation=observation, flatten=flatten, reward=reward, reward_gamma=reward_gamma, threads=threads)
+        self.core = SoccerCore(
+            self.task,
+            num_envs,
+            controlled=agent,
+            view=action_mode,
+            others=others,
+            include=include,
+            observation=observation,
+            flatten=flatten,
+            reward=reward,
+            reward_gamma=reward_gamma,
+            threads=threads,
+        )
         self.num_envs = num_envs
         self.metadata = {"render_modes": [], "render_fps": FPS, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
@@ -83,9 +94,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self._seeded = False
         self._running = False
 
-    def reset(
-        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array)."""
         if seed is not None and not isinstance(seed, (int, np.integer)):
             raise ParameterError(f"seed: one whole number seeds all worlds (world k depends on it and k), got {seed!r:.60}")

@@ -24,9 +24,7 @@ LANDMARK_NAMES: tuple[str, ...] = tuple(" ".join(row[:-2]) for row in _ROWS)
 LANDMARK_POSITIONS: npt.NDArray[np.float64] = np.array([[float(row[-2]), float(row[-1])] for row in _ROWS])
 """(55, 2) m. The goal flags stand at the inner edges of the goal mouth, not at the posts."""
 
-LANDMARK_PROTOCOLS: npt.NDArray[np.int8] = np.array(
-    [4 if abs(float(x)) > 53 or abs(float(y)) > 35 else 3 for *_, x, y in _ROWS], np.int8
-)
+LANDMARK_PROTOCOLS: npt.NDArray[np.int8] = np.array([4 if abs(float(x)) > 53 or abs(float(y)) > 35 else 3 for *_, x, y in _ROWS], np.int8)
 """(55,) first protocol version that sees it: 4 for the flags outside the pitch."""
 
 GOALS: tuple[int, int] = (LANDMARK_NAMES.index("g r"), LANDMARK_NAMES.index("g l"))

@@ -21,12 +21,17 @@ S = TypeVar("S", bound="ParameterSet")
 
 
 def _field(
-    kind: str, default: Any, unit: str, meaning: str, since: int,
-    low: float | None = None, high: float | None = None, above: float | None = None, below: float | None = None,
+    kind: str,
+    default: Any,
+    unit: str,
+    meaning: str,
+    since: int,
+    low: float | None = None,
+    high: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
 ) -> Any:
-    metadata = {
-        "kind": kind, "unit": unit, "meaning": meaning, "since": since, "low": low, "high": high, "above": above, "below": below
-    }
+    metadata = {"kind": kind, "unit": unit, "meaning": meaning, "since": since, "low": low, "high": high, "above": above, "below": below}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -65,9 +70,7 @@ def allowed(field: dataclasses.Field[Any]) -> str:
         return 'a string without " in it'
     words = "a whole number" if m["kind"] == "integer" else "a finite number"
     bounds = [
-        f"{sign} {m[name]:g}"
-        for name, sign in (("above", ">"), ("low", ">="), ("below", "<"), ("high", "<="))
-        if m[name] is not None
+        f"{sign} {m[name]:g}" for name, sign in (("above", ">"), ("low", ">="), ("below", "<"), ("high", "<=")) if m[name] is not None
     ]
     return " ".join([words, *([" and ".join(bounds)] if bounds else [])])
 
@@ -94,8 +97,10 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> Any:
             return None
     inside = (
         math.isfinite(number)
-        and (m["low"] is None or number >= m["low"]) and (m["high"] is None or number <= m["high"])
-        and (m["above"] is None or number > m["above"]) and (m["below"] is None or number < m["below"])
+        and (m["low"] is None or number >= m["low"])
+        and (m["high"] is None or number <= m["high"])
+        and (m["above"] is None or number > m["above"])
+        and (m["below"] is None or number < m["below"])
     )
     return number if inside else None
 

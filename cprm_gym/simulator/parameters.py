@@ -57,13 +57,9 @@ class ServerParameters(ParameterSet):
     player_decay: float = real(0.4, "", "velocity multiplier per cycle", low=0, below=1)
     player_rand: float = real(0.1, "", "motion noise and turn noise and bipedal-rotation noise factor", low=0)
     player_weight: float = real(60.0, "kg", "only enters the wind formula", above=0)
-    player_speed_max: float = real(
-        1.05, "m/cycle", "speed cap (per type; all types keep this value with default deltas)", above=0
-    )
+    player_speed_max: float = real(1.05, "m/cycle", "speed cap (per type; all types keep this value with default deltas)", above=0)
     player_accel_max: float = real(1.0, "m/cycle^2", "cap on summed acceleration; not heterogeneous", low=0)
-    player_speed_max_min: float = real(
-        0.75, "m/cycle", "lower acceptance bound for a generated type's attainable speed", low=0, since=12
-    )
+    player_speed_max_min: float = real(0.75, "m/cycle", "lower acceptance bound for a generated type's attainable speed", low=0, since=12)
     inertia_moment: float = real(5.0, "", "turn damping", low=0)
     dash_power_rate: float = real(0.006, "", "power to acceleration", low=0)
     min_dash_power: float = real(0.0, "power", "lower clamp of dash power; -100 before server 17", since=13)
@@ -333,16 +329,25 @@ _PACKED = [f for cls in (ServerParameters, PlayerParameters) for f in dataclasse
 PARAMETERS = np.dtype(
     [(f.name, "f8" if f.metadata["kind"] == "real" else "i4") for f in _PACKED]
     + [
-        ("types", "f8", (MAX_TYPES, len(TypeColumn))),   # columns: TypeColumn
-        ("rules", "i8"),                                 # Rules
-        ("goal_line", "f8"), ("touch_line", "f8"),       # 52.5, 34
-        ("out_x", "f8"), ("out_y", "f8"),                # the same plus the ball's radius: beyond it the ball is out
-        ("limit_x", "f8"), ("limit_y", "f8"),            # 57.5, 39: nobody is allowed beyond
-        ("post_x", "f8"), ("post_y", "f8"), ("post_radius", "f8"),
-        ("ball_top_speed", "f8"),                        # ball_speed_max * ball_decay: what a kick finds at most
-        ("player_rand_of", "f8", (2,)), ("kick_rand_factor_of", "f8", (2,)), ("slowness_of", "f8", (2,)),   # left, right
-        ("half_cycles", "i4"), ("extra_half_cycles", "i4"),
-        ("normal_cycles", "i4"), ("total_cycles", "i4"),  # N and M of SIMULATOR.md 7.4
+        ("types", "f8", (MAX_TYPES, len(TypeColumn))),  # columns: TypeColumn
+        ("rules", "i8"),  # Rules
+        ("goal_line", "f8"),
+        ("touch_line", "f8"),  # 52.5, 34
+        ("out_x", "f8"),
+        ("out_y", "f8"),  # the same plus the ball's radius: beyond it the ball is out
+        ("limit_x", "f8"),
+        ("limit_y", "f8"),  # 57.5, 39: nobody is allowed beyond
+        ("post_x", "f8"),
+        ("post_y", "f8"),
+        ("post_radius", "f8"),
+        ("ball_top_speed", "f8"),  # ball_speed_max * ball_decay: what a kick finds at most
+        ("player_rand_of", "f8", (2,)),
+        ("kick_rand_factor_of", "f8", (2,)),
+        ("slowness_of", "f8", (2,)),  # left, right
+        ("half_cycles", "i4"),
+        ("extra_half_cycles", "i4"),
+        ("normal_cycles", "i4"),
+        ("total_cycles", "i4"),  # N and M of SIMULATOR.md 7.4
     ],
     align=True,
 )
@@ -392,9 +397,7 @@ def pack(
     record["ball_top_speed"] = parameters.ball_speed_max * parameters.ball_decay
     noisy = parameters.team_actuator_noise
     rand = parameters.player_rand
-    record["player_rand_of"] = (
-        (rand * parameters.prand_factor_l, rand * parameters.prand_factor_r) if noisy else (rand, rand)
-    )
+    record["player_rand_of"] = (rand * parameters.prand_factor_l, rand * parameters.prand_factor_r) if noisy else (rand, rand)
     record["kick_rand_factor_of"] = (parameters.kick_rand_factor_l, parameters.kick_rand_factor_r) if noisy else (1.0, 1.0)
     record["slowness_of"] = parameters.slowness_on_top_for_left_team, parameters.slowness_on_top_for_right_team
     record["half_cycles"], record["extra_half_cycles"] = parameters.half_cycles, parameters.extra_half_cycles

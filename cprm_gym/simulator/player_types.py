@@ -280,9 +280,7 @@ def generate_types(parameters: ServerParameters, player_parameters: PlayerParame
     return tuple(types)
 
 
-def _trial(
-    generator: ServerGenerator, default: PlayerType, s: ServerParameters, p: PlayerParameters
-) -> PlayerType | None:
+def _trial(generator: ServerGenerator, default: PlayerType, s: ServerParameters, p: PlayerParameters) -> PlayerType | None:
     """One attempt to draw a type, None when it is refused; the draws are in the server's order."""
     delta = generator.uniform(p.player_speed_max_delta_min, p.player_speed_max_delta_max)
     speed_max = s.player_speed_max + delta
@@ -315,8 +313,19 @@ def _trial(
     if decay >= 1.0 or not s.player_speed_max_min - _EPS < s.maxpower * dash_rate * effort_max / (1.0 - decay) < speed_max + _EPS:
         return None
     return dataclasses.replace(
-        default, player_speed_max=speed_max, stamina_inc_max=stamina_inc, player_decay=decay, inertia_moment=inertia,
-        dash_power_rate=dash_rate, player_size=size, kickable_margin=margin, kick_rand=kick_rand, extra_stamina=extra,
-        effort_max=effort_max, effort_min=effort_min, kick_power_rate=kick_rate, foul_detect_probability=detect,
+        default,
+        player_speed_max=speed_max,
+        stamina_inc_max=stamina_inc,
+        player_decay=decay,
+        inertia_moment=inertia,
+        dash_power_rate=dash_rate,
+        player_size=size,
+        kickable_margin=margin,
+        kick_rand=kick_rand,
+        extra_stamina=extra,
+        effort_max=effort_max,
+        effort_min=effort_min,
+        kick_power_rate=kick_rate,
+        foul_detect_probability=detect,
         catchable_area_l_stretch=stretch,
     )

@@ -2,7 +2,7 @@
 
 Everything carries exactly the information of the server's messages: distances, directions and changes are quantised as they are in the
 text, what is not told is zero and its level says so, and nobody is recognised by his place in an array (see `See`). Angles are
-radians, but of whole degrees where the message has whole degrees. `cprm_gym.simulator.protocol.messages` makes the text from the same draws.
+radians, but of whole degrees where the message has them. `cprm_gym.simulator.protocol.messages` makes the text from the same draws.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def initial_world(packed: npt.NDArray[Any], left: int, right: int, goalies: tupl
             w["bits"][11 * team + goalie - 1] |= PlayerBit.GOALIE
     for i in range(PLAYERS):
         w["pos"][i + 1] = 3.0 * (i % 11 + 1) * (-1.0 if i < 11 else 1.0), -37.0
-    w["body"][11:] = math.pi   # committed; the staged angle is 0, so that everybody faces 0 after the first step
+    w["body"][11:] = math.pi  # committed; the staged angle is 0, so that everybody faces 0 after the first step
     w["stamina"], w["capacity"], w["recovery"] = p["stamina_max"], p["stamina_capacity"], 1.0
     w["effort"] = p["types"][0, TypeColumn.EFFORT_MAX]
     w["hear_capacity"] = p["hear_max"]

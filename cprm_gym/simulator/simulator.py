@@ -32,9 +32,38 @@ Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
 Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
 
 _HASHED = (
-    "time", "stoppage", "mode", "kick_off_side", "ball_catcher", "score", "pen_score", "pen_miss", "half_count", "steps",
-    "pos", "vel", "acc", "enabled", "goalie", "type", "card_count", "body", "neck", "stamina", "effort", "recovery", "capacity",
-    "bits", "counts", "tackle_cycles", "foul_cycles", "catch_ban", "view_width", "arm_target", "arm_timer", "attention",
+    "time",
+    "stoppage",
+    "mode",
+    "kick_off_side",
+    "ball_catcher",
+    "score",
+    "pen_score",
+    "pen_miss",
+    "half_count",
+    "steps",
+    "pos",
+    "vel",
+    "acc",
+    "enabled",
+    "goalie",
+    "type",
+    "card_count",
+    "body",
+    "neck",
+    "stamina",
+    "effort",
+    "recovery",
+    "capacity",
+    "bits",
+    "counts",
+    "tackle_cycles",
+    "foul_cycles",
+    "catch_ban",
+    "view_width",
+    "arm_target",
+    "arm_timer",
+    "attention",
 )
 
 
@@ -97,9 +126,18 @@ class Simulator(Officials):
     """
 
     def __init__(
-        self, worlds: int = 1, parameters: ServerParameters | None = None, player_parameters: PlayerParameters | None = None,
-        player_types: Sequence[PlayerType] | None = None, seed: Seed = 0, rules: Rules = Rules.ALL, threads: int = 1,
-        left: int = 11, right: int = 11, goalies: tuple[int, int] = (1, 1), first_world: int = 0,
+        self,
+        worlds: int = 1,
+        parameters: ServerParameters | None = None,
+        player_parameters: PlayerParameters | None = None,
+        player_types: Sequence[PlayerType] | None = None,
+        seed: Seed = 0,
+        rules: Rules = Rules.ALL,
+        threads: int = 1,
+        left: int = 11,
+        right: int = 11,
+        goalies: tuple[int, int] = (1, 1),
+        first_world: int = 0,
     ) -> None:
         _check_whole("worlds", worlds, 1, 2**31)
         _check_whole("threads", threads, 1, 1024)
@@ -110,8 +148,7 @@ class Simulator(Officials):
         _check_is("player_parameters", self.player_parameters, PlayerParameters)
         drawn = self.player_parameters.random_seed
         self.types = tuple(
-            player_types
-            or generate_types(self.parameters, self.player_parameters, drawn if drawn >= 0 else _first_word(seed))
+            player_types or generate_types(self.parameters, self.player_parameters, drawn if drawn >= 0 else _first_word(seed))
         )
         for number, kind in enumerate(self.types):
             _check_is(f"player_types[{number}]", kind, PlayerType)
@@ -235,12 +272,9 @@ class Simulator(Officials):
         if self._pool is None or len(self.world) == 1:
             kernel(self.world, self.packed, *arguments, 0, len(self.world))
             return
-        kernel = getattr(kernel, "entry", kernel)   # made here, once, not by several threads
+        kernel = getattr(kernel, "entry", kernel)  # made here, once, not by several threads
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
-        tasks = [
-            self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop))
-            for start, stop in pairwise(bounds)
-        ]
+        tasks = [self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop)) for start, stop in pairwise(bounds)]
         for task in tasks:
             task.result()
 

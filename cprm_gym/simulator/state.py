@@ -199,16 +199,19 @@ class Announcement(IntEnum):
 
 COMMAND = np.dtype(
     [
-        ("a", "f8"), ("b", "f8"), ("c", "f8"), ("d", "f8"),
-        ("turn_neck", "f8"),       # moment in degrees; NaN = none
-        ("focus", "f8", (2,)),     # change_focus: distance and direction moments (m, degrees); NaN = none
-        ("point", "f8", (2,)),     # pointto: distance, direction (m, degrees); NaN = none; (inf, inf) = pointto off
-        ("kind", "i1"),            # CommandKind
-        ("view_width", "i1"),      # ViewWidth, KEEP = no change_view
-        ("view_quality", "i1"),    # 0 one-argument change_view, 1 high, 2 low
+        ("a", "f8"),
+        ("b", "f8"),
+        ("c", "f8"),
+        ("d", "f8"),
+        ("turn_neck", "f8"),  # moment in degrees; NaN = none
+        ("focus", "f8", (2,)),  # change_focus: distance and direction moments (m, degrees); NaN = none
+        ("point", "f8", (2,)),  # pointto: distance, direction (m, degrees); NaN = none; (inf, inf) = pointto off
+        ("kind", "i1"),  # CommandKind
+        ("view_width", "i1"),  # ViewWidth, KEEP = no change_view
+        ("view_quality", "i1"),  # 0 one-argument change_view, 1 high, 2 low
         ("attention_side", "i1"),  # 0 none, 1 our, 2 opponent, 3 attentionto off
         ("attention_unum", "i1"),  # 1..11
-        ("say_length", "i1"),      # bytes of `say`; 0 = no message
+        ("say_length", "i1"),  # bytes of `say`; 0 = no message
         ("say", "u1", (SAY_SIZE,)),
     ],
     align=True,
@@ -219,76 +222,148 @@ COMMAND = np.dtype(
 WORLD = np.dtype(
     [
         # --- clocks, mode, score
-        ("time", "i4"), ("stoppage", "i4"), ("mode", "i4"), ("kick_off_side", "i4"),
-        ("ball_catcher", "i4"),           # object number of the goalie who holds the ball, 0 = nobody
-        ("last_play_on_start", "i4"), ("half_count", "i4"),
-        ("score", "i4", (2,)), ("pen_score", "i4", (2,)), ("pen_miss", "i4", (2,)),
-        ("steps", "i8"),                  # steps since the world was seeded; never stops; the counter of the random streams
-        ("draws", "i8"),                  # extra counter for draws outside a step
-        ("key", "u8", (4,)),              # one key per Stream
-        ("wind", "f8", (2,)), ("wind_rand", "f8"),
+        ("time", "i4"),
+        ("stoppage", "i4"),
+        ("mode", "i4"),
+        ("kick_off_side", "i4"),
+        ("ball_catcher", "i4"),  # object number of the goalie who holds the ball, 0 = nobody
+        ("last_play_on_start", "i4"),
+        ("half_count", "i4"),
+        ("score", "i4", (2,)),
+        ("pen_score", "i4", (2,)),
+        ("pen_miss", "i4", (2,)),
+        ("steps", "i8"),  # steps since the world was seeded; never stops; the counter of the random streams
+        ("draws", "i8"),  # extra counter for draws outside a step
+        ("key", "u8", (4,)),  # one key per Stream
+        ("wind", "f8", (2,)),
+        ("wind_rand", "f8"),
         # --- objects 0..22
-        ("pos", "f8", (OBJECTS, 2)), ("vel", "f8", (OBJECTS, 2)), ("acc", "f8", (OBJECTS, 2)),
+        ("pos", "f8", (OBJECTS, 2)),
+        ("vel", "f8", (OBJECTS, 2)),
+        ("acc", "f8", (OBJECTS, 2)),
         # --- players 0..21
         ("enabled", "u1", (PLAYERS,)),
-        ("goalie", "u1", (PLAYERS,)),     # 1 from the beginning, 2 promoted by a coach: his opponents are not told
+        ("goalie", "u1", (PLAYERS,)),  # 1 from the beginning, 2 promoted by a coach: his opponents are not told
         ("type", "i1", (PLAYERS,)),
-        ("substituted", "u1", (PLAYERS,)), ("card_count", "i1", (PLAYERS,)),
-        ("body", "f8", (PLAYERS,)), ("body_staged", "f8", (PLAYERS,)),
-        ("neck", "f8", (PLAYERS,)), ("neck_staged", "f8", (PLAYERS,)),
-        ("stamina", "f8", (PLAYERS,)), ("effort", "f8", (PLAYERS,)), ("recovery", "f8", (PLAYERS,)), ("capacity", "f8", (PLAYERS,)),
-        ("bits", "u4", (PLAYERS,)),       # PlayerBit
-        ("bits_shown", "u4", (PLAYERS,)), # PlayerBit as monitors and logs show them of the last step, before its transient bits are cleared
+        ("substituted", "u1", (PLAYERS,)),
+        ("card_count", "i1", (PLAYERS,)),
+        ("body", "f8", (PLAYERS,)),
+        ("body_staged", "f8", (PLAYERS,)),
+        ("neck", "f8", (PLAYERS,)),
+        ("neck_staged", "f8", (PLAYERS,)),
+        ("stamina", "f8", (PLAYERS,)),
+        ("effort", "f8", (PLAYERS,)),
+        ("recovery", "f8", (PLAYERS,)),
+        ("capacity", "f8", (PLAYERS,)),
+        ("bits", "u4", (PLAYERS,)),  # PlayerBit
+        ("bits_shown", "u4", (PLAYERS,)),  # PlayerBit as logs show them of the last step, before its transient bits are cleared
         ("counts", "i4", (PLAYERS, 13)),  # Count
         # command budget (SIMULATOR.md 1.7)
-        ("busy", "u1", (PLAYERS,)), ("leg_busy", "u1", (PLAYERS, 2)), ("neck_busy", "u1", (PLAYERS,)),
-        ("leg_power", "f8", (PLAYERS, 2)), ("leg_dir", "f8", (PLAYERS, 2)), ("leg_dashed", "u1", (PLAYERS, 2)),
-        ("kick_cycles", "i2", (PLAYERS,)), ("dash_cycles", "i2", (PLAYERS,)),
-        ("tackle_cycles", "i2", (PLAYERS,)), ("foul_cycles", "i2", (PLAYERS,)),
-        ("catch_ban", "i2", (PLAYERS,)), ("moves_since_catch", "i2", (PLAYERS,)),
+        ("busy", "u1", (PLAYERS,)),
+        ("leg_busy", "u1", (PLAYERS, 2)),
+        ("neck_busy", "u1", (PLAYERS,)),
+        ("leg_power", "f8", (PLAYERS, 2)),
+        ("leg_dir", "f8", (PLAYERS, 2)),
+        ("leg_dashed", "u1", (PLAYERS, 2)),
+        ("kick_cycles", "i2", (PLAYERS,)),
+        ("dash_cycles", "i2", (PLAYERS,)),
+        ("tackle_cycles", "i2", (PLAYERS,)),
+        ("foul_cycles", "i2", (PLAYERS,)),
+        ("catch_ban", "i2", (PLAYERS,)),
+        ("moves_since_catch", "i2", (PLAYERS,)),
         # view
-        ("view_width", "i1", (PLAYERS,)), ("view_quality", "i1", (PLAYERS,)),   # ViewWidth; 1 high, 2 low
-        ("synchronous", "u1", (PLAYERS,)), ("gaussian", "u1", (PLAYERS,)),
-        ("see_counter", "i2", (PLAYERS,)), ("saw", "u1", (PLAYERS,)),           # saw: a see message is due after this step
-        ("focus_distance", "f8", (PLAYERS,)), ("focus_direction", "f8", (PLAYERS,)),
+        ("view_width", "i1", (PLAYERS,)),
+        ("view_quality", "i1", (PLAYERS,)),  # ViewWidth; 1 high, 2 low
+        ("synchronous", "u1", (PLAYERS,)),
+        ("gaussian", "u1", (PLAYERS,)),
+        ("see_counter", "i2", (PLAYERS,)),
+        ("saw", "u1", (PLAYERS,)),  # saw: a see message is due after this step
+        ("focus_distance", "f8", (PLAYERS,)),
+        ("focus_direction", "f8", (PLAYERS,)),
         # arm, attention, hearing
-        ("arm_target", "f8", (PLAYERS, 2)), ("arm_timer", "i4", (PLAYERS,)),
+        ("arm_target", "f8", (PLAYERS, 2)),
+        ("arm_timer", "i4", (PLAYERS,)),
         ("attention", "i1", (PLAYERS,)),  # object number 1..22, 0 = none
-        ("ear", "u1", (PLAYERS, 2)),      # per side (own, opponent): bit 0 complete, bit 1 partial
+        ("ear", "u1", (PLAYERS, 2)),  # per side (own, opponent): bit 0 complete, bit 1 partial
         ("hear_capacity", "f8", (PLAYERS, 2)),
-        ("protocol", "i1", (PLAYERS,)),   # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
+        ("protocol", "i1", (PLAYERS,)),  # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
         # audio (SIMULATOR.md 6.3): the messages said since the last step, kept until the first `say` after it (kernels.senses)
-        ("audio_count", "i4"), ("audio_done", "u1"), ("audio_from", "i1", (SAY_QUEUE,)), ("audio_listeners", "u4", (SAY_QUEUE,)),
-        ("audio_length", "i1", (SAY_QUEUE,)), ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
-        ("heard_count", "i1", (PLAYERS,)), ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
-        ("collided", "u1", (PLAYERS,)),   # since the last sense_body: 1 ball, 2 player, 4 post
+        ("audio_count", "i4"),
+        ("audio_done", "u1"),
+        ("audio_from", "i1", (SAY_QUEUE,)),
+        ("audio_listeners", "u4", (SAY_QUEUE,)),
+        ("audio_length", "i1", (SAY_QUEUE,)),
+        ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
+        ("heard_count", "i1", (PLAYERS,)),
+        ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
+        ("collided", "u1", (PLAYERS,)),  # since the last sense_body: 1 ball, 2 player, 4 post
         # outcomes of draws to come, for replays: 0 drawn as usual, 1 yes, -1 no (kernels.random.decide)
-        ("forced_tackle", "i1", (PLAYERS,)), ("forced_catch", "i1", (PLAYERS,)),  # success of the player's tackle, stretched catch
-        ("forced_foul", "i1", (PLAYERS,)), ("forced_card", "i1", (PLAYERS,)),     # his foul is detected; it draws a card
-        ("order", "u1", (PLAYERS,)),      # scratch: the order in which players' commands are executed in this step
+        ("forced_tackle", "i1", (PLAYERS,)),
+        ("forced_catch", "i1", (PLAYERS,)),  # success of the player's tackle, stretched catch
+        ("forced_foul", "i1", (PLAYERS,)),
+        ("forced_card", "i1", (PLAYERS,)),  # his foul is detected; it draws a card
+        ("order", "u1", (PLAYERS,)),  # scratch: the order in which players' commands are executed in this step
         # scratch of one collision resolution
-        ("hit", "u1", (OBJECTS,)), ("push", "f8", (OBJECTS, 2)), ("pushes", "i2", (OBJECTS,)),
+        ("hit", "u1", (OBJECTS,)),
+        ("push", "f8", (OBJECTS, 2)),
+        ("pushes", "i2", (OBJECTS,)),
         # --- bookkeeping of types per team (SIMULATOR.md 2.2); index 18 = "never substituted"
-        ("on_field", "i2", (2, 19)), ("used_types", "i2", (2, 19)), ("substitutions", "i2", (2,)),
+        ("on_field", "i2", (2, 19)),
+        ("used_types", "i2", (2, 19)),
+        ("substitutions", "i2", (2,)),
         # --- referee (SIMULATOR.md 7); players by object number, 0 = nobody; times -1 = never
-        ("stuck_pos", "f8", (2,)), ("stuck_count", "i4"),
-        ("offside_candidate", "u1", (PLAYERS,)), ("offside_pos", "f8", (PLAYERS, 2)), ("offside_side", "i4"), ("offside_accel", "f8"),
-        ("offside_time", "i4"), ("offside_stoppage", "i4"), ("offside_point", "f8", (2,)),
-        ("fk_taken", "u1"), ("fk_taker", "i4"), ("fk_taker_dashes", "i4"), ("fk_timer", "i4"), ("fk_goal_count", "i4"),
-        ("touch_player", "i4"), ("touch_time", "i4"), ("touch_accel", "f8"), ("touch_indirect", "u1"), ("touch_kicker", "i4"),
-        ("ball_prev", "f8", (2,)), ("goal_wait", "i4"),
-        ("bp_last", "i4"), ("bp_before_last", "i4"), ("bp_time", "i4"), ("bp_touched", "u1", (2,)),
-        ("wait", "i4", (6,)),             # the 30-step waits: offside, free kick fault, back pass, catch fault, foul, illegal defence
-        ("illegal_side", "i4"), ("illegal_time", "i4"), ("illegal_count", "i4", (2,)),
-        ("pen_side", "i4"), ("pen_taker_side", "i4"), ("pen_number", "i4"), ("pen_used", "u1", (PLAYERS,)), ("pen_last_taker", "i4"),
-        ("pen_timer", "i4"), ("pen_started", "u1"), ("pen_finished", "u1"), ("pen_ball_prev", "f8", (2,)),
-        ("auto_kick_off_wait", "i4"), ("auto_connect_wait", "i4"),
-        ("keepaway_count", "i4"), ("keepaway_first", "i4"),     # steps the takers had the ball; the keeper of the first corner
+        ("stuck_pos", "f8", (2,)),
+        ("stuck_count", "i4"),
+        ("offside_candidate", "u1", (PLAYERS,)),
+        ("offside_pos", "f8", (PLAYERS, 2)),
+        ("offside_side", "i4"),
+        ("offside_accel", "f8"),
+        ("offside_time", "i4"),
+        ("offside_stoppage", "i4"),
+        ("offside_point", "f8", (2,)),
+        ("fk_taken", "u1"),
+        ("fk_taker", "i4"),
+        ("fk_taker_dashes", "i4"),
+        ("fk_timer", "i4"),
+        ("fk_goal_count", "i4"),
+        ("touch_player", "i4"),
+        ("touch_time", "i4"),
+        ("touch_accel", "f8"),
+        ("touch_indirect", "u1"),
+        ("touch_kicker", "i4"),
+        ("ball_prev", "f8", (2,)),
+        ("goal_wait", "i4"),
+        ("bp_last", "i4"),
+        ("bp_before_last", "i4"),
+        ("bp_time", "i4"),
+        ("bp_touched", "u1", (2,)),
+        ("wait", "i4", (6,)),  # the 30-step waits: offside, free kick fault, back pass, catch fault, foul, illegal defence
+        ("illegal_side", "i4"),
+        ("illegal_time", "i4"),
+        ("illegal_count", "i4", (2,)),
+        ("pen_side", "i4"),
+        ("pen_taker_side", "i4"),
+        ("pen_number", "i4"),
+        ("pen_used", "u1", (PLAYERS,)),
+        ("pen_last_taker", "i4"),
+        ("pen_timer", "i4"),
+        ("pen_started", "u1"),
+        ("pen_finished", "u1"),
+        ("pen_ball_prev", "f8", (2,)),
+        ("auto_kick_off_wait", "i4"),
+        ("auto_connect_wait", "i4"),
+        ("keepaway_count", "i4"),
+        ("keepaway_first", "i4"),  # steps the takers had the ball; the keeper of the first corner
         # what a referee's module decided and the referee has still to carry out: Ruling, side, place
-        ("ruling", "i4"), ("ruling_side", "i4"), ("ruling_pos", "f8", (2,)),
+        ("ruling", "i4"),
+        ("ruling_side", "i4"),
+        ("ruling_pos", "f8", (2,)),
         # --- announcements of the current step, in order: Announcement and its arguments; the time each was made
         # announced_done: the step is over, the next announcement begins a new list
-        ("announced", "i4"), ("announced_done", "u1"), ("announcement", "i2", (ANNOUNCEMENTS, 4)), ("announced_at", "i4", (ANNOUNCEMENTS,)),
+        ("announced", "i4"),
+        ("announced_done", "u1"),
+        ("announcement", "i2", (ANNOUNCEMENTS, 4)),
+        ("announced_at", "i4", (ANNOUNCEMENTS,)),
     ],
     align=True,
 )

@@ -131,7 +131,12 @@ class Officials:
         powers.put_ball(self.world, chosen, places, _columns("place_ball", chosen, vx=vx, vy=vy))
 
     def place_player(
-        self, player: int, x: Numbers, y: Numbers, body: Numbers | None = None, velocity: tuple[Numbers, Numbers] | None = None,
+        self,
+        player: int,
+        x: Numbers,
+        y: Numbers,
+        body: Numbers | None = None,
+        velocity: tuple[Numbers, Numbers] | None = None,
         worlds: Worlds = None,
     ) -> None:
         """Put a player somewhere; who is in the way is pushed aside as in any collision.

@@ -50,8 +50,11 @@ def set_parameter(name: str, value: float) -> Callable[[list[dict]], None]:
         ("collide_ball", lambda r: first_state(r).__setitem__("t", 4), "time"),
         ("view", lambda r: first_state(r).update(ex={"l1": {"fp": [3.0, 0.0]}}), "focus distance"),
         ("audio", lambda r: r[1]["steps"][0]["msgs"].update(l2=['(hear 3 -153 our 1 "other")']), "hear"),
-        ("kick_repeat", lambda r: r[1]["steps"][0]["msgs"].update(
-            l1=[text.replace("(kick 1)", "(kick 2)") for text in r[1]["steps"][1]["msgs"]["l1"]]), "sense_body"),
+        (
+            "kick_repeat",
+            lambda r: r[1]["steps"][0]["msgs"].update(l1=[text.replace("(kick 1)", "(kick 2)") for text in r[1]["steps"][1]["msgs"]["l1"]]),
+            "sense_body",
+        ),
     ],
 )
 def test_a_wrong_number_is_found(name, alter, quantity, tmp_path):
@@ -112,8 +115,11 @@ def test_another_distribution_is_rejected(name, alter, tmp_path):
 
 
 def test_noise_beyond_its_bound_is_found(tmp_path):
-    result = altered(tmp_path, "random/monkey_noise_0", lambda records: (
-        set_parameter("player_rand", 0.02)(records), records[1].update(steps=records[1]["steps"][:20])))
+    result = altered(
+        tmp_path,
+        "random/monkey_noise_0",
+        lambda records: (set_parameter("player_rand", 0.02)(records), records[1].update(steps=records[1]["steps"][:20])),
+    )
     found = {mismatch.quantity for mismatch in result.mismatches}
     assert "position outside its bounds" in found
     assert "velocity outside its bounds" in found
@@ -161,7 +167,9 @@ def test_what_cannot_be_replayed_is_refused(tmp_path):
         files_in([tmp_path / "a.txt"])
     broken = tmp_path / "broken.jsonl"
     for content, message in (
-        ("", "line 1: a recording begins"), ("{", "line 1: not JSON"), ('{"rec": "header"}', "line 1: the header has no 'server_param'"),
+        ("", "line 1: a recording begins"),
+        ("{", "line 1: not JSON"),
+        ('{"rec": "header"}', "line 1: the header has no 'server_param'"),
     ):
         broken.write_text(content)
         with pytest.raises(LogError, match=message):

@@ -25,7 +25,7 @@ def check(path: Path) -> None:
     assert result.ok, result.text()
     assert result.cycles > 0
     assert result.compared + len(result.checks) > 0
-    if "noise" not in name_of(path):   # with noise, objects near goal posts are left out
+    if "noise" not in name_of(path):  # with noise, objects near goal posts are left out
         assert result.chance == LEFT_TO_CHANCE.get(name_of(path), 0), result.text()
 
 

@@ -23,11 +23,25 @@ def player(name: str) -> int:
 class Scene:
     """One world in which the test puts everybody where it wants them; those who are not named wait far from the ball."""
 
-    def __init__(self, left: int = 4, right: int = 4, mode: str = "play_on", rules: Rules = Rules.ALL, seed: int = 1,
-                 goalies: tuple[int, int] = (1, 1), **parameters: Any) -> None:
+    def __init__(
+        self,
+        left: int = 4,
+        right: int = 4,
+        mode: str = "play_on",
+        rules: Rules = Rules.ALL,
+        seed: int = 1,
+        goalies: tuple[int, int] = (1, 1),
+        **parameters: Any,
+    ) -> None:
         self.sim = Simulator(
-            1, ServerParameters(**{**QUIET, **parameters}), PlayerParameters(random_seed=3), seed=seed, rules=rules,
-            left=left, right=right, goalies=goalies,
+            1,
+            ServerParameters(**{**QUIET, **parameters}),
+            PlayerParameters(random_seed=3),
+            seed=seed,
+            rules=rules,
+            left=left,
+            right=right,
+            goalies=goalies,
         )
         self.put_ball(0.0, 25.0)
         for unum in range(1, left + 1):

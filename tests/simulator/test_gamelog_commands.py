@@ -29,20 +29,24 @@ NAN = math.nan
         ("(dash 100 -30.5)(turn_neck +10)", [("dash", (100.0, -30.5)), ("turn_neck", (10.0,))]),
         ("( dash\t.5 )\n(turn 1e2)", [("dash", (0.5, 0.0)), ("turn", (100.0,))]),
         ("(dash (right 1 2) (l 3 4))", [("dash_legs", (3.0, 4.0, 1.0, 2.0))]),
-        ("(tackle 30)(tackle -30 on)(tackle 0 false)",
-         [("tackle", (30.0, False)), ("tackle", (-30.0, True)), ("tackle", (0.0, False))]),
+        ("(tackle 30)(tackle -30 on)(tackle 0 false)", [("tackle", (30.0, False)), ("tackle", (-30.0, True)), ("tackle", (0.0, False))]),
         ("(change_view wide)(change_view narrow low)", [("change_view", (3, 0)), ("change_view", (1, 2))]),
         ('(say "a b")(say hi)(dash 100)', [("say", ("a b",)), ("say", ("hi)(dash 100",))]),
         ("(pointto 3 -4)(pointto off)", [("pointto", (3.0, -4.0)), ("pointto_off", ())]),
-        ("(attentionto our 3)(attentionto left 4)(attentionto off)",
-         [("attentionto", ("our", 3)), ("attentionto", ("l", 4)), ("attentionto_off", ())]),
-        ('(attentionto "kick" 3)(attentionto My_Team-2 11)',
-         [("attentionto", ("=kick", 3)), ("attentionto", ("=My_Team-2", 11))]),
-        ("(ear (off opp))(ear (on our partial))(ear (on c))",
-         [("ear", (False, "opp", None)), ("ear", (True, "our", "partial")), ("ear", (True, None, "complete"))]),
+        (
+            "(attentionto our 3)(attentionto left 4)(attentionto off)",
+            [("attentionto", ("our", 3)), ("attentionto", ("l", 4)), ("attentionto_off", ())],
+        ),
+        ('(attentionto "kick" 3)(attentionto My_Team-2 11)', [("attentionto", ("=kick", 3)), ("attentionto", ("=My_Team-2", 11))]),
+        (
+            "(ear (off opp))(ear (on our partial))(ear (on c))",
+            [("ear", (False, "opp", None)), ("ear", (True, "our", "partial")), ("ear", (True, None, "complete"))],
+        ),
         ("(clang (ver 7 8))(compression 9)", [("clang", (7, 8)), ("compression", (9,))]),
-        ("(synch_see)(gaussian_see)(sense_body)(score)(done)(bye)",
-         [(name, ()) for name in ("synch_see", "gaussian_see", "sense_body", "score", "done", "bye")]),
+        (
+            "(synch_see)(gaussian_see)(sense_body)(score)(done)(bye)",
+            [(name, ()) for name in ("synch_see", "gaussian_see", "sense_body", "score", "done", "bye")],
+        ),
         ("(turn 4294967297)", [("turn", (1.0,))]),
         ("", []),
     ],
@@ -62,15 +66,33 @@ def test_one_leg_alone_leaves_the_other_undefined():
 @pytest.mark.parametrize(
     ("text", "before"),
     [
-        ("(dash 100)(turn 5.)", 1), ("(dash (l 100))", 0), ("(move (1 2))", 0), ("(catch)", 0),
+        ("(dash 100)(turn 5.)", 1),
+        ("(dash (l 100))", 0),
+        ("(move (1 2))", 0),
+        ("(catch)", 0),
         ("(pointto on 3 4)", 0),
-        ("(dash100)", 0), ("(DASH 100)", 0), ("(turn nan)", 0), ("(turn inf)", 0), ("(turn 1,2)", 0),
-        ('(say "")', 0), ("(say )", 0),
-        ("(turn 30", 0), ("turn 30", 0), ("(kick 100)", 0), ("(kick 1 2 3)", 0), ("(attentionto kick 3)", 0),
+        ("(dash100)", 0),
+        ("(DASH 100)", 0),
+        ("(turn nan)", 0),
+        ("(turn inf)", 0),
+        ("(turn 1,2)", 0),
+        ('(say "")', 0),
+        ("(say )", 0),
+        ("(turn 30", 0),
+        ("turn 30", 0),
+        ("(kick 100)", 0),
+        ("(kick 1 2 3)", 0),
+        ("(attentionto kick 3)", 0),
         ("(attentionto our 3.5)", 0),
-        ("(change_view normal medium)", 0), ("(dash (l 1 2) (l 3 4))", 0), ("(ear off)", 0), ("(fly)", 0),
+        ("(change_view normal medium)", 0),
+        ("(dash (l 1 2) (l 3 4))", 0),
+        ("(ear off)", 0),
+        ("(fly)", 0),
         ("(turn 1)(turn 2))", 2),
-        ("(turn 1)(change_focus 1)(turn 2)", 1), ("()", 0), ("(done done)", 0), ("(attentionto 3 4.5.6)", 0),
+        ("(turn 1)(change_focus 1)(turn 2)", 1),
+        ("()", 0),
+        ("(done done)", 0),
+        ("(attentionto 3 4.5.6)", 0),
     ],
 )
 def test_commands_before_a_mistake_count_and_the_rest_is_dropped(text, before):
@@ -114,7 +136,7 @@ def test_a_record_tells_the_command_it_was_made_of(command):
     assert parse_commands(command_text(record[0])).commands == (command,)
 
 
-@given(st.text("()dashturnkicksay 0123456789.-+\"\\\n\0é", max_size=40))
+@given(st.text('()dashturnkicksay 0123456789.-+"\\\n\0é', max_size=40))
 def test_no_text_breaks_the_parser(text):
     parsed = parse_commands(text)
     for command in parsed.commands:

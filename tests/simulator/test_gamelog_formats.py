@@ -23,8 +23,12 @@ DATE = datetime.datetime(2026, 11, 22, 15, 20, 26)
 
 # half a unit of the last digit that a version keeps: position, velocity, angle in degrees, stamina
 ROUNDING = {
-    1: (1 / 16, None, 1.0, None), 2: (1 / 16, None, 1.0, None), 3: (1 / 65536, 1 / 65536, 0.002, 1 / 65536),
-    4: (5.1e-5, 5.1e-5, 5.1e-4, 0.051), 5: (5.1e-5, 5.1e-5, 5.1e-4, 0.051), 6: (5.1e-5, 5.1e-5, 5.1e-4, 0.051),
+    1: (1 / 16, None, 1.0, None),
+    2: (1 / 16, None, 1.0, None),
+    3: (1 / 65536, 1 / 65536, 0.002, 1 / 65536),
+    4: (5.1e-5, 5.1e-5, 5.1e-4, 0.051),
+    5: (5.1e-5, 5.1e-5, 5.1e-4, 0.051),
+    6: (5.1e-5, 5.1e-5, 5.1e-4, 0.051),
     -1: (5.1e-5, 5.1e-5, 5.1e-4, 0.051),
 }
 
@@ -191,7 +195,7 @@ def test_gzip_is_recognised_by_content_not_by_name(tmp_path):
         (lambda text: b"ULG7" + text[4:], "version b'7' is unknown"),
         (lambda text: b"hello", "not a game log"),
         (lambda text: b"", "not a game log"),
-        (lambda text: text[: text.index(b'Recv R_1: (done)73') + 4], "without its closing quote"),
+        (lambda text: text[: text.index(b"Recv R_1: (done)73") + 4], "without its closing quote"),
         (lambda text: gzip.compress(text)[:2000], "cannot be decompressed"),
     ],
 )

@@ -16,13 +16,20 @@ from cprm_gym.simulator.trainer import announcement_text
 
 def test_announcements_are_the_server_s_words():
     cases = {
-        "kick_off_l": (Announcement.MODE, PlayMode.kick_off_l), "goal_r_3": (Announcement.GOAL, -1, 3),
-        "half_time": (Announcement.HALF_TIME,), "time_extended": (Announcement.TIME_EXTENDED,),
-        "time_up": (Announcement.TIME_UP,), "time_up_without_a_team": (Announcement.TIME_UP_WITHOUT_A_TEAM,),
-        "goalie_catch_ball_l": (Announcement.GOALIE_CATCH_BALL, 1), "yellow_card_l_5": (Announcement.YELLOW_CARD, 1, 5),
-        "red_card_r_11": (Announcement.RED_CARD, -1, 11), "penalty_onfield_r": (Announcement.PENALTY_ONFIELD, -1),
-        "penalty_foul_l": (Announcement.PENALTY_FOUL, 1), "penalty_winner_r": (Announcement.PENALTY_WINNER, -1),
-        "penalty_draw": (Announcement.PENALTY_DRAW,), "training Keepaway 1": (Announcement.TRAINING_KEEPAWAY, 1),
+        "kick_off_l": (Announcement.MODE, PlayMode.kick_off_l),
+        "goal_r_3": (Announcement.GOAL, -1, 3),
+        "half_time": (Announcement.HALF_TIME,),
+        "time_extended": (Announcement.TIME_EXTENDED,),
+        "time_up": (Announcement.TIME_UP,),
+        "time_up_without_a_team": (Announcement.TIME_UP_WITHOUT_A_TEAM,),
+        "goalie_catch_ball_l": (Announcement.GOALIE_CATCH_BALL, 1),
+        "yellow_card_l_5": (Announcement.YELLOW_CARD, 1, 5),
+        "red_card_r_11": (Announcement.RED_CARD, -1, 11),
+        "penalty_onfield_r": (Announcement.PENALTY_ONFIELD, -1),
+        "penalty_foul_l": (Announcement.PENALTY_FOUL, 1),
+        "penalty_winner_r": (Announcement.PENALTY_WINNER, -1),
+        "penalty_draw": (Announcement.PENALTY_DRAW,),
+        "training Keepaway 1": (Announcement.TRAINING_KEEPAWAY, 1),
         "(change_player_type l 2 7)": (Announcement.CHANGE_PLAYER_TYPE, 1, 2, 7),
         "(change_player_type r 3 goalie)": (Announcement.PROMOTE_GOALIE, -1, 3),
     }
@@ -103,8 +110,13 @@ def test_substitution_wipes_cards_and_rests_the_player_where_he_is():
 @pytest.mark.parametrize(
     ("x", "y", "answer"),
     [
-        (0.0, 0.0, "in_field"), (52.585, 34.085, "in_field"), (52.6, 0.0, "goal_r"), (-55.025, 7.04, "goal_l"),
-        (-55.03, 0.0, "out_of_field"), (53.0, 7.05, "out_of_field"), (0.0, 34.1, "out_of_field"),
+        (0.0, 0.0, "in_field"),
+        (52.585, 34.085, "in_field"),
+        (52.6, 0.0, "goal_r"),
+        (-55.025, 7.04, "goal_l"),
+        (-55.03, 0.0, "out_of_field"),
+        (53.0, 7.05, "out_of_field"),
+        (0.0, 34.1, "out_of_field"),
     ],
 )
 def test_check_ball(x, y, answer):

@@ -35,7 +35,7 @@ def test_detected_foul_on_a_running_player_is_called_at_the_tacklers_place():
 
 
 def test_fair_tackle_and_undetected_foul_are_not_called():
-    assert force(duel(), "l2", foul=1).tackle("l2").mode == "play_on"            # he does not run
+    assert force(duel(), "l2", foul=1).tackle("l2").mode == "play_on"  # he does not run
     assert force(duel(), "l2", foul=-1).dash("r2", 1.0).tackle("l2").mode == "play_on"
 
 
@@ -130,7 +130,7 @@ def test_fouls_are_detected_as_often_as_by_the_server(intentional, dashed):
     sim.commands["kind"][:, 1], sim.commands["a"][:, 1], sim.commands["b"][:, 1] = CommandKind.TACKLE, 0.0, float(intentional)
     dash = sim.commands.copy()
     dash["kind"][:, 1] = CommandKind.NONE
-    sim.step(dash)   # so that he has dashed before the tackle, whatever the order of the commands
+    sim.step(dash)  # so that he has dashed before the tackle, whatever the order of the commands
     sim.place_player(2, 0.0, 0.0, body=0.0, velocity=(0.0, 0.0))
     sim.place_player(13, 0.9, 0.0, body=0.0, velocity=(0.0, 0.0))
     sim.place_ball(1.6, 0.0)

@@ -7,7 +7,7 @@ from referee_scenes import Scene
 
 from cprm_gym.simulator.parameters import Rules
 
-SHORT = {"half_time": 6, "extra_half_time": 3}   # 60 and 30 cycles
+SHORT = {"half_time": 6, "extra_half_time": 3}  # 60 and 30 cycles
 
 
 def play(scene: Scene, until: int) -> Scene:
@@ -39,7 +39,7 @@ def test_half_time_interrupts_a_set_play_but_waits_for_a_stoppage():
     scene = Scene(**SHORT)
     scene.world["time"] = 59
     scene.put_ball(51.5, 0.0, 2.0).step()
-    assert scene.mode == "before_kick_off"      # the time module is asked before the ball
+    assert scene.mode == "before_kick_off"  # the time module is asked before the ball
     scene = Scene(**SHORT)
     scene.world["time"] = 60
     scene.sim.change_mode("goal_l")

@@ -30,10 +30,7 @@ def test_ball_that_leaves_the_region_ends_the_episode():
     scene.step(2)
     assert scene.said[-1] == "training Keepaway 1"
     assert scene.ball == (-6.0, -6.0)
-    corners = sorted(
-        (math.copysign(10.0, x), math.copysign(10.0, y))
-        for x, y in (scene.place_of(f"l{unum}") for unum in (1, 2, 3))
-    )
+    corners = sorted((math.copysign(10.0, x), math.copysign(10.0, y)) for x, y in (scene.place_of(f"l{unum}") for unum in (1, 2, 3)))
     assert corners == [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0)]
     for unum in (1, 2):
         x, y = scene.place_of(f"r{unum}")

@@ -65,8 +65,15 @@ def shoot_out(rules: Rules) -> bool:
 
 
 SCENES = {
-    Rules.TIME: half_time, Rules.BALL_STUCK: stuck_ball, Rules.OFFSIDE: offside, Rules.FREE_KICK: set_play, Rules.TOUCH: out,
-    Rules.CATCH: caught_ball, Rules.FOUL: foul, Rules.ILLEGAL_DEFENSE: illegal_defense, Rules.KEEPAWAY: keepaway,
+    Rules.TIME: half_time,
+    Rules.BALL_STUCK: stuck_ball,
+    Rules.OFFSIDE: offside,
+    Rules.FREE_KICK: set_play,
+    Rules.TOUCH: out,
+    Rules.CATCH: caught_ball,
+    Rules.FOUL: foul,
+    Rules.ILLEGAL_DEFENSE: illegal_defense,
+    Rules.KEEPAWAY: keepaway,
     Rules.PENALTY: shoot_out,
 }
 

@@ -72,7 +72,7 @@ def test_ball_through_the_goal_counts_and_the_other_team_kicks_off_after_51_step
     assert abs(scene.ball[0]) > 52.5
     assert not scene.world["vel"][0].any()
     assert scene.steps_until(f"kick_off_{far}") == 51
-    assert scene.world["time"] == time + 2   # the clock stands after a goal
+    assert scene.world["time"] == time + 2  # the clock stands after a goal
     assert scene.ball == (0.0, 0.0)
 
 
@@ -130,7 +130,7 @@ def test_teams_may_keep_the_default_type_when_it_is_exempt():
 def test_players_in_the_other_half_are_put_back_before_kick_off():
     scene = Scene(mode="before_kick_off").put("l2", 20.0, 10.0).put("r2", -20.0, 10.0).step()
     assert scene.place_of("l2")[0] <= 0.0 <= scene.place_of("r2")[0]
-    assert scene.place_of("l2") != (0.0, 10.0)   # somewhere in the own half, not at the line
+    assert scene.place_of("l2") != (0.0, 10.0)  # somewhere in the own half, not at the line
 
 
 def test_at_kick_off_a_player_over_the_halfway_line_is_put_on_it():
@@ -266,7 +266,7 @@ def test_player_behind_the_defence_is_offside_when_he_plays_the_ball(near, far, 
     assert scene.mode == "play_on"
     scene.put_ball(30.5 * sign, 5.0).kick(f"{near}3")
     assert scene.mode == f"offside_{near}"
-    assert scene.ball == (20.0 * sign, 5.0)      # on the offside line, beside him
+    assert scene.ball == (20.0 * sign, 5.0)  # on the offside line, beside him
     assert scene.steps_until(f"free_kick_{far}") == 31
 
 

@@ -58,8 +58,11 @@ def test_level_match_goes_to_penalties_and_the_phases_take_the_server_s_time():
         scene.step()
     second = "r" if first == "l" else "l"
     assert times == {
-        (f"penalty_setup_{first}", first): 500, (f"penalty_ready_{first}", first): 570, (f"penalty_miss_{first}", first): 581,
-        (f"penalty_setup_{second}", second): 592, (f"penalty_ready_{second}", second): 663,
+        (f"penalty_setup_{first}", first): 500,
+        (f"penalty_ready_{first}", first): 570,
+        (f"penalty_miss_{first}", first): 581,
+        (f"penalty_setup_{second}", second): 592,
+        (f"penalty_ready_{second}", second): 663,
     }
 
 

@@ -14,13 +14,30 @@ from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.simulator import Simulator, no_commands
 from cprm_gym.simulator.state import CommandKind, PlayMode
 
-MODES = [
-    mode for mode in PlayMode
-    if mode.name.rpartition("_")[0] in {
-        "kick_off", "kick_in", "free_kick", "corner_kick", "goal_kick", "indirect_free_kick", "offside", "foul_charge", "back_pass",
-        "free_kick_fault", "catch_fault", "illegal_defense", "goal",
-    }
-] + [PlayMode.play_on] * 20 + [PlayMode.drop_ball]
+MODES = (
+    [
+        mode
+        for mode in PlayMode
+        if mode.name.rpartition("_")[0]
+        in {
+            "kick_off",
+            "kick_in",
+            "free_kick",
+            "corner_kick",
+            "goal_kick",
+            "indirect_free_kick",
+            "offside",
+            "foul_charge",
+            "back_pass",
+            "free_kick_fault",
+            "catch_fault",
+            "illegal_defense",
+            "goal",
+        }
+    ]
+    + [PlayMode.play_on] * 20
+    + [PlayMode.drop_ball]
+)
 
 
 def mirrored_mode(mode: int) -> int:

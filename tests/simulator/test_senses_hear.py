@@ -63,7 +63,7 @@ def test_the_direction_is_that_of_the_moment_of_hearing_relative_to_the_body_tru
     speak(sim, {1: "x"})
     w["pos"][1] = 30.0, 30.0
     sim.advance()
-    assert hear_text(sim, 0, 2) == ['(hear 1 27 our 1 "x")']       # 45 - 17.19 = 27.81
+    assert hear_text(sim, 0, 2) == ['(hear 1 27 our 1 "x")']  # 45 - 17.19 = 27.81
     assert hear_text(sim, 0, 2, 7) == ['(hear 1 28 "x")']
     assert hear_text(sim, 0, 2, 6) == ["(hear 1 27 x)"]
     assert hear(sim.world, sim.packed).direction[0, 1, 0] == pytest.approx(math.radians(27))
@@ -117,8 +117,8 @@ def test_a_partial_ear_hears_that_somebody_spoke():
     ]  # fmt: skip
     assert {message.unum for message in heard if message.sender == "our"} == {2, 3}
     assert all(message.direction is None for message in heard if message.message is None)
-    assert len(hear_text(sim, 0, 1, 7)) == 2           # old clients are not told
-    w["ear"][0] = 2                                    # nothing but partial
+    assert len(hear_text(sim, 0, 1, 7)) == 2  # old clients are not told
+    w["ear"][0] = 2  # nothing but partial
     speak(sim, {2: "a"})
     sim.advance()
     assert hear_text(sim, 0, 1) == ["(hear 2 our 2)"]

@@ -26,7 +26,7 @@ def test_recorded_see_messages_of_protocol_19_are_possible_to_the_last_character
         for step in case["steps"]:
             load(sim, step["state"], step["state"]["t"])
             if case["case"].startswith("edge") and case["case"].endswith("_0"):
-                w["vel"][0] = -0.0     # the ball was put onto players: -0.1 times nothing, whose sign JSON has lost
+                w["vel"][0] = -0.0  # the ball was put onto players: -0.1 times nothing, whose sign JSON has lost
             for key, _, text in see_messages(step):
                 assert see_mismatches(sim, 0, ROW[key] + 1, text) == [], (case["case"], step["i"], key)
                 compared += 1
@@ -37,7 +37,7 @@ def test_recorded_see_messages_of_protocol_17_are_possible_to_the_last_character
     recorded = recording("sight_v17")
     sim = simulator(recorded)
     w = sim.world[0]
-    for key, row in ROW.items():       # narrow high, narrow low, normal high, ...
+    for key, row in ROW.items():  # narrow high, narrow low, normal high, ...
         w["view_width"][row] = (int(key[1:]) - 1) % 6 // 2 + 1
         w["view_quality"][row] = (int(key[1:]) - 1) % 2 + 1
     compared = 0
@@ -94,7 +94,8 @@ def asynchronous_counts(steps):
     """(step, player) -> numbers of recorded see messages that show the state before and after the step."""
     return {
         (step["i"], key): [sum(1 for k, time, _ in see_messages(step) if k == key and time - step["T"] == new) for new in (0, 1)]
-        for step in steps for key in step["state"]["pl"]
+        for step in steps
+        for key in step["state"]["pl"]
     }
 
 

@@ -130,13 +130,23 @@ def test_reset_begins_anew_where_asked():
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ({"worlds": 0}, "`worlds`"), ({"worlds": 2.0}, "`worlds`"), ({"threads": 0}, "`threads`"), ({"left": 12}, "`left`"),
-        ({"right": -1}, "`right`"), ({"goalies": (12, 1)}, "`goalies`"), ({"left": 3, "goalies": (4, 1)}, "`goalies`"),
+        ({"worlds": 0}, "`worlds`"),
+        ({"worlds": 2.0}, "`worlds`"),
+        ({"threads": 0}, "`threads`"),
+        ({"left": 12}, "`left`"),
+        ({"right": -1}, "`right`"),
+        ({"goalies": (12, 1)}, "`goalies`"),
+        ({"left": 3, "goalies": (4, 1)}, "`goalies`"),
         ({"goalies": 1}, "`goalies`"),
-        ({"seed": -1}, "`seed`"), ({"seed": [1, 2, 3]}, "`seed`"), ({"seed": "x"}, "`seed`"),
+        ({"seed": -1}, "`seed`"),
+        ({"seed": [1, 2, 3]}, "`seed`"),
+        ({"seed": "x"}, "`seed`"),
         ({"player_parameters": None, "seed": "x"}, "`seed`"),
-        ({"rules": 4096}, "`rules`"), ({"rules": "all"}, "`rules`"), ({"parameters": {}}, "`parameters` takes a ServerParameters"),
-        ({"player_parameters": 3}, "`player_parameters`"), ({"player_types": [1]}, r"`player_types\[0\]` takes a PlayerType"),
+        ({"rules": 4096}, "`rules`"),
+        ({"rules": "all"}, "`rules`"),
+        ({"parameters": {}}, "`parameters` takes a ServerParameters"),
+        ({"player_parameters": 3}, "`player_parameters`"),
+        ({"player_types": [1]}, r"`player_types\[0\]` takes a PlayerType"),
     ],
 )
 def test_impossible_arguments_are_named(arguments, named):

@@ -13,9 +13,7 @@ from cprm_gym.simulator.state import COMMAND, WORLD, PlayMode
 WILD = np.array([0.0, -0.0, 1.0, -1.0, 50.0, 100.0, -100.0, 180.0, 1e3, 1e18, -1e300, 1e308, 5e-324, np.nan, np.inf, -np.inf])
 REALS = [name for name in WORLD.names if WORLD[name].base.kind == "f"]
 FIELDS = COMMAND.names
-CODES = {
-    "kind": 8, "view_width": 4, "view_quality": 3, "attention_side": 4, "attention_unum": 12, "say_length": 12, "say": 256
-}
+CODES = {"kind": 8, "view_width": 4, "view_quality": 3, "attention_side": 4, "attention_unum": 12, "say_length": 12, "say": 256}
 
 
 def wild_commands(worlds, rng, valid):
@@ -65,7 +63,7 @@ def fuzz(cycles, seed, rules, worlds=20):
         if cycle % 50 == 0:
             for array in (*simulator.see(), *simulator.hear(), *simulator.landmarks(), simulator.sense_body()):
                 assert np.isfinite(array).all()
-        if cycle % 500 == 250:   # live worlds, from anywhere
+        if cycle % 500 == 250:  # live worlds, from anywhere
             simulator.world["pos"][:-1] = rng.uniform(-60, 60, (worlds - 1, 23, 2))
             simulator.world["mode"][:-1] = rng.integers(1, 52, worlds - 1)
     check(simulator)

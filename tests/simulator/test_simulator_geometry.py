@@ -74,8 +74,15 @@ def test_a_segment_enters_a_circle_at_the_first_point_of_its_way(bx, by, ex, ey,
 @pytest.mark.parametrize(
     ("side", "x", "y", "inside"),
     [
-        (1, -36, 0, True), (1, -35.9, 0, False), (1, -52.5, -20.16, True), (1, 40, 0, False), (0, 40, 20.2, True), (0, 40, 20.3, False),
-        (-1, 52.58, 0, True), (-1, 52.6, 0, False), (0, 0, 0, False),
+        (1, -36, 0, True),
+        (1, -35.9, 0, False),
+        (1, -52.5, -20.16, True),
+        (1, 40, 0, False),
+        (0, 40, 20.2, True),
+        (0, 40, 20.3, False),
+        (-1, 52.58, 0, True),
+        (-1, 52.6, 0, False),
+        (0, 0, 0, False),
     ],
 )
 def test_penalty_areas_include_the_balls_radius(side, x, y, inside):

@@ -140,9 +140,7 @@ def test_tackles_succeed_as_often_as_the_formula_says():
 
 def test_wind_needs_a_random_part_and_pushes_what_moves():
     for wind_rand, pushed in ((0.0, False), (0.2, True)):
-        parameters = ServerParameters(
-            wind_force=100.0, wind_dir=90.0, wind_rand=wind_rand, ball_rand=0.0, player_rand=0.0, kick_rand=0.0
-        )
+        parameters = ServerParameters(wind_force=100.0, wind_dir=90.0, wind_rand=wind_rand, ball_rand=0.0, player_rand=0.0, kick_rand=0.0)
         simulator = quiet_world(worlds=500, parameters=parameters)
         put(simulator, 0, 0, 20, 2, 0)
         simulator.step()
@@ -178,8 +176,13 @@ def test_a_ball_is_reflected_by_a_post_as_the_server_recorded(vy, y, expected):
 
 @settings(deadline=None, max_examples=150)
 @given(
-    angle=st.floats(-np.pi, np.pi), offset=st.floats(-0.5, 0.5), speed=st.floats(0.01, 3.0), gap=st.floats(0.001, 2.0),
-    sign_x=st.sampled_from([-1, 1]), sign_y=st.sampled_from([-1, 1]), number=st.sampled_from([0, 1]),
+    angle=st.floats(-np.pi, np.pi),
+    offset=st.floats(-0.5, 0.5),
+    speed=st.floats(0.01, 3.0),
+    gap=st.floats(0.001, 2.0),
+    sign_x=st.sampled_from([-1, 1]),
+    sign_y=st.sampled_from([-1, 1]),
+    number=st.sampled_from([0, 1]),
 )
 def test_posts_keep_speed_and_are_never_entered(angle, offset, speed, gap, sign_x, sign_y, number):
     # a start exactly on the circle is left out: the server does not count that as a hit (SIMULATOR.md 3.3), and lets it in for a cycle

@@ -201,4 +201,4 @@ def test_the_parameters_in_a_real_log_are_read_and_written_byte_for_byte(log):
     for number, line in enumerate(types):
         id, kind = PlayerType.from_text(line)
         assert id == number
-        assert kind.to_text(id, digits=17) == line   # this server was patched to print its types exactly
+        assert kind.to_text(id, digits=17) == line  # this server was patched to print its types exactly

@@ -54,9 +54,7 @@ def test_drawn_types_keep_the_default_ranges_and_couplings(seed):
 
 
 def test_a_seed_in_the_parameters_is_used_when_none_is_given():
-    assert generate_types(ServerParameters(), PlayerParameters(random_seed=5)) == generate_types(
-        ServerParameters(), PlayerParameters(), 5
-    )
+    assert generate_types(ServerParameters(), PlayerParameters(random_seed=5)) == generate_types(ServerParameters(), PlayerParameters(), 5)
 
 
 def test_types_without_a_seed_are_refused():

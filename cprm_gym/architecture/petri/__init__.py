@@ -51,7 +51,6 @@ ports may be touched from outside: entries only receive tokens, exits only lose 
 means its flat net (`flatten`).
 """
 
-from ..analysis.behaviour.bisimulation import weakly_bisimilar
 from .drawing.dot import save_drawing, to_dot, to_svg
 from .execution.commands import Commands
 from .execution.compiled_net import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
@@ -117,5 +116,4 @@ __all__ = [
     "save_net",
     "to_dot",
     "to_svg",
-    "weakly_bisimilar",
 ]

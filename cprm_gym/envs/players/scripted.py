@@ -106,9 +106,7 @@ class ScriptedPlayers:
             self.memories.update(see, body, commands)
             records = self.memories.records
             if len(self._rows):
-                team_kernels.act(
-                    self.simulator.world, records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands
-                )
+                team_kernels.act(self.simulator.world, records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands)
             if len(self._keepers):
                 if self._lucky:
                     self._luck[...] = self.simulator.uniforms(None, len(self._keepers), Stream.RESETS)

@@ -37,7 +37,7 @@ def fouls(recording: Recording, result: Result) -> None:
         world["pos"][:, 2], world["pos"][:, 13], world["pos"][:, BALL] = (0.0, 10.0), (0.75, 10.0), (1.2, 10.0)
         world["dash_cycles"] = -1
         if "victim_dashed=True" in words:
-            world["dash_cycles"][:, 12] = 0   # he dashed in the cycle before
+            world["dash_cycles"][:, 12] = 0  # he dashed in the cycle before
         commands["kind"][:, 1], commands["a"][:, 1], commands["b"][:, 1] = CommandKind.TACKLE, 0.0, float("foul=on" in words)
         world["forced_tackle"][:, 1] = 1 if "tackle_success" in words else -1
         simulator.step()

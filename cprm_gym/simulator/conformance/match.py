@@ -61,9 +61,7 @@ def command_log_of(game_log: Path) -> Path:
     raise LogError(f"{game_log}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
 
 
-def replay_match(
-    path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None, cycles: int | None = None
-) -> Result:
+def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None, cycles: int | None = None) -> Result:
     """Replay a match.
 
     Parameters
@@ -172,7 +170,7 @@ class MatchReplay:
             bad = {key: values for key, values in bad.items() if key in other}
             if wrong_mode and world["mode"] == frame.mode:
                 wrong_mode = False
-                after = snapshot_copy(self.simulator)   # the referee remembers what really happened
+                after = snapshot_copy(self.simulator)  # the referee remembers what really happened
             if not bad and not wrong_mode:
                 break
         put_back(self.simulator, after)
@@ -199,7 +197,7 @@ class MatchReplay:
                 self._coach(frame, line)
         world["bits"] &= np.uint32(~_COLLIDE & 0xFFFFFFFF)
         middle = snapshot_copy(simulator)
-        if self.noisy:   # the same step without noise and referee tells where noise acts
+        if self.noisy:  # the same step without noise and referee tells where noise acts
             simulator.packed = self.free
             simulator.advance()
             bounds = envelope(self.packed[0], before, middle[0], world, noise)
@@ -249,9 +247,7 @@ class MatchReplay:
 
     # --- comparison
 
-    def _differences(
-        self, frame: Frame, before: Frame, bounds: Envelope, share: float
-    ) -> dict[str, list[tuple[str, float, float, float]]]:
+    def _differences(self, frame: Frame, before: Frame, bounds: Envelope, share: float) -> dict[str, list[tuple[str, float, float, float]]]:
         """Object -> quantities: name, logged, simulated, tolerance; only objects of which one lies outside."""
         world, rows = self.world, frame.players
         found: dict[str, list[tuple[str, float, float, float]]] = {}
@@ -280,7 +276,7 @@ class MatchReplay:
             _note(found, world, name, rows[name], np.degrees(world[name]), error, limit)
         for name in ("stamina", "effort", "recovery", "capacity"):
             limit = 1.05 * (half_digit(rows[name]) + half_digit(before.players[name])) + 2e-6 + 1e-6 * np.abs(rows[name])
-            if name in ("stamina", "capacity"):   # what one loses the other may gain, up to what is missing or left
+            if name in ("stamina", "capacity"):  # what one loses the other may gain, up to what is missing or left
                 limit = limit + half_digit(before.players["capacity" if name == "stamina" else "stamina"])
             _note(found, world, name, rows[name], world[name], np.abs(rows[name] - world[name]), limit)
         return found
@@ -390,8 +386,17 @@ def turn_rounding(packed: Any, world: Any, bounds: Envelope) -> Array:
 
 
 def around(
-    packed: Any, bounds: Envelope, pos: Array, vel: Array, told: Array, world: Any, place: Array, speed: Array, pos_slack: Array,
-    vel_slack: Array, share: float,
+    packed: Any,
+    bounds: Envelope,
+    pos: Array,
+    vel: Array,
+    told: Array,
+    world: Any,
+    place: Array,
+    speed: Array,
+    pos_slack: Array,
+    vel_slack: Array,
+    share: float,
 ) -> tuple[Array, Array, Array, Array]:
     """Distances of a logged state from the noise envelope's middle, and the limits: rounding, noise, and what a collision can push.
 
@@ -437,6 +442,8 @@ def around(
     free_limit, own_speed_limit = bounds.radius + pos_slack + reach, share * bounds.radius * bounds.decay + vel_slack
     use_own = put & ~free_inside
     return (
-        np.where(use_own, place, free_place), np.where(use_own, speed, free_speed),
-        np.where(use_own, own_limit, free_limit), np.where(use_own, own_speed_limit, np.abs(kept) * bounds.radius + vel_slack),
+        np.where(use_own, place, free_place),
+        np.where(use_own, speed, free_speed),
+        np.where(use_own, own_limit, free_limit),
+        np.where(use_own, own_speed_limit, np.abs(kept) * bounds.radius + vel_slack),
     )

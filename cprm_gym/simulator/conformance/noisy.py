@@ -18,7 +18,13 @@ SLACK = np.array([1e-9, 1e-9])
 
 
 def compare_noisy(
-    result: Result, case: str, cycle: int, world: Any, step: dict[str, Any], bounds: Envelope, goal_width: float,
+    result: Result,
+    case: str,
+    cycle: int,
+    world: Any,
+    step: dict[str, Any],
+    bounds: Envelope,
+    goal_width: float,
     maybe: frozenset[int],
 ) -> None:
     """Compare a recorded step with noise with the step run without.
@@ -67,7 +73,14 @@ def _hit(number: int, struck: set[int], maybe: frozenset[int]) -> bool | None:
 
 
 def _place(
-    result: Result, case: str, cycle: int, name: str, number: int, values: list[float], bounds: Envelope, hit: bool | None,
+    result: Result,
+    case: str,
+    cycle: int,
+    name: str,
+    number: int,
+    values: list[float],
+    bounds: Envelope,
+    hit: bool | None,
     width: float,
 ) -> None:
     """Position and velocity of one object: inside the envelope, and one the continuation of the other."""
@@ -86,4 +99,3 @@ def _place(
         moved = (pos - bounds.start[number]) * bounds.decay[number]
         for axis, told, own in zip(("vx", "vy"), vel, moved):
             result.number(case, cycle, name, f"{axis} of the way", float(told), float(own), 1e-12)
-

@@ -58,8 +58,14 @@ class Recording:
         sizes = [max((int(key[1:]) for key in header["client_versions"] if key[0] == side), default=0) for side in "lr"]
         goalies = [next((int(key[1:]) for key in header["goalies"] if key[0] == side), 0) for side in "lr"]
         simulator = Simulator(
-            1, self.parameters, PlayerParameters.from_mapping(header["player_param"]), types, seed,
-            left=sizes[0], right=sizes[1], goalies=(goalies[0], goalies[1]),
+            1,
+            self.parameters,
+            PlayerParameters.from_mapping(header["player_param"]),
+            types,
+            seed,
+            left=sizes[0],
+            right=sizes[1],
+            goalies=(goalies[0], goalies[1]),
         )
         world = simulator.world[0]
         for key, version in header["client_versions"].items():
@@ -227,12 +233,17 @@ def compare_state(
     return result.failed == before
 
 
-def _compare_player(
-    result: Result, case: str, cycle: int, key: str, values: list[float], world: Any, row: int, allowed: float
-) -> None:
+def _compare_player(result: Result, case: str, cycle: int, key: str, values: list[float], world: Any, row: int, allowed: float) -> None:
     got = (
-        int(world["type"][row]), *world["pos"][row + 1], *world["vel"][row + 1], world["body"][row] * R2D, world["neck"][row] * R2D,
-        world["stamina"][row], world["effort"][row], world["recovery"][row], world["capacity"][row],
+        int(world["type"][row]),
+        *world["pos"][row + 1],
+        *world["vel"][row + 1],
+        world["body"][row] * R2D,
+        world["neck"][row] * R2D,
+        world["stamina"][row],
+        world["effort"][row],
+        world["recovery"][row],
+        world["capacity"][row],
     )
     for name, expected, value in zip(_PLAYER, values, got):
         if name == "type":
@@ -275,8 +286,18 @@ def compare_arm(result: Result, case: str, cycle: int, key: str, extra: dict[str
 # --- the hidden state that runs of random commands record (their README)
 
 _HIDDEN_COUNTS = {
-    "kick": 0, "dash": 1, "turn": 2, "catch": 3, "move": 4, "turn_neck": 5, "change_view": 6, "change_focus": 7, "say": 8,
-    "tackle_count": 9, "arm_count": 11, "focus_count": 12,
+    "kick": 0,
+    "dash": 1,
+    "turn": 2,
+    "catch": 3,
+    "move": 4,
+    "turn_neck": 5,
+    "change_view": 6,
+    "change_focus": 7,
+    "say": 8,
+    "tackle_count": 9,
+    "arm_count": 11,
+    "focus_count": 12,
 }
 _WIDTHS = ("", "narrow", "normal", "wide")
 _LETTERS = (("b", 1), ("p", 2), ("g", 4))

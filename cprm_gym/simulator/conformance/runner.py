@@ -25,8 +25,13 @@ __all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_match", 
 _RECORDINGS = (".jsonl", ".jsonl.gz")
 _MATCHES = (".rcg", ".rcg.gz")
 _STATISTICS: dict[str, Callable[[Recording, Result], None]] = {
-    "catch_stretch": catches, "noise_foul": fouls, "noise_hear": hearing, "sight_point": arms, "sight_gauss": gaussian,
-    "sight_prob": levels, "sight_prob_v17": levels,
+    "catch_stretch": catches,
+    "noise_foul": fouls,
+    "noise_hear": hearing,
+    "sight_point": arms,
+    "sight_gauss": gaussian,
+    "sight_prob": levels,
+    "sight_prob_v17": levels,
 }
 
 

@@ -134,14 +134,14 @@ class ScenarioReplay:
                 name = "before_kick_off"
             world["mode"] = MODES[name]
             world["kick_off_side"] = LEFT
-            world["kick_cycles"] = world["dash_cycles"] = -1   # steps have been before the recording
+            world["kick_cycles"] = world["dash_cycles"] = -1  # steps have been before the recording
             self._started = True
         for row, key in enumerate(KEYS):
             if key in init["pl"]:
                 world["body_staged"][row] = world["body"][row]
         world["time"], world["stoppage"] = case["t0"], 0
         load_objects(world, init)
-        world["collided"], world["ball_catcher"] = 0, 0   # the trainer has placed the ball
+        world["collided"], world["ball_catcher"] = 0, 0  # the trainer has placed the ball
         if case.get("recover"):
             self.simulator.recover()
         load_objects(world, init)
@@ -186,7 +186,7 @@ class ScenarioReplay:
             failed = self.result.failed
             first = step is case["steps"][0]
             if first and (case.get("loads_first") or (self.exact and step.get("trainer") == ["(start)"])):
-                self._skip(row)   # the kick-off draws types and places: nothing to compare, everything to load
+                self._skip(row)  # the kick-off draws types and places: nothing to compare, everything to load
             elif self.noisy:
                 self._run_noisy_step(row)
             else:
@@ -243,7 +243,7 @@ class ScenarioReplay:
                 break
             worlds.append(snapshot_copy(self.simulator))
             if number == 3 and not _differing(worlds):
-                break   # nothing is drawn here
+                break  # nothing is drawn here
         assert best is not None
         failed, found, after = best
         put_back(self.simulator, after)
@@ -311,7 +311,7 @@ class ScenarioReplay:
             self._command(player, commands.get(player, ""), watch)
         middle = world.copy() if watch else None
         if watch:
-            world["bits"] &= np.uint32(~COLLISIONS & 0xFFFFFFFF)   # from here on they tell of the step
+            world["bits"] &= np.uint32(~COLLISIONS & 0xFFFFFFFF)  # from here on they tell of the step
         self._late = compare_late(simulator, step)
         simulator.advance()
         for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
@@ -365,7 +365,7 @@ class ScenarioReplay:
                 got = hidden_of(world, ROW[key], self.fields, self.parameters.point_to_ban, self.parameters.point_to_duration)
                 for name, told, own in zip(self.fields, values, got):
                     if name == "collision" and self.listener.first_step and own in ("", told):
-                        continue   # told of the placements before it too
+                        continue  # told of the placements before it too
                     result.equal(row.case, row.cycle, key, name, told, own)
         self._compare_aux(row, result)
         for key, quantity, told, own in () if skip else self._late:
@@ -394,7 +394,7 @@ class ScenarioReplay:
         for index, key in enumerate(KEYS):
             if world["enabled"][index]:
                 told, own = int(flags.get(key, "0"), 16), int(world["bits_shown"][index])
-                if self.listener.first_step:   # told of the placements before it too
+                if self.listener.first_step:  # told of the placements before it too
                     told, own = told & ~COLLISIONS, own & ~COLLISIONS
                 result.equal(row.case, row.cycle, key, "state bits", hex(telling_bits(told)), hex(telling_bits(own)))
         result.equal(row.case, row.cycle, "game", "stoppage", aux["stop"], int(world["stoppage"]))

@@ -63,7 +63,13 @@ def batch(recording: Recording, worlds: int, rows: Sequence[int] = (0,)) -> Simu
     """A simulator of `worlds` worlds in play_on, with the players `rows` (0..21) at rest in the centre and nobody else."""
     single = recording.simulator()
     simulator = Simulator(
-        worlds, single.parameters, single.player_parameters, single.types, SEED, left=11, right=11,
+        worlds,
+        single.parameters,
+        single.player_parameters,
+        single.types,
+        SEED,
+        left=11,
+        right=11,
         goalies=(1, 1) if recording.header["goalies"] else (0, 0),
     )
     world = simulator.world
@@ -197,7 +203,7 @@ def ball_rows(recording: Recording, result: Result, record: dict[str, Any]) -> N
     told_alone, own_alone, quiet_alone = np.ones(len(rows), bool), _untouched(noisy), _untouched(quiet)
     if "player_ax" in rows:
         told_alone = (rows["player_ax"] == 0.0) & (rows["player_ay"] == 0.0)
-    if name == "tackle":   # the noise depends on how likely the failure was: the same rows of both
+    if name == "tackle":  # the noise depends on how likely the failure was: the same rows of both
         won = rows["success_guess"] == 1.0
         told_alone, own_alone = told_alone & won, own_alone & won
     told_way = rows.pair("ax", "ay") - start

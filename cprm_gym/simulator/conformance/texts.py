@@ -17,9 +17,18 @@ from .report import Result
 
 _ITEM = re.compile(r"\((\w+) ((?:[^()]|\([^()]*\))*)\)")
 _COUNTERS = {
-    "kick": Count.KICK, "dash": Count.DASH, "turn": Count.TURN, "say": Count.SAY, "turn_neck": Count.TURN_NECK, "catch": Count.CATCH,
-    "move": Count.MOVE, "change_view": Count.CHANGE_VIEW, "change_focus": Count.CHANGE_FOCUS, "arm": Count.ARM,
-    "focus": Count.ATTENTION, "tackle": Count.TACKLE,
+    "kick": Count.KICK,
+    "dash": Count.DASH,
+    "turn": Count.TURN,
+    "say": Count.SAY,
+    "turn_neck": Count.TURN_NECK,
+    "catch": Count.CATCH,
+    "move": Count.MOVE,
+    "change_view": Count.CHANGE_VIEW,
+    "change_focus": Count.CHANGE_FOCUS,
+    "arm": Count.ARM,
+    "focus": Count.ATTENTION,
+    "tackle": Count.TACKLE,
 }
 _HEARD_ELSEWHERE = ("referee", "coach", "online_coach_left", "online_coach_right")
 
@@ -64,7 +73,8 @@ class Listener:
         self.watched = set(seen)
         self.interval = {
             key: min(later - earlier for earlier, later in itertools.pairwise(numbers))
-            for key, numbers in seen.items() if len(numbers) > 1 and key not in turned
+            for key, numbers in seen.items()
+            if len(numbers) > 1 and key not in turned
         }
 
     def forget(self) -> None:
@@ -250,9 +260,7 @@ def hears_by_chance(simulator: Simulator, row: int, told: list[str], own: list[s
     return not attended or not others or others[0] in attended
 
 
-def _compare_body(
-    result: Result, case: str, cycle: int, key: str, told: str, own: str, world: Any, first_step: bool
-) -> None:
+def _compare_body(result: Result, case: str, cycle: int, key: str, told: str, own: str, world: Any, first_step: bool) -> None:
     """Compare two sense_body messages; a difference is reported item by item.
 
     Head angle and direction of speed are cut to whole degrees: an angle within 1e-9 of one, which the recorded state gives in degrees with
@@ -264,7 +272,7 @@ def _compare_body(
     mine = dict(_ITEM.findall(own.split(" ", 2)[2]))
     for name, value in _ITEM.findall(told.split(" ", 2)[2]):
         if name == "collision" and first_step and mine.get(name) in (value, "none"):
-            continue   # the first message of a case tells of the placements before it too, and not all of those are recorded
+            continue  # the first message of a case tells of the placements before it too, and not all of those are recorded
         if mine.get(name) != value and not _tie(name, value, mine.get(name, ""), world, ROW[key]):
             result.equal(case, cycle, key, "sense_body", f"({name} {value})", f"({name} {mine.get(name)})")
 

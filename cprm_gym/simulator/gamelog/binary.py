@@ -31,33 +31,49 @@ _COUNTS = [LOG_COUNTS.index(name) for name in ("kick", "dash", "turn", "say", "t
 
 # (names, format of each): i = real in fixed point, h = integer; x = two bytes of padding
 _SERVER_LAYOUT = (
-    ("goal_width inertia_moment player_size player_decay player_rand player_weight player_speed_max player_accel_max stamina_max "
-     "stamina_inc_max recover_init recover_dec_thr recover_min recover_dec effort_init effort_dec_thr effort_min effort_dec "
-     "effort_inc_thr effort_inc kick_rand", "i"),
+    (
+        "goal_width inertia_moment player_size player_decay player_rand player_weight player_speed_max player_accel_max stamina_max "
+        "stamina_inc_max recover_init recover_dec_thr recover_min recover_dec effort_init effort_dec_thr effort_min effort_dec "
+        "effort_inc_thr effort_inc kick_rand",
+        "i",
+    ),
     ("team_actuator_noise", "hx"),
-    ("prand_factor_l prand_factor_r kick_rand_factor_l kick_rand_factor_r ball_size ball_decay ball_rand ball_weight "
-     "ball_speed_max ball_accel_max dash_power_rate kick_power_rate kickable_margin control_radius control_radius_width "
-     "maxpower minpower maxmoment minmoment maxneckmoment minneckmoment maxneckang minneckang visible_angle visible_distance "
-     "wind_dir wind_force wind_ang wind_rand kickable_area catchable_area_l catchable_area_w catch_probability", "i"),
+    (
+        "prand_factor_l prand_factor_r kick_rand_factor_l kick_rand_factor_r ball_size ball_decay ball_rand ball_weight "
+        "ball_speed_max ball_accel_max dash_power_rate kick_power_rate kickable_margin control_radius control_radius_width "
+        "maxpower minpower maxmoment minmoment maxneckmoment minneckmoment maxneckang minneckang visible_angle visible_distance "
+        "wind_dir wind_force wind_ang wind_rand kickable_area catchable_area_l catchable_area_w catch_probability",
+        "i",
+    ),
     ("goalie_max_moves", "hx"),
     ("ckick_margin offside_active_area_size", "i"),
-    ("wind_none wind_random say_coach_cnt_max say_coach_msg_size clang_win_size clang_define_win clang_meta_win clang_advice_win "
-     "clang_info_win clang_mess_delay clang_mess_per_cycle half_time simulator_step send_step recv_step sense_body_step lcm_step "
-     "say_msg_size hear_max hear_inc hear_decay catch_ban_cycle slow_down_factor use_offside forbid_kick_off_offside", "h"),
+    (
+        "wind_none wind_random say_coach_cnt_max say_coach_msg_size clang_win_size clang_define_win clang_meta_win clang_advice_win "
+        "clang_info_win clang_mess_delay clang_mess_per_cycle half_time simulator_step send_step recv_step sense_body_step lcm_step "
+        "say_msg_size hear_max hear_inc hear_decay catch_ban_cycle slow_down_factor use_offside forbid_kick_off_offside",
+        "h",
+    ),
     ("padding", "h"),
     ("offside_kick_margin audio_cut_dist quantize_step quantize_step_l", "i"),
 )
 _PLAYER_LAYOUT = (
-    ("player_types subs_max pt_max", "h"), ("padding", "h"),
-    ("player_speed_max_delta_min player_speed_max_delta_max stamina_inc_max_delta_factor player_decay_delta_min "
-     "player_decay_delta_max inertia_moment_delta_factor dash_power_rate_delta_min dash_power_rate_delta_max "
-     "player_size_delta_factor kickable_margin_delta_min kickable_margin_delta_max kick_rand_delta_factor "
-     "extra_stamina_delta_min extra_stamina_delta_max effort_max_delta_factor effort_min_delta_factor", "i"),
+    ("player_types subs_max pt_max", "h"),
+    ("padding", "h"),
+    (
+        "player_speed_max_delta_min player_speed_max_delta_max stamina_inc_max_delta_factor player_decay_delta_min "
+        "player_decay_delta_max inertia_moment_delta_factor dash_power_rate_delta_min dash_power_rate_delta_max "
+        "player_size_delta_factor kickable_margin_delta_min kickable_margin_delta_max kick_rand_delta_factor "
+        "extra_stamina_delta_min extra_stamina_delta_max effort_max_delta_factor effort_min_delta_factor",
+        "i",
+    ),
 )
 _TYPE_LAYOUT = (
     ("id", "hx"),
-    ("player_speed_max stamina_inc_max player_decay inertia_moment dash_power_rate player_size kickable_margin kick_rand "
-     "extra_stamina effort_max effort_min", "i"),
+    (
+        "player_speed_max stamina_inc_max player_decay inertia_moment dash_power_rate player_size kickable_margin kick_rand "
+        "extra_stamina effort_max effort_min",
+        "i",
+    ),
 )
 _SERVER_SIZE, _PLAYER_PARAM_SIZE, _TYPE_SIZE = 396, 132, 88
 

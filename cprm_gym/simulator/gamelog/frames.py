@@ -28,21 +28,40 @@ from ..player_types import PlayerParameters, PlayerType
 from ..state import LEFT, PLAYERS, RIGHT, PlayMode
 
 LOG_COUNTS = (
-    "kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say", "tackle", "pointto", "attentionto",
+    "kick",
+    "dash",
+    "turn",
+    "catch",
+    "move",
+    "turn_neck",
+    "change_view",
+    "say",
+    "tackle",
+    "pointto",
+    "attentionto",
     "change_focus",
 )
 """The command counters of a player in a log, in the order of the text log."""
 
 PLAYER_FRAME = np.dtype(
     [
-        ("side", "i1"), ("unum", "i1"), ("type", "i2"), ("state", "u4"),
-        ("pos", "f8", (2,)), ("vel", "f8", (2,)),
-        ("body", "f8"), ("neck", "f8"),                    # degrees; neck relative to the body
-        ("point", "f8", (2,)),                             # global target of the arm; NaN = not pointing
-        ("view_quality", "i1"), ("view_width", "f8"),      # 1 high, 2 low; whole cone in degrees
-        ("focus", "f8", (2,)),                             # distance, direction in degrees
-        ("stamina", "f8"), ("effort", "f8"), ("recovery", "f8"), ("capacity", "f8"),
-        ("attention", "i1"),                               # object number 1..22, 0 = nobody
+        ("side", "i1"),
+        ("unum", "i1"),
+        ("type", "i2"),
+        ("state", "u4"),
+        ("pos", "f8", (2,)),
+        ("vel", "f8", (2,)),
+        ("body", "f8"),
+        ("neck", "f8"),  # degrees; neck relative to the body
+        ("point", "f8", (2,)),  # global target of the arm; NaN = not pointing
+        ("view_quality", "i1"),
+        ("view_width", "f8"),  # 1 high, 2 low; whole cone in degrees
+        ("focus", "f8", (2,)),  # distance, direction in degrees
+        ("stamina", "f8"),
+        ("effort", "f8"),
+        ("recovery", "f8"),
+        ("capacity", "f8"),
+        ("attention", "i1"),  # object number 1..22, 0 = nobody
         ("counts", "i4", (len(LOG_COUNTS),)),
     ],
     align=True,

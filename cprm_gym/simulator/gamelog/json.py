@@ -55,7 +55,7 @@ class JsonParser:
                         at_end = error.pos >= len(text.rstrip()) - 1 or error.msg.startswith("Unterminated")
                         if at_end and len(text) - at < _LONGEST:
                             break
-                        raise self._error(f"not JSON: {error.msg} at {text[error.pos:error.pos + 20]!r}") from error
+                        raise self._error(f"not JSON: {error.msg} at {text[error.pos : error.pos + 20]!r}") from error
                     if not isinstance(item, dict) or len(item) != 1:
                         raise self._error(f"an object with one name was expected, got {str(item)[:40]!r}")
                     at = end
@@ -123,9 +123,7 @@ def _after_gap(text: str, at: int) -> int:
 
 
 def _team(content: dict[str, Any]) -> Team:
-    return Team(
-        content.get("name") or "", int(content["score"]), int(content.get("pen_score", 0)), int(content.get("pen_miss", 0))
-    )
+    return Team(content.get("name") or "", int(content["score"]), int(content.get("pen_score", 0)), int(content.get("pen_miss", 0)))
 
 
 def _frame(content: dict[str, Any]) -> Frame:

@@ -20,8 +20,18 @@ from .frames import Frame, GameLogReader
 from .writer import GameLogWriter
 
 _COUNTS = (
-    Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,
-    Count.ARM, Count.ATTENTION, Count.CHANGE_FOCUS,
+    Count.KICK,
+    Count.DASH,
+    Count.TURN,
+    Count.CATCH,
+    Count.MOVE,
+    Count.TURN_NECK,
+    Count.CHANGE_VIEW,
+    Count.SAY,
+    Count.TACKLE,
+    Count.ARM,
+    Count.ATTENTION,
+    Count.CHANGE_FOCUS,
 )
 ANGLE_UNIT = 0.5e-3
 """Half a unit (degrees) of the last digit of angles in a log."""
@@ -59,9 +69,7 @@ def load_frame(world: Any, frame: Frame) -> None:
     for column, count in enumerate(_COUNTS):
         told = rows["counts"][:, column]
         world["counts"][told >= 0, count] = told[told >= 0]
-    world["card_count"] = np.where(
-        state & int(PlayerBit.RED_CARD), 2, np.where(state & int(PlayerBit.YELLOW_CARD), 1, 0)
-    )
+    world["card_count"] = np.where(state & int(PlayerBit.RED_CARD), 2, np.where(state & int(PlayerBit.YELLOW_CARD), 1, 0))
     world["bits_shown"] = state
 
 

@@ -22,8 +22,18 @@ from ..state import BALL, LEFT, Count, PlayMode
 from .frames import LOG_COUNTS, AtomicFile, Frame, Team, empty_players
 
 _COUNTS = [
-    Count.KICK, Count.DASH, Count.TURN, Count.CATCH, Count.MOVE, Count.TURN_NECK, Count.CHANGE_VIEW, Count.SAY, Count.TACKLE,
-    Count.ARM, Count.ATTENTION, Count.CHANGE_FOCUS,
+    Count.KICK,
+    Count.DASH,
+    Count.TURN,
+    Count.CATCH,
+    Count.MOVE,
+    Count.TURN_NECK,
+    Count.CHANGE_VIEW,
+    Count.SAY,
+    Count.TACKLE,
+    Count.ARM,
+    Count.ATTENTION,
+    Count.CHANGE_FOCUS,
 ]
 _SIDES = "l", "r"
 POSITION_STEP, ANGLE_STEP = 1e-4, 1e-3
@@ -71,10 +81,7 @@ def frame_of(world: Any, parameters: ServerParameters, names: Sequence[str] = ("
     names : two str
         The teams' names; an empty one is written as ``null``.
     """
-    teams = [
-        Team(names[side], int(world["score"][side]), int(world["pen_score"][side]), int(world["pen_miss"][side]))
-        for side in (0, 1)
-    ]
+    teams = [Team(names[side], int(world["score"][side]), int(world["pen_score"][side]), int(world["pen_miss"][side])) for side in (0, 1)]
     frame = Frame(int(world["time"]), int(world["stoppage"]), PlayMode(int(world["mode"])), teams[0], teams[1])
     frame.ball = np.concatenate([world["pos"][BALL], world["vel"][BALL]])
     rows = frame.players = empty_players()
@@ -233,7 +240,9 @@ class GameLogWriter:
             lines += [kind.to_text(number) for number, kind in enumerate(self.player_types)]
         else:
             lines = [
-                "[", '{"version":"19.0.0"},', f'{{"timestamp":"{self.date:%Y-%m-%dT%H:%M:%S+0000}"}},',
+                "[",
+                '{"version":"19.0.0"},',
+                f'{{"timestamp":"{self.date:%Y-%m-%dT%H:%M:%S+0000}"}},',
                 f'{{"server_param":{_json_parameters(self.parameters, alphabetical=True)}}},',
                 f'{{"player_param":{_json_parameters(self.player_parameters, alphabetical=True)}}},',
             ]

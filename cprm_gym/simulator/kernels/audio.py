@@ -10,7 +10,7 @@ from .geometry import D2R, direction, norm, squared_distance
 from .random import HEAR_CHOICE, SENSORS, uniform
 from .rounding import rounded_degrees, truncated_degrees
 
-COMPLETE, PARTIAL = 1, 2                     # bits of w.ear
+COMPLETE, PARTIAL = 1, 2  # bits of w.ear
 _SAY = int(Count.SAY)
 
 

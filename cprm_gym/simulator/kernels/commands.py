@@ -198,7 +198,7 @@ def effect_of_dash(w, p, i):
         return
     cost = min(cost, w.stamina[i] + p.types[type_, T_EXTRA_STAMINA])
     share_left = cost * demand_left / (demand_left + demand_right)
-    share_right = cost * demand_right / (share_left + demand_right)   # with the new left share, as the server does
+    share_right = cost * demand_right / (share_left + demand_right)  # with the new left share, as the server does
     lx, ly = _leg_acceleration(w, p, i, 0, share_left)
     even = share_left == share_right and left == right and w.leg_dir[i, 0] == w.leg_dir[i, 1]
     rx, ry = (lx, ly) if even else _leg_acceleration(w, p, i, 1, share_right)

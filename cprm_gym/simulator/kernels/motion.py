@@ -81,7 +81,7 @@ def _disturb(w, p, o, rand, weight):
         for k in range(2):
             push = w.wind[k] + uniform_between(w, PHYSICS, o, WIND_NOISE, k, -w.wind_rand, w.wind_rand)
             w.vel[o, k] += speed * push / (weight * _WIND_WEIGHT)
-    w.vel[o, 0] += 0.0   # no wind is a wind of zero: it turns -0 into 0, which decides between the directions 180 and -180
+    w.vel[o, 0] += 0.0  # no wind is a wind of zero: it turns -0 into 0, which decides between the directions 180 and -180
     w.vel[o, 1] += 0.0
 
 
@@ -139,7 +139,7 @@ def _pass_posts(w, p, o, size):
         hit = True
     tx, ty = x + vx, y + vy
     c2x, c2y = _post_near(p, tx, ty)
-    for _ in range(100):   # the server has no limit; each reflection uses up some of a path shorter than 4 m
+    for _ in range(100):  # the server has no limit; each reflection uses up some of a path shorter than 4 m
         if x == tx and y == ty:
             break
         found, ix, iy = segment_enters_circle(x, y, tx, ty, cx, cy, radius)
@@ -151,7 +151,7 @@ def _pass_posts(w, p, o, size):
             break
         axis = direction(mx - ix, my - iy)
         rx, ry = mirror_along(tx - ix, ty - iy, axis)
-        away = norm(axis + 180.0)   # degrees taken for radians, as the server does
+        away = norm(axis + 180.0)  # degrees taken for radians, as the server does
         x, y = ix + EPS * math.cos(away), iy + EPS * math.sin(away)
         tx, ty = x + rx, y + ry
         speed, heading = length(vx, vy), direction(rx, ry)

@@ -24,17 +24,17 @@ REFEREE = int(Stream.REFEREE)
 RESETS = int(Stream.RESETS)
 
 # --- purposes, stream PHYSICS
-COMMAND_ORDER = 1      # permutation of the players' commands
-MOTION_NOISE = 2       # ball and players
+COMMAND_ORDER = 1  # permutation of the players' commands
+MOTION_NOISE = 2  # ball and players
 WIND_NOISE = 3
 TURN_NOISE = 4
-DASH_TURN_NOISE = 5    # rotation by the legs
+DASH_TURN_NOISE = 5  # rotation by the legs
 KICK_NOISE = 6
 TACKLE_SUCCESS = 7
 TACKLE_NOISE = 8
 CATCH_SUCCESS = 9
-COLLISION_ANGLE = 10   # two objects at exactly the same place
-POST_ANGLE = 11        # an object exactly on a goal post
+COLLISION_ANGLE = 10  # two objects at exactly the same place
+POST_ANGLE = 11  # an object exactly on a goal post
 # --- purposes, stream SENSORS
 SEE_DISTANCE = 32
 SEE_UNUM = 33
@@ -53,7 +53,7 @@ PENALTY_TAKER = 68
 PENALTY_WINNER = 69
 KEEPAWAY = 70
 # --- purposes, stream RESETS
-START = 96             # where an episode begins
+START = 96  # where an episode begins
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _OBJECT = np.uint64(0xD1B54A32D192ED03)

@@ -29,8 +29,8 @@ def seen_distance(distance, focus_distance, step):
 
 
 # ---------------------------------------------------------------------------------------------- tables of distance bands
-FIRST_OCTAVE, OCTAVES = -4, 12           # tables cover 2**-4 m to 2**8 m
-BINS = 128                               # per octave: narrower than either step, so a bin holds at most one boundary
+FIRST_OCTAVE, OCTAVES = -4, 12  # tables cover 2**-4 m to 2**8 m
+BINS = 128  # per octave: narrower than either step, so a bin holds at most one boundary
 _SHIFT = np.int64(52 - 7)
 _FIRST_BIN = np.int64((1023 + FIRST_OCTAVE) * BINS)
 
@@ -70,7 +70,7 @@ def banded_distance(distance, step):
 # atan(x) / x as a polynomial in x**2 on [0, 1]: the interpolant at 400 Chebyshev nodes, error below 5e-7 rad (3e-5 degrees)
 _A0, _A1, _A2, _A3 = 0.9999993278352409, -0.3332637452188166, 0.19879872155710365, -0.13480405607550333
 _A4, _A5, _A6 = 0.08374155654526008, -0.03689862924648347, 0.007825482945601944
-_MARGIN = 1e-4                           # degrees around a half within which the formula decides
+_MARGIN = 1e-4  # degrees around a half within which the formula decides
 
 
 @kernel

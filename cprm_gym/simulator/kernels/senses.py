@@ -49,19 +49,19 @@ from .rounding import (
 PI = math.pi
 NARROW, WIDE = int(ViewWidth.NARROW), int(ViewWidth.WIDE)
 LOW_QUALITY = 2
-FOCUS_PROTOCOL = 18                          # first protocol version that sees with a focus
+FOCUS_PROTOCOL = 18  # first protocol version that sees with a focus
 NEWEST = 19
-ROUNDING_PROTOCOL = 7                        # first protocol version whose directions are rounded, not truncated
+ROUNDING_PROTOCOL = 7  # first protocol version whose directions are rounded, not truncated
 
-UNSEEN, FELT, TEAM_SEEN, NAME_SEEN = 0, 1, 2, 3          # levels of players
-TOLD, TOLD_MOVING = 2, 3                                 # levels of the ball and of landmarks above FELT
-TACKLING, KICKING, POINTING, IN_VIEW = 1, 2, 4, 8        # marks of players
+UNSEEN, FELT, TEAM_SEEN, NAME_SEEN = 0, 1, 2, 3  # levels of players
+TOLD, TOLD_MOVING = 2, 3  # levels of the ball and of landmarks above FELT
+TACKLING, KICKING, POINTING, IN_VIEW = 1, 2, 4, 8  # marks of players
 
-VISUAL = math.sqrt(105.0 * 105.0 + 68.0 * 68.0)         # DEF_VISUAL_DIST, for protocols before 18
+VISUAL = math.sqrt(105.0 * 105.0 + 68.0 * 68.0)  # DEF_VISUAL_DIST, for protocols before 18
 _POINT_SIGMA = 1.25 * D2R
-_TICK = 32                                               # draws between two messages of one cycle
-_MARGIN = 1e-9                                           # of the distance, within which the exact formula decides
-_SLACK = 1e-6                                            # m or m^2, by which `perhaps_seen` errs on the safe side
+_TICK = 32  # draws between two messages of one cycle
+_MARGIN = 1e-9  # of the distance, within which the exact formula decides
+_SLACK = 1e-6  # m or m^2, by which `perhaps_seen` errs on the safe side
 
 
 # ---------------------------------------------------------------------------------------------- when
@@ -154,18 +154,18 @@ class Eye(NamedTuple):
     y: float
     body: float
     neck: float
-    cosine: float                    # of the face, body + neck
+    cosine: float  # of the face, body + neck
     sine: float
-    half_cone: float                 # rad
-    edge: float                      # its cosine, -2 for a cone that misses nothing
-    near: float                      # m, radius of the feel
-    modern: bool                     # protocol 18 or later: focus, limits of the player's type
-    rounded: bool                    # protocol 7 or later: directions rounded, not truncated
+    half_cone: float  # rad
+    edge: float  # its cosine, -2 for a cone that misses nothing
+    near: float  # m, radius of the feel
+    modern: bool  # protocol 18 or later: focus, limits of the player's type
+    rounded: bool  # protocol 7 or later: directions rounded, not truncated
     gaussian: bool
     focused: bool
     focus_x: float
     focus_y: float
-    low: bool                        # low view quality: names and directions only
+    low: bool  # low view quality: names and directions only
 
 
 @kernel
@@ -454,7 +454,7 @@ def fill_team_slots(players, levels, marks, i, slot, order, count):
             slot += 1
         row = (order >> (5 * k)) & 31
         if row != slot:
-            if levels[i, slot] == TEAM_SEEN:       # waits in this slot: it is now found where `row` stood
+            if levels[i, slot] == TEAM_SEEN:  # waits in this slot: it is now found where `row` stood
                 for later in range(k + 1, count):
                     if (order >> (5 * later)) & 31 == slot:
                         order += (row - np.int64(slot)) << (5 * later)

@@ -17,9 +17,7 @@ from .referee.modes import BEFORE_KICK_OFF, TIME_OVER, is_stopped
 from .senses import late_messages_due
 from .stamina import update_stamina
 
-_KEPT = np.uint32(
-    PlayerBit.STAND | PlayerBit.GOALIE | PlayerBit.DISCARD | PlayerBit.YELLOW_CARD | PlayerBit.RED_CARD
-)
+_KEPT = np.uint32(PlayerBit.STAND | PlayerBit.GOALIE | PlayerBit.DISCARD | PlayerBit.YELLOW_CARD | PlayerBit.RED_CARD)
 _KICKED = np.uint32(PlayerBit.KICK | PlayerBit.KICK_FAULT)
 _TACKLED = np.uint32(PlayerBit.TACKLE | PlayerBit.TACKLE_FAULT)
 _CHARGED = np.uint32(PlayerBit.FOUL_CHARGED)
@@ -38,7 +36,7 @@ def execute_all(w, p, commands):
 def advance(w, p):
     """The step: everything between the players' commands and the messages sent to them."""
     late_messages_due(w)
-    if w.announced_done:   # nothing was announced during the commands
+    if w.announced_done:  # nothing was announced during the commands
         w.announced, w.announced_done = 0, 0
     for i in range(PLAYERS):
         if w.enabled[i]:

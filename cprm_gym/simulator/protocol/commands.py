@@ -52,7 +52,13 @@ _PLAIN = {"synch_see", "gaussian_see", "sense_body", "score", "done", "bye"}
 _NUMBERS = {"turn": 1, "turn_neck": 1, "kick": 2, "catch": 1, "move": 2, "change_focus": 2, "long_kick": 2}
 _KEYWORDS = (
     {"dash", "tackle", "change_view", "say", "pointto", "attentionto", "ear", "clang", "ver", "compression", "off", "on"}
-    | _PLAIN | set(_NUMBERS) | set(_WIDTHS) | set(_QUALITIES) | set(_BOOLEANS) | set(_TEAMS) | set(_EAR_MODES)
+    | _PLAIN
+    | set(_NUMBERS)
+    | set(_WIDTHS)
+    | set(_QUALITIES)
+    | set(_BOOLEANS)
+    | set(_TEAMS)
+    | set(_EAR_MODES)
 )
 
 
@@ -79,8 +85,11 @@ class _Lexer:
             return "end", ""
         if self.text[self.at] in "()":
             return self.text[self.at], self.text[self.at]
-        matches = [(kind, found[0]) for kind, pattern in (("number", _NUMBER), ("word", _WORD), ("string", _STRING))
-                   if (found := pattern.match(self.text, self.at))]
+        matches = [
+            (kind, found[0])
+            for kind, pattern in (("number", _NUMBER), ("word", _WORD), ("string", _STRING))
+            if (found := pattern.match(self.text, self.at))
+        ]
         if not matches:
             raise _Mistake(self.at)
         return max(matches, key=lambda match: len(match[1]))
@@ -252,16 +261,28 @@ def _compression(lexer: _Lexer) -> tuple[str, tuple[Any, ...]]:
 
 
 _SPECIAL = {
-    "dash": _dash, "tackle": _tackle, "change_view": _change_view, "say": _say, "pointto": _pointto, "attentionto": _attentionto,
-    "ear": _ear, "clang": _clang, "compression": _compression,
+    "dash": _dash,
+    "tackle": _tackle,
+    "change_view": _change_view,
+    "say": _say,
+    "pointto": _pointto,
+    "attentionto": _attentionto,
+    "ear": _ear,
+    "clang": _clang,
+    "compression": _compression,
 }
 
 _NOTHING = np.zeros((), COMMAND)
 for _name in ("a", "b", "c", "d", "turn_neck", "focus", "point"):
     _NOTHING[_name] = np.nan
 _NUMERIC_KINDS = {
-    "dash": CommandKind.DASH, "turn": CommandKind.TURN, "kick": CommandKind.KICK, "tackle": CommandKind.TACKLE,
-    "catch": CommandKind.CATCH, "move": CommandKind.MOVE, "dash_legs": CommandKind.DASH_LEGS,
+    "dash": CommandKind.DASH,
+    "turn": CommandKind.TURN,
+    "kick": CommandKind.KICK,
+    "tackle": CommandKind.TACKLE,
+    "catch": CommandKind.CATCH,
+    "move": CommandKind.MOVE,
+    "dash_legs": CommandKind.DASH_LEGS,
 }
 
 
@@ -287,9 +308,7 @@ def side_of_team(team: str, own: int, names: tuple[str, str]) -> int | None:
     return {"our": own, "opp": -own, "l": LEFT, "r": RIGHT}.get(team)
 
 
-def command_record(
-    command: PlayerCommand, own: int = LEFT, names: tuple[str, str] = ("Left", "Right")
-) -> npt.NDArray[Any] | None:
+def command_record(command: PlayerCommand, own: int = LEFT, names: tuple[str, str] = ("Left", "Right")) -> npt.NDArray[Any] | None:
     """A `COMMAND` array of shape (1,) for `command`, or None for one that a record does not hold or that has no effect.
 
     Parameters

@@ -172,7 +172,7 @@ def parse_hear(text: str) -> HearMessage:
         When it is none.
     """
     match = re.fullmatch(
-        r'\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)'
+        r"\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)"
         r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
         text,
         re.DOTALL,

@@ -80,8 +80,18 @@ from .steps import (
 from .waits import end_foul
 
 __all__ = [
-    "announce", "automatic_kick_off", "kick_off", "on_caught", "on_kick", "on_kick_fail", "on_punched", "on_step", "on_tackle",
-    "on_tackle_fail", "on_touch", "set_mode",
+    "announce",
+    "automatic_kick_off",
+    "kick_off",
+    "on_caught",
+    "on_kick",
+    "on_kick_fail",
+    "on_punched",
+    "on_step",
+    "on_tackle",
+    "on_tackle_fail",
+    "on_touch",
+    "set_mode",
 ]
 
 FOULS = int(Count.FOUL)

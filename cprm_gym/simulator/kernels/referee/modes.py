@@ -75,7 +75,14 @@ STOPPED, PENALTY, SET_PLAY = 1, 2, 4
 def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     pair, side, group = np.arange(52, dtype=np.int32), np.zeros(52, np.int32), np.zeros(52, np.int32)
     stopped = {
-        "goal", "offside", "illegal_defense", "foul_charge", "foul_push", "back_pass", "free_kick_fault", "catch_fault",
+        "goal",
+        "offside",
+        "illegal_defense",
+        "foul_charge",
+        "foul_push",
+        "back_pass",
+        "free_kick_fault",
+        "catch_fault",
     }
     set_plays = {"kick_off", "kick_in", "free_kick", "corner_kick", "indirect_free_kick"}
     shoot_out = {"penalty_setup", "penalty_ready", "penalty_taken", "penalty_miss", "penalty_score"}
@@ -125,25 +132,25 @@ def team_of(side):
 # --- rulings: what a module decides and `referee_rulings.carry_out` does
 (
     RULING_NONE,
-    RULING_MODE,                # set the mode whose number is the side
-    RULING_FREE_KICK,           # for the side at the place
+    RULING_MODE,  # set the mode whose number is the side
+    RULING_FREE_KICK,  # for the side at the place
     RULING_GOAL_KICK,
     RULING_CORNER_KICK,
     RULING_KICK_IN,
-    RULING_DROP_BALL,           # at the place
-    RULING_OFFSIDE,             # of the side, stored point
-    RULING_FREE_KICK_FAULT,     # of the side at the place
+    RULING_DROP_BALL,  # at the place
+    RULING_OFFSIDE,  # of the side, stored point
+    RULING_FREE_KICK_FAULT,  # of the side at the place
     RULING_BACK_PASS,
     RULING_CATCH_FAULT,
     RULING_FOUL,
     RULING_ILLEGAL_DEFENSE,
-    RULING_GOAL,                # of the side
-    RULING_KICK_OFF,            # of the side, after a goal
-    RULING_HALF_TIME,           # the time is the side
-    RULING_PENALTY_SETUP,       # the next kick of the shoot-out
+    RULING_GOAL,  # of the side
+    RULING_KICK_OFF,  # of the side, after a goal
+    RULING_HALF_TIME,  # the time is the side
+    RULING_PENALTY_SETUP,  # the next kick of the shoot-out
     RULING_PENALTY_SCORE,
     RULING_PENALTY_MISS,
-    RULING_PENALTY_FOUL,        # of the side
+    RULING_PENALTY_FOUL,  # of the side
 ) = range(20)
 
 
