@@ -13,16 +13,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "architecture" / "analysis"))
+sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 
 from contract_modules import turn_to_ball  # noqa: E402
-from cprm_gym.architecture.analysis.behaviour.properties.invariants import flow_basis  # noqa: E402
 from structure_nets import flexible_manufacturing, kanban, landing_detector, token_ring  # noqa: E402
 
 from cprm_gym.architecture.analysis.behaviour.properties import analyze_structure  # noqa: E402
 from cprm_gym.architecture.analysis.behaviour.state_space import explore  # noqa: E402
 from cprm_gym.architecture.analysis.modules.contracts import check_contract  # noqa: E402
 from cprm_gym.architecture.analysis.net_arrays import System  # noqa: E402
+from cprm_gym.architecture.analysis.structure.invariants import flow_basis  # noqa: E402
 from cprm_gym.architecture.analysis.timed.properties import closed_system  # noqa: E402
 from cprm_gym.architecture.analysis.timed.state_space import explore_cycles  # noqa: E402
 from cprm_gym.architecture.petri import PetriNet  # noqa: E402

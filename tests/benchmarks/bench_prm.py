@@ -23,7 +23,7 @@ try:
 except ImportError:
     pyagrum = None
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "architecture" / "prm"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from inference_scene import Active, Scene  # noqa: E402
 
 from cprm_gym.architecture.prm.grounding.slices import GroundSlice  # noqa: E402

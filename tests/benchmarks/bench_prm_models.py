@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "architecture" / "prm"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from ball_world import scene, soccer
 

@@ -3,14 +3,12 @@
 import importlib.util
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from paths import ROOT
 
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
-
-ROOT = Path(__file__).parents[2]
 
 
 def load(name):

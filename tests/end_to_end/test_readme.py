@@ -9,10 +9,9 @@ import re
 from pathlib import Path
 
 import pytest
+from paths import ROOT
 
 import cprm_gym
-
-ROOT = Path(__file__).parents[2]
 
 
 def blocks(path):

@@ -1,13 +1,13 @@
 """PNML: round trips to an equal net, what other tools see, the expanded net."""
 
-import sys
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from structure_nets import kanban, philosophers, producer, random_net
+from structure_oracle import Oracle
 
 from cprm_gym.architecture.petri import (
     Belief,
@@ -26,10 +26,6 @@ from cprm_gym.architecture.petri import (
 from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
 from cprm_gym.architecture.petri.files.pnml_writer import expanded_net, to_pnml, write_pnml
 from cprm_gym.errors import LogError, NetError
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "analysis"))
-from structure_nets import kanban, philosophers, producer, random_net
-from structure_oracle import Oracle
 
 
 def everything():

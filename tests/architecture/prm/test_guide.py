@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import doctest
-from pathlib import Path
 
-GUIDE = Path(__file__).resolve().parents[3] / "docs" / "models.md"
+from paths import ROOT
+
+GUIDE = ROOT / "docs" / "models.md"
 
 
 def test_every_example_of_the_guide_gives_what_it_says():

@@ -4,8 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from cprm_gym.architecture.analysis.behaviour.properties.invariants import flow_basis, semiflows, structural_bounds
-from cprm_gym.architecture.analysis.behaviour.properties.siphons import is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from structure_nets import kanban, philosophers, producer, random_net
 from structure_oracle import Oracle
 
@@ -13,6 +11,8 @@ from cprm_gym.architecture.analysis.behaviour.coverability import OMEGA, karp_mi
 from cprm_gym.architecture.analysis.behaviour.state_space import Budget, explore
 from cprm_gym.architecture.analysis.net_arrays import System
 from cprm_gym.architecture.analysis.report import conservative
+from cprm_gym.architecture.analysis.structure.invariants import flow_basis, semiflows, structural_bounds
+from cprm_gym.architecture.analysis.structure.siphons import is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
 from cprm_gym.errors import NetError
 

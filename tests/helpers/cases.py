@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from paths import ROOT, SHARED
 
 from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, GroundSlice, GroundVariable
 
-SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "cases" / "prm"
-RECORDED = Path(__file__).resolve().parent / "data"
+HANDED = SHARED / "cases" / "prm"
+RECORDED = ROOT / "tests" / "architecture" / "prm" / "data"
 
 
 def path_of(name: str) -> Path | None:
     """The file of a case: our own recordings beside the tests, else ``../shared``; None when absent."""
-    for folder in (RECORDED, SHARED):
+    for folder in (RECORDED, HANDED):
         for path in sorted(folder.glob(f"{name}*.json")):
             return path
     return None
@@ -34,7 +35,7 @@ def load(name: str) -> dict[str, Any]:
 
 def names(kind: str) -> list[str]:
     """Identifiers of all cases of a kind that are present."""
-    paths = {p.stem: p for folder in (SHARED, RECORDED) for p in sorted(folder.glob("*.json"))}
+    paths = {p.stem: p for folder in (HANDED, RECORDED) for p in sorted(folder.glob("*.json"))}
     return [stem for stem, path in sorted(paths.items()) if json.loads(path.read_text())["kind"] == kind]
 
 

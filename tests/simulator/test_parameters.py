@@ -5,17 +5,16 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import ROOT, SHARED
 
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.parameters import PARAMETERS, Rules, ServerParameters, pack
 from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn
 
-ROOT = Path(__file__).parents[2]
-TABLES = ROOT.parent / "shared" / "design" / "parameters.md"
+TABLES = SHARED / "design" / "parameters.md"
 SETS = (ServerParameters, PlayerParameters, PlayerType)
 
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from paths import ROOT
 
 from cprm_gym.simulator.player_types import PlayerParameters
 from cprm_gym.simulator.simulator import Simulator, no_commands
@@ -75,9 +76,9 @@ def test_a_match_of_6000_cycles_has_the_pinned_hash():
 
 
 def test_compiled_and_interpreted_kernels_play_the_same_match_bit_for_bit():
-    code = "from test_simulator_match import match; print(match(80)[0].state_hash())"
+    code = "from test_match import match; print(match(80)[0].state_hash())"
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+    folders = [str(Path(__file__).parent), str(ROOT)]
     environment["PYTHONPATH"] = os.pathsep.join(folders)
     output = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True).stdout
     assert output.strip() == match(80)[0].state_hash()

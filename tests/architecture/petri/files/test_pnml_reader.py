@@ -1,15 +1,15 @@
 """PNML: what is read, in which spellings, and what is refused with its element and line."""
 
 import json
-from pathlib import Path
 
 import pytest
+from paths import SHARED
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
 from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
 from cprm_gym.errors import LogError
 
-CASES = Path(__file__).resolve().parents[4] / "shared" / "cases" / "petri"
+CASES = SHARED / "cases" / "petri"
 PTNET = "http://www.pnml.org/version-2009/grammar/ptnet"
 
 

@@ -7,18 +7,18 @@ import json
 from pathlib import Path
 
 import pytest
+from paths import ROOT, SHARED
 
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import MAX_TYPES, PlayerParameters, PlayerType, TypeColumn, generate_types
 
-ROOT = Path(__file__).parents[2]
 RECORDINGS = ("hetero", "random/monkey_physics_0", "random/monkey_physics_1", "random/monkey_noise_0", "random/monkey_rules_1")
 
 
 def recorded(name: str) -> Path:
     """Where a recording of a real server lies: beside the tests, or in ../shared."""
-    for folder in (ROOT / "tests" / "conformance" / "data", ROOT.parent / "shared" / "conformance"):
+    for folder in (ROOT / "tests" / "conformance" / "data", SHARED / "conformance"):
         for path in (folder / f"{name}.jsonl.gz", folder / f"{Path(name).name}.jsonl.gz"):
             if path.exists():
                 return path

@@ -3,13 +3,14 @@
 from pathlib import Path
 
 import pytest
+from paths import SHARED
 
 from cprm_gym.simulator.conformance import replay_scenario
 
 DATA = Path(__file__).parent / "data"
-SHARED = Path(__file__).parents[2].parent / "shared" / "conformance"
+RECORDED = SHARED / "conformance"
 HERE = sorted(DATA.rglob("*.jsonl.gz"))
-MORE = sorted(path for path in SHARED.rglob("*.jsonl.gz") if not (DATA / path.relative_to(SHARED)).exists())
+MORE = sorted(path for path in RECORDED.rglob("*.jsonl.gz") if not (DATA / path.relative_to(RECORDED)).exists())
 
 # Objects in a cycle whose outcome hangs on a draw that nobody recorded: two at exactly one place are separated at a random angle (a ball
 # placed on the tackler after a foul, players moved onto each other), or players are put at random into their own half.
@@ -34,7 +35,7 @@ def test_recording_comes_out_as_recorded(path):
     check(path)
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="data of ../shared absent")
+@pytest.mark.skipif(not RECORDED.exists(), reason="data of ../shared absent")
 @pytest.mark.parametrize("path", MORE, ids=name_of)
 def test_further_recording_comes_out_as_recorded(path):
     check(path)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import SHARED
 
 from cprm_gym.errors import CommandError, LogError
 from cprm_gym.simulator.conformance import run
@@ -17,7 +18,7 @@ from cprm_gym.simulator.protocol.commands import PlayerCommand, command_record
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 
-MATCHES = Path(__file__).parents[2].parent / "shared" / "matches"
+MATCHES = SHARED / "matches"
 REAL = {"noise": "HELIOS_L_2-vs-HELIOS_R_3.rcg.gz", "no noise": "nonoise-HELIOS_L_5-vs-HELIOS_R_5.rcg.gz"}
 needs_shared = pytest.mark.skipif(not MATCHES.exists(), reason="data of ../shared absent")
 

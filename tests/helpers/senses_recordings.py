@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import ROOT
 
 from cprm_gym.simulator.conformance.recording import ROW, Recording, load_extras, load_objects, read_recording
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = [ROOT / "tests/conformance/data", ROOT.parent / "shared/conformance", ROOT.parent / "shared/conformance/random"]
 WIDTHS = {"narrow": 1, "normal": 2, "wide": 3}
 

@@ -1,14 +1,14 @@
 """The public models with known answers, when they are at hand beside the repository."""
 
 import json
-from pathlib import Path
 
 import pytest
+from paths import SHARED
 
 from cprm_gym.architecture.analysis.behaviour.properties import analyze_structure
 from cprm_gym.architecture.petri.files.pnml_reader import read_pnml
 
-CASES = Path(__file__).resolve().parents[4] / "shared" / "cases" / "petri"
+CASES = SHARED / "cases" / "petri"
 INDEX = json.loads((CASES / "index.json").read_text()) if (CASES / "index.json").is_file() else {}
 
 pytestmark = pytest.mark.skipif(not INDEX, reason="data of ../shared absent")

@@ -1,6 +1,6 @@
 """The tutorial's blocks run, print what stands under them, and draw its pictures.
 
-``python tests/architecture/petri/test_petri_tutorial.py`` writes both anew.
+``python tests/architecture/petri/test_tutorial.py`` writes both anew.
 """
 
 import contextlib
@@ -12,8 +12,9 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from paths import ROOT
 
-PAGE = Path(__file__).parents[3] / "docs" / "tutorial_kick.md"
+PAGE = ROOT / "docs" / "tutorial_kick.md"
 BLOCK = re.compile(r"```python\n(.*?)```\n(?:```text\n(.*?)```\n)?", re.DOTALL)
 
 

@@ -5,10 +5,10 @@ import gzip
 import json
 import random
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import ROOT
 
 from cprm_gym.errors import LogError, ParameterError
 from cprm_gym.simulator.gamelog.commands import CommandLogReader, CommandLogWriter, LogLine
@@ -16,7 +16,7 @@ from cprm_gym.simulator.gamelog.frames import Frame, GameLogReader, Message, Tea
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.state import PlayMode
 
-FORMATS = Path(__file__).parents[1] / "conformance" / "data" / "formats"
+FORMATS = ROOT / "tests" / "conformance" / "data" / "formats"
 VERSIONS = [1, 2, 3, 4, 5, 6, -1]
 STATES = json.loads((FORMATS / "states_fullprecision.json").read_text())
 DATE = datetime.datetime(2026, 11, 22, 15, 20, 26)

@@ -7,16 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from paths import ROOT, SHARED
 
 from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
 
-OURS = Path(__file__).parent / "data"
-SHARED = Path(__file__).resolve().parents[4] / "shared" / "cases" / "prm"
+HANDED = SHARED / "cases" / "prm"
+OURS = ROOT / "tests" / "architecture" / "prm" / "data"
 
 
 def find(name: str) -> Path | None:
     """Path of a case, ours first; None if it is nowhere."""
-    for folder in (OURS, SHARED):
+    for folder in (OURS, HANDED):
         path = folder / f"{name}.json"
         if path.exists():
             return path
