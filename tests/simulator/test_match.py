@@ -78,7 +78,7 @@ def test_a_match_of_6000_cycles_has_the_pinned_hash():
 def test_compiled_and_interpreted_kernels_play_the_same_match_bit_for_bit():
     code = "from test_match import match; print(match(80)[0].state_hash())"
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    folders = [str(Path(__file__).parent), str(ROOT)]
+    folders = [str(Path(__file__).parent), str(ROOT), str(ROOT / "tests" / "helpers")]
     environment["PYTHONPATH"] = os.pathsep.join(folders)
     output = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True).stdout
     assert output.strip() == match(80)[0].state_hash()

@@ -6,8 +6,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 from defusedxml import ElementTree
+from orient_module import ORIENT, TWICE
 from petri_random_nets import random_net
-from test_petri_modules import ORIENT, TWICE
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition, flatten
 from cprm_gym.architecture.petri.drawing.dot import ALL, save_drawing, to_dot, to_svg

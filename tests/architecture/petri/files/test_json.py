@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from orient_module import ORIENT, TWICE
 from petri_random_nets import random_net
-from test_petri_modules import ORIENT, TWICE
 
 from cprm_gym.architecture.petri import Belief, Command, Continuous, ObjectPlace, PetriNet, Place, Ports, Selection, Semantics, Transition
 from cprm_gym.architecture.petri.files.json import load_net, net_from_dict, net_from_json, net_to_dict, net_to_json, save_net
