@@ -64,8 +64,8 @@ class ParameterError(CprmError, ValueError):
     """A parameter is unknown, of the wrong type or out of range."""
 
 
-class LogError(CprmError, ValueError):
-    """A log, PNML or other file cannot be read; the message names the file and the place."""
+class FormatError(CprmError, ValueError):
+    """A file or message (log, PNML, JSON, BIF ...) is damaged or is none; the text names the file and the place."""
 
 
 class UnknownName(CprmError, ValueError):

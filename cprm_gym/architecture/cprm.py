@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import EvidenceError, LogError, ModelError, NetError, did_you_mean
+from ..errors import EvidenceError, FormatError, ModelError, NetError, did_you_mean
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
 from .petri.execution.commands import Commands
 from .petri.execution.executor import Executor
@@ -193,17 +193,17 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
 
     Raises
     ------
-    LogError
+    FormatError
         When the text is not such a document; `where` names it in the message.
     """
     try:
         data = json.loads(text)
     except ValueError as error:
-        raise LogError(f"{where}: not JSON: {error}") from None
+        raise FormatError(f"{where}: not JSON: {error}") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise LogError(f"{where}: not a document of the format {FORMAT!r}")
+        raise FormatError(f"{where}: not a document of the format {FORMAT!r}")
     if data.get("version") != VERSION:
-        raise LogError(f"{where}: version {data.get('version')!r} is not known; known is {VERSION}")
+        raise FormatError(f"{where}: version {data.get('version')!r} is not known; known is {VERSION}")
     try:
         return CPRM(
             name=data["name"],
@@ -215,7 +215,7 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
             period=data["period"],
         )
     except (KeyError, TypeError, AttributeError) as error:
-        raise LogError(f"{where}: a part is missing or of the wrong kind: {error}") from None
+        raise FormatError(f"{where}: a part is missing or of the wrong kind: {error}") from None
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
 from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace, prev
-from cprm_gym.errors import LogError, ModelError, NetError
+from cprm_gym.errors import FormatError, ModelError, NetError
 
 # the umbrella world (Russell and Norvig): rain is hidden, an umbrella is seen
 WEATHER = Model(
@@ -232,5 +232,5 @@ def test_json_gives_an_equal_value_back(cprm):
     ],
 )
 def test_other_texts_are_refused(text, message):
-    with pytest.raises(LogError, match=message):
+    with pytest.raises(FormatError, match=message):
         cprm_from_json(text, "file")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cprm_gym.errors import LogError
+from cprm_gym.errors import FormatError
 from cprm_gym.simulator.conformance import Report, files_in, replay_scenario, run
 from cprm_gym.simulator.conformance.report import Check, Mismatch, Result
 
@@ -158,12 +158,12 @@ def test_run_takes_files_and_directories(tmp_path):
 
 
 def test_what_cannot_be_replayed_is_refused(tmp_path):
-    with pytest.raises(LogError, match="no such file"):
+    with pytest.raises(FormatError, match="no such file"):
         files_in([tmp_path / "nothing"])
-    with pytest.raises(LogError, match="no recordings"):
+    with pytest.raises(FormatError, match="no recordings"):
         files_in([tmp_path])
     (tmp_path / "a.txt").write_text("")
-    with pytest.raises(LogError, match="not a recording"):
+    with pytest.raises(FormatError, match="not a recording"):
         files_in([tmp_path / "a.txt"])
     broken = tmp_path / "broken.jsonl"
     for content, message in (
@@ -172,5 +172,5 @@ def test_what_cannot_be_replayed_is_refused(tmp_path):
         ('{"rec": "header"}', "line 1: the header has no 'server_param'"),
     ):
         broken.write_text(content)
-        with pytest.raises(LogError, match=message):
+        with pytest.raises(FormatError, match=message):
             replay_scenario(broken)

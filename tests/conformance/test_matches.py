@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paths import SHARED
 
-from cprm_gym.errors import CommandError, LogError
+from cprm_gym.errors import CommandError, FormatError
 from cprm_gym.simulator.conformance import run
 from cprm_gym.simulator.conformance.match import replay_match
 from cprm_gym.simulator.gamelog.frames import GameLogReader
@@ -131,10 +131,10 @@ def test_a_match_needs_its_command_log(tmp_path):
     path = tmp_path / "game.rcg"
     play(path, 20, noise=False)
     path.with_suffix(".rcl").unlink()
-    with pytest.raises(LogError, match=r"\.rcl.*missing"):
+    with pytest.raises(FormatError, match=r"\.rcl.*missing"):
         replay_match(path)
     old = Path(__file__).parent / "data" / "formats" / "v3.rcg"
-    with pytest.raises(LogError, match="version 3 of a game log does not keep"):
+    with pytest.raises(FormatError, match="version 3 of a game log does not keep"):
         replay_match(old)
 
 

@@ -15,7 +15,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...errors import LogError, NetError, did_you_mean
+from ...errors import FormatError, NetError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.files.json import load_net
 from ..petri.files.pnml_reader import read_pnml
@@ -126,7 +126,7 @@ def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
 
     Raises
     ------
-    LogError
+    FormatError
         For files that cannot be read, with element and line.
     """
     if isinstance(source, PetriNet):
@@ -135,12 +135,12 @@ def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
     if not path.is_file() and re.fullmatch(r"[\w.]+:\w+", str(source)):
         return _named_net(*str(source).split(":"))
     if not path.is_file():
-        raise LogError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json, or as package.module:NAME")
+        raise FormatError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json, or as package.module:NAME")
     if path.suffix.lower() == ".json":
         return load_net(path)
     if path.suffix.lower() in (".pnml", ".xml"):
         return read_pnml(path, rates="plain" if rates == "plain" else "refuse")
-    raise LogError(f"{path}: a net is given as a file .pnml, .xml or .json, got {path.suffix or 'no suffix'!r}")
+    raise FormatError(f"{path}: a net is given as a file .pnml, .xml or .json, got {path.suffix or 'no suffix'!r}")
 
 
 def _named_net(module: str, name: str) -> PetriNet:
@@ -148,14 +148,14 @@ def _named_net(module: str, name: str) -> PetriNet:
     try:
         found = importlib.import_module(module)
     except ImportError as error:
-        raise LogError(f"no module {module!r}: {error}") from None
+        raise FormatError(f"no module {module!r}: {error}") from None
     if not hasattr(found, name):
-        raise LogError(f"module {module!r} has no {name!r}.{did_you_mean(name, vars(found))}")
+        raise FormatError(f"module {module!r} has no {name!r}.{did_you_mean(name, vars(found))}")
     net = getattr(found, name)
     if callable(net):
         net = net()
     if not isinstance(net, PetriNet):
-        raise LogError(f"{module}:{name} is no net, it is a {type(net).__name__}")
+        raise FormatError(f"{module}:{name} is no net, it is a {type(net).__name__}")
     return net
 
 

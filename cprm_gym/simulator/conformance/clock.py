@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..kernels.senses import late_messages_due
 from ..protocol.commands import parse_commands
 from ..protocol.message_parser import parse_see
@@ -62,7 +62,7 @@ def _quality(text: str) -> int:
     """Quality of a see message: without distances it is low; nothing seen tells nothing."""
     try:
         objects = parse_see(text).objects
-    except LogError:
+    except FormatError:
         return 0
     return 0 if not objects else 2 if objects[0].distance is None else 1
 

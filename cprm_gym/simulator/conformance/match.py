@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import CommandError, LogError
+from ...errors import CommandError, FormatError
 from ..gamelog.commands import CommandLogReader, LogLine
 from ..gamelog.frames import Frame, GameLogReader
 from ..gamelog.replay import ANGLE_UNIT, load_frame
@@ -49,7 +49,7 @@ def command_log_of(game_log: Path) -> Path:
 
     Raises
     ------
-    LogError
+    FormatError
         When there is none.
     """
     for old, new in ((".rcg.gz", ".rcl.gz"), (".rcg", ".rcl")):
@@ -58,7 +58,7 @@ def command_log_of(game_log: Path) -> Path:
                 beside = game_log.with_name(game_log.name.removesuffix(old) + ending)
                 if beside.exists():
                     return beside
-    raise LogError(f"{game_log}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
+    raise FormatError(f"{game_log}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
 
 
 def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None, cycles: int | None = None) -> Result:
@@ -75,13 +75,13 @@ def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[st
 
     Raises
     ------
-    LogError
+    FormatError
         When a file is missing or cannot be read, or the log is of a version that lacks what is needed.
     """
     path = Path(path)
     reader = GameLogReader(path)
     if reader.version not in (5, 6, -1):
-        raise LogError(f"{path}: version {reader.version} of a game log does not keep what a replay needs; 5, 6 and JSON do")
+        raise FormatError(f"{path}: version {reader.version} of a game log does not keep what a replay needs; 5, 6 and JSON do")
     commands = CommandLogReader(command_log if command_log is not None else command_log_of(path))
     result = Result(str(path), "match")
     MatchReplay(reader, commands, result).run(cycles)
@@ -96,7 +96,7 @@ class MatchReplay:
         self.frames = iter(reader)
         first = next(self.frames, None)
         if first is None:
-            raise LogError(f"{reader.path}: no cycle in it")
+            raise FormatError(f"{reader.path}: no cycle in it")
         self.first = first
         header = reader.header
         goalies = [_goalie(first, rows) for rows in (slice(0, 11), slice(11, 22))]

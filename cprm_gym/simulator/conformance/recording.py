@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..gamelog.frames import open_log
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
@@ -82,21 +82,21 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
 
     Raises
     ------
-    LogError
+    FormatError
         When the file is not JSON lines that begin with a header; the message has the file and the line.
     """
     path = Path(path)
     lines = _lines(path)
     number, header = next(lines, (1, None))
     if not isinstance(header, dict) or header.get("rec") != "header":
-        raise LogError(f"{path}, line {number}: a recording begins with an object whose rec is 'header'")
+        raise FormatError(f"{path}, line {number}: a recording begins with an object whose rec is 'header'")
     for name in ("server_param", "player_param", "player_type", "client_versions", "goalies"):
         if name not in header:
-            raise LogError(f"{path}, line {number}: the header has no {name!r}")
+            raise FormatError(f"{path}, line {number}: the header has no {name!r}")
     recording = Recording(path, header)
     for number, record in lines:
         if not isinstance(record, dict) or "rec" not in record:
-            raise LogError(f"{path}, line {number}: an object with 'rec' was expected")
+            raise FormatError(f"{path}, line {number}: an object with 'rec' was expected")
         recording.records.append(record)
     return recording
 
@@ -108,9 +108,9 @@ def _lines(path: Path) -> Iterator[tuple[int, Any]]:
                 if line.strip():
                     yield number, json.loads(line)
         except (OSError, EOFError) as error:
-            raise LogError(f"{path}: cannot be decompressed: {error}") from error
+            raise FormatError(f"{path}: cannot be decompressed: {error}") from error
         except ValueError as error:
-            raise LogError(f"{path}, line {number}: not JSON: {error}") from error
+            raise FormatError(f"{path}, line {number}: not JSON: {error}") from error
 
 
 # --- states

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from ...errors import LogError
+from ...errors import FormatError
 from .frequencies import catches, fouls, hearing
 from .match import replay_match
 from .recording import Recording, read_recording
@@ -40,7 +40,7 @@ def replay_scenario(path: str | os.PathLike[str]) -> Result:
 
     Raises
     ------
-    LogError
+    FormatError
         When the file cannot be read.
     """
     recording = read_recording(path)
@@ -57,7 +57,7 @@ def replay_statistics(recording: Recording, result: Result) -> None:
 
     Raises
     ------
-    LogError
+    FormatError
         When its records are of no known kind.
     """
     if recording.scenario in _STATISTICS:
@@ -65,7 +65,7 @@ def replay_statistics(recording: Recording, result: Result) -> None:
         return
     for record in recording.records:
         if record["rec"] != "rows" or "set" not in record:
-            raise LogError(f"{recording.path}: a record of unknown kind {record['rec']!r} in scenario {recording.scenario!r}")
+            raise FormatError(f"{recording.path}: a record of unknown kind {record['rec']!r} in scenario {recording.scenario!r}")
         if "bbody" in record["columns"]:
             player_rows(recording, result, record)
         else:
@@ -77,7 +77,7 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
     Raises
     ------
-    LogError
+    FormatError
         For a path that does not exist, a file of another kind, or a directory with nothing to replay.
     """
     found: list[Path] = []
@@ -86,14 +86,14 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
         if path.is_dir():
             inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS) or _is_match(file))
             if not inside:
-                raise LogError(f"{path}: no recordings (*{', *'.join(_RECORDINGS)}) or matches (*{', *'.join(_MATCHES)}) in it")
+                raise FormatError(f"{path}: no recordings (*{', *'.join(_RECORDINGS)}) or matches (*{', *'.join(_MATCHES)}) in it")
             found += inside
         elif not path.exists():
-            raise LogError(f"{path}: no such file or directory")
+            raise FormatError(f"{path}: no such file or directory")
         elif path.name.endswith(_RECORDINGS + _MATCHES):
             found.append(path)
         else:
-            raise LogError(f"{path}: not a recording (*{', *'.join(_RECORDINGS)}) or a match (*{', *'.join(_MATCHES)})")
+            raise FormatError(f"{path}: not a recording (*{', *'.join(_RECORDINGS)}) or a match (*{', *'.join(_MATCHES)})")
     return found
 
 
@@ -117,7 +117,7 @@ def run(paths: Iterable[str | os.PathLike[str]], on_result: Callable[[Result, in
 
     Raises
     ------
-    LogError
+    FormatError
         When a path does not exist or a file cannot be read.
     """
     files = files_in(paths)

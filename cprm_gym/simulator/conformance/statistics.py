@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..player_types import TypeColumn
 from ..simulator import Simulator
 from ..state import BALL, CommandKind, PlayerBit, PlayMode
@@ -196,7 +196,7 @@ def ball_rows(recording: Recording, result: Result, record: dict[str, Any]) -> N
         world["forced_tackle"][:, 0] = 1
         kappa = np.full(len(rows), 4.0) * simulator.packed["types"][0, 0, TypeColumn.KICK_RAND]
     else:
-        raise LogError(f"{recording.path}: unknown set of ball rows {name!r}")
+        raise FormatError(f"{recording.path}: unknown set of ball rows {name!r}")
     quiet, noisy = both_ways(simulator)
     way = quiet["pos"][:, BALL] - start
     radius = kappa + simulator.parameters.ball_rand * np.hypot(way[:, 0], way[:, 1])

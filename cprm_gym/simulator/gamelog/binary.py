@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..state import LEFT, RIGHT, PlayMode
 from .frames import LOG_COUNTS, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
 
@@ -106,8 +106,8 @@ class BinaryParser:
         self._pending: int | None = None
         self._read_header()
 
-    def _error(self, what: str) -> LogError:
-        return LogError(f"{self.path}, byte {self._at}: {what}")
+    def _error(self, what: str) -> FormatError:
+        return FormatError(f"{self.path}, byte {self._at}: {what}")
 
     def _read(self, size: int) -> bytes:
         data = self._stream.read(size)

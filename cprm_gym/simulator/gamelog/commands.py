@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from ...errors import LogError
+from ...errors import FormatError
 from .frames import AtomicFile, open_log
 
 _LINE = re.compile(r"(-?\d+),(\d+)\t(.*)\Z", re.DOTALL)
@@ -65,7 +65,7 @@ class CommandLogReader:
 
     Raises
     ------
-    LogError
+    FormatError
         While iterating, for a line that is none; the message has the file and the line's number.
     """
 
@@ -74,7 +74,7 @@ class CommandLogReader:
         with open_log(self.path) as stream:
             start = stream.peek(1)[:1]
         if start and not (start.isdigit() or start == b"-"):
-            raise LogError(f"{self.path}: not a command log: it begins with {start!r}, not with 'TIME,STOPPAGE'")
+            raise FormatError(f"{self.path}: not a command log: it begins with {start!r}, not with 'TIME,STOPPAGE'")
 
     def __iter__(self) -> Iterator[LogLine]:
         """The lines in order. A datagram that contains line breaks is one line here."""
@@ -89,11 +89,11 @@ class CommandLogReader:
                             yield open_line
                         open_line = LogLine(int(found[1]), int(found[2]), found[3].rstrip("\0"))
                     elif open_line is None:
-                        raise LogError(f"{self.path}, line {number}: expected TIME,STOPPAGE and a tabulator, got {text[:60]!r}")
+                        raise FormatError(f"{self.path}, line {number}: expected TIME,STOPPAGE and a tabulator, got {text[:60]!r}")
                     else:
                         open_line = LogLine(open_line.time, open_line.stoppage, open_line.text + "\n" + text)
             except (OSError, EOFError) as error:
-                raise LogError(f"{self.path}: cannot be decompressed: {error}") from error
+                raise FormatError(f"{self.path}: cannot be decompressed: {error}") from error
         if open_line is not None:
             yield open_line
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import LogError
+from ...errors import FormatError
 from ...files import hidden_beside
 from ..parameter_fields import ParameterSet
 from ..parameters import ServerParameters
@@ -207,7 +207,7 @@ class GameLogReader:
 
     Raises
     ------
-    LogError
+    FormatError
         When the file is not a game log or a line cannot be read; the message has the file and the line (or byte).
 
     Examples
@@ -251,7 +251,7 @@ def open_log(path: Path) -> io.BufferedReader:
         stream.close()
         return io.BufferedReader(gzip.open(path, "rb"))  # type: ignore[arg-type]
     except OSError as error:
-        raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _parser(path: Path, stream: io.BufferedReader) -> Any:
@@ -263,7 +263,7 @@ def _parser(path: Path, stream: io.BufferedReader) -> Any:
     try:
         start = stream.peek(4)[:4]
     except (OSError, EOFError) as error:
-        raise LogError(f"{path}: cannot be decompressed: {error}") from error
+        raise FormatError(f"{path}: cannot be decompressed: {error}") from error
     if start[:3] == b"ULG":
         mark = start[3:4]
         if mark in (b"\x02", b"\x03"):
@@ -271,12 +271,12 @@ def _parser(path: Path, stream: io.BufferedReader) -> Any:
             return BinaryParser(path, stream, mark[0])
         if mark in (b"4", b"5", b"6"):
             return TextParser(path, stream, int(mark))
-        raise LogError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6 and JSON")
+        raise FormatError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6 and JSON")
     if start[:1] == b"[":
         return JsonParser(path, stream)
     if start[:2] in (b"\x00\x01", b"\x00\x02", b"\x00\x03"):
         return BinaryParser(path, stream, 1)
-    raise LogError(f"{path}: not a game log: it begins with {start!r}, not with 'ULG', '[' or a version 1 record")
+    raise FormatError(f"{path}: not a game log: it begins with {start!r}, not with 'ULG', '[' or a version 1 record")
 
 
 class AtomicFile:
@@ -294,7 +294,7 @@ class AtomicFile:
         try:
             self._raw = self._temporary.open("xb")
         except OSError as error:
-            raise LogError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+            raise FormatError(f"{self.path}: cannot be written: {error.strerror or error}") from error
         packed = self.path.suffix == ".gz"
         # no name and no time in the gzip header: the same content gives the same file
         binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=self._raw, mtime=0) if packed else self._raw

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..state import PlayMode
 from .frames import LOG_COUNTS, SIDES, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
 from .text import MODES
@@ -34,8 +34,8 @@ class JsonParser:
         self._pending: tuple[str, Any] | None = None
         self._read_header()
 
-    def _error(self, what: str) -> LogError:
-        return LogError(f"{self.path}, line {self._line_number}: {what}")
+    def _error(self, what: str) -> FormatError:
+        return FormatError(f"{self.path}, line {self._line_number}: {what}")
 
     def _read_items(self) -> Iterator[tuple[str, Any]]:
         """Name and content of every object; objects may span lines or share one."""
@@ -108,7 +108,7 @@ class JsonParser:
                 elif name != "team_graphic":
                     raise self._error(f"unknown item {name!r}; expected show, playmode, team, msg or team_graphic")
             except (ValueError, KeyError, TypeError) as error:
-                if isinstance(error, LogError):
+                if isinstance(error, FormatError):
                     raise
                 raise self._error(f"{name} cannot be read ({type(error).__name__}: {error})") from error
             item = next(self._items, None)

@@ -92,7 +92,7 @@ def replay(path: str | os.PathLike[str], simulator: Simulator | None = None, wor
 
     Raises
     ------
-    LogError
+    FormatError
         When the log cannot be read.
     """
     reader = GameLogReader(path)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..state import PlayMode
 from .frames import (
     LOG_COUNTS,
@@ -68,8 +68,8 @@ class TextParser:
         except (OSError, EOFError) as error:
             raise self._error(f"cannot be decompressed: {error}") from error
 
-    def _error(self, what: str) -> LogError:
-        return LogError(f"{self.path}, line {self._line_number}: {what}")
+    def _error(self, what: str) -> FormatError:
+        return FormatError(f"{self.path}, line {self._line_number}: {what}")
 
     def _read_header(self) -> None:
         for line in self._lines:
@@ -108,7 +108,7 @@ class TextParser:
                 else:
                     raise self._error(f"unknown item {line[:40]!r}; expected show, playmode, team or msg")
             except (ValueError, IndexError, KeyError) as error:
-                if isinstance(error, LogError):
+                if isinstance(error, FormatError):
                     raise
                 raise self._error(f"cannot be read ({error}): {line[:60]!r}") from error
             line = next(self._lines, None)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import LogError
+from ...errors import FormatError
 from ..parameter_fields import ParameterSet, word_of
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
@@ -118,7 +118,7 @@ class GameLogWriter:
 
     Raises
     ------
-    LogError
+    FormatError
         For another version, a team name a log cannot hold, or a place that cannot be written to.
     """
 
@@ -134,12 +134,12 @@ class GameLogWriter:
         date: datetime.datetime | None = None,
     ) -> None:
         if version not in (6, -1):
-            raise LogError(f"game logs are written in version 6 (text) or -1 (JSON), not {version!r}")
+            raise FormatError(f"game logs are written in version 6 (text) or -1 (JSON), not {version!r}")
         if len(teams) != 2:
-            raise LogError(f"a game has 2 teams, got {list(teams)}")
+            raise FormatError(f"a game has 2 teams, got {list(teams)}")
         for name in teams:
             if any(c in ' ()"\\' or not c.isprintable() for c in name) or name == "null":
-                raise LogError(f"team name {name!r}: a log holds printable names without blanks, quotes or parentheses")
+                raise FormatError(f"team name {name!r}: a log holds printable names without blanks, quotes or parentheses")
         self.parameters = parameters or ServerParameters()
         self.player_parameters = player_parameters or PlayerParameters()
         self.player_types = tuple(player_types) or (PlayerType.default(self.parameters),)
@@ -202,7 +202,7 @@ class GameLogWriter:
             time = self._last.time if self._last else 0
         if self.version == 6:
             if "\n" in text or "\0" in text:
-                raise LogError(f"message {text!r}: a text log cannot hold a line break in a message")
+                raise FormatError(f"message {text!r}: a text log cannot hold a line break in a message")
             self._file.write(f'(msg {time} {board} "{text}")\n')
         else:
             self._file.write(f'{{"msg":{{{_json_time(time, stoppage)},"board":{board},"message":{json.dumps(text)}}}}},\n')

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from ...errors import LogError
+from ...errors import FormatError
 
 _TOKEN = re.compile(r'[()]|"[^"]*"|[^\s()"]+')
 _KINDS = {"b": "ball", "g": "goal", "f": "flag", "p": "player", "l": "line"}
@@ -63,13 +63,13 @@ def _tree(text: str, head: str) -> _Tree:
             stack.append([])
         elif token == ")":
             if len(stack) == 1:
-                raise LogError(f"not a {head} message, one ')' too many: {text[:60]!r}")
+                raise FormatError(f"not a {head} message, one ')' too many: {text[:60]!r}")
             done = stack.pop()
             stack[-1].append(done)
         else:
             stack[-1].append(token)
     if len(stack) != 1 or len(stack[0]) != 1 or not isinstance(stack[0][0], list) or stack[0][0][:1] != [head]:
-        raise LogError(f"not a ({head} ...) message: {text[:60]!r}")
+        raise FormatError(f"not a ({head} ...) message: {text[:60]!r}")
     return stack[0][0]
 
 
@@ -78,14 +78,14 @@ def parse_see(text: str) -> SeeMessage:
 
     Raises
     ------
-    LogError
+    FormatError
         When it is none.
     """
     items = _tree(text, "see")
     try:
         return SeeMessage(int(_word(items[1])), tuple(_object(item) for item in items[2:]))
     except (ValueError, IndexError, KeyError, TypeError) as error:
-        raise LogError(f"malformed see message ({error}): {text[:60]!r}") from None
+        raise FormatError(f"malformed see message ({error}): {text[:60]!r}") from None
 
 
 def _word(item: str | _Tree) -> str:
@@ -135,16 +135,16 @@ def parse_sense_body(text: str) -> dict[str, tuple[str | float, ...]]:
 
     Raises
     ------
-    LogError
+    FormatError
         When it is none.
     """
     items = _tree(text, "sense_body")
     if len(items) < 2 or not isinstance(items[1], str):
-        raise LogError(f"malformed sense_body message: {text[:60]!r}")
+        raise FormatError(f"malformed sense_body message: {text[:60]!r}")
     told: dict[str, tuple[str | float, ...]] = {"time": (_value(items[1]),)}
     for item in items[2:]:
         if not isinstance(item, list) or not item or [] in item:
-            raise LogError(f"malformed sense_body message, a list was expected, not {item!r}: {text[:60]!r}")
+            raise FormatError(f"malformed sense_body message, a list was expected, not {item!r}: {text[:60]!r}")
         name = str(item[0])
         told[name] = tuple(_value(part) for part in item[1:] if isinstance(part, str))
         if name == "collision":
@@ -168,7 +168,7 @@ def parse_hear(text: str) -> HearMessage:
 
     Raises
     ------
-    LogError
+    FormatError
         When it is none.
     """
     match = re.fullmatch(
@@ -178,13 +178,13 @@ def parse_hear(text: str) -> HearMessage:
         re.DOTALL,
     )
     if match is None:
-        raise LogError(f"not a (hear ...) message: {text[:60]!r}")
+        raise FormatError(f"not a (hear ...) message: {text[:60]!r}")
     time = int(match["time"])
     if match["by"]:
         return HearMessage(time, match["by"], message=match["rest"].strip('"'))
     direction, unum = match["direction"], match["unum"]
     if not match["side"] and direction is None:
-        raise LogError(f"a hear message without sender: {text[:60]!r}")
+        raise FormatError(f"a hear message without sender: {text[:60]!r}")
     return HearMessage(
         time, match["side"] or "player", None if direction is None else int(direction), None if unum is None else int(unum),
         match["message"] and match["message"].strip('"'),

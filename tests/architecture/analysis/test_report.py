@@ -14,7 +14,7 @@ from cprm_gym.architecture.analysis.timed.properties import analyze_cycles, may_
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.petri.files.json import save_net
 from cprm_gym.architecture.petri.files.pnml_writer import write_pnml
-from cprm_gym.errors import LogError, UnknownName
+from cprm_gym.errors import FormatError, UnknownName
 
 
 def act(name):
@@ -169,15 +169,15 @@ def test_nets_are_loaded_from_pnml_and_json(tmp_path):
     assert load(tmp_path / "net.pnml") == load(str(tmp_path / "net.json")) == load(net) == net
     assert load("contract_modules:turn_to_ball") == net
     (tmp_path / "net.txt").write_text("no net")
-    with pytest.raises(LogError, match=r"a net is given as a file .pnml, .xml or .json, got '.txt'"):
+    with pytest.raises(FormatError, match=r"a net is given as a file .pnml, .xml or .json, got '.txt'"):
         load(tmp_path / "net.txt")
-    with pytest.raises(LogError, match=r"no file 'nothing'"):
+    with pytest.raises(FormatError, match=r"no file 'nothing'"):
         load("nothing")
-    with pytest.raises(LogError, match=r"has no 'turn_to_bal'\. Did you mean 'turn_to_ball'"):
+    with pytest.raises(FormatError, match=r"has no 'turn_to_bal'\. Did you mean 'turn_to_ball'"):
         load("contract_modules:turn_to_bal")
-    with pytest.raises(LogError, match="no module 'contract_modulez'"):
+    with pytest.raises(FormatError, match="no module 'contract_modulez'"):
         load("contract_modulez:x")
-    with pytest.raises(LogError, match="is no net"):
+    with pytest.raises(FormatError, match="is no net"):
         load("contract_modules:CLEAN")
 
 

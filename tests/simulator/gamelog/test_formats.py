@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from paths import ROOT
 
-from cprm_gym.errors import LogError, ParameterError
+from cprm_gym.errors import FormatError, ParameterError
 from cprm_gym.simulator.gamelog.commands import CommandLogReader, CommandLogWriter, LogLine
 from cprm_gym.simulator.gamelog.frames import Frame, GameLogReader, Message, Team, player_row
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
@@ -202,7 +202,7 @@ def test_gzip_is_recognised_by_content_not_by_name(tmp_path):
 def test_a_damaged_text_log_is_refused_with_file_and_line(damage, message, tmp_path):
     path = tmp_path / "broken.rcg"
     path.write_bytes(damage((FORMATS / "v6.rcg").read_bytes()))
-    with pytest.raises(LogError, match=message) as caught:
+    with pytest.raises(FormatError, match=message) as caught:
         list(GameLogReader(path))
     assert "broken.rcg" in str(caught.value)
 
@@ -212,7 +212,7 @@ def test_a_log_cut_short_is_refused(version, tmp_path):
     path = tmp_path / "cut.rcg"
     data = (FORMATS / f"v{version}.rcg").read_bytes()
     path.write_bytes(data[: len(data) // 2 + 7])
-    with pytest.raises(LogError, match="ends inside"):
+    with pytest.raises(FormatError, match="ends inside"):
         list(GameLogReader(path))
 
 
@@ -231,19 +231,19 @@ def test_damaged_logs_raise_nothing_but_errors_of_ours(version, tmp_path):
             assert all(isinstance(frame, Frame) for frame in reader)
             for read in (reader.header.parameters, reader.header.player_parameters, reader.header.types):
                 read()
-        except (LogError, ParameterError):
+        except (FormatError, ParameterError):
             refused += 1
     assert refused > 10
 
 
 def test_writers_refuse_what_a_log_cannot_hold(tmp_path):
-    with pytest.raises(LogError, match=r"version 6 \(text\) or -1"):
+    with pytest.raises(FormatError, match=r"version 6 \(text\) or -1"):
         GameLogWriter(tmp_path / "x.rcg", version=5)
-    with pytest.raises(LogError, match="without blanks"):
+    with pytest.raises(FormatError, match="without blanks"):
         GameLogWriter(tmp_path / "x.rcg", teams=("two words", "R"))
-    with pytest.raises(LogError, match="cannot be written"):
+    with pytest.raises(FormatError, match="cannot be written"):
         GameLogWriter(tmp_path / "nowhere" / "x.rcg")
-    with pytest.raises(LogError, match="cannot be read"):
+    with pytest.raises(FormatError, match="cannot be read"):
         GameLogReader(tmp_path / "missing.rcg")
 
 
@@ -272,10 +272,10 @@ def test_a_datagram_with_line_breaks_is_one_line_of_the_command_log(tmp_path):
 
 def test_a_text_that_is_no_command_log_is_refused(tmp_path):
     shutil.copy(FORMATS / "v6.rcg", tmp_path / "x.rcl")
-    with pytest.raises(LogError, match="not a command log"):
+    with pytest.raises(FormatError, match="not a command log"):
         CommandLogReader(tmp_path / "x.rcl")
     (tmp_path / "y.rcl").write_text("0 hello\n")
-    with pytest.raises(LogError, match="line 1: expected TIME,STOPPAGE"):
+    with pytest.raises(FormatError, match="line 1: expected TIME,STOPPAGE"):
         list(CommandLogReader(tmp_path / "y.rcl"))
 
 
@@ -287,5 +287,5 @@ def test_messages_written_by_hand_carry_the_time_of_the_last_frame(tmp_path):
             writer.message('say "hi"', board=2)
         messages = list(GameLogReader(path).messages())
         assert messages[-2] == Message(1, 2, 'say "hi"')
-    with pytest.raises(LogError, match="line break"), GameLogWriter(tmp_path / "z.rcg") as writer:
+    with pytest.raises(FormatError, match="line break"), GameLogWriter(tmp_path / "z.rcg") as writer:
         writer.message("two\nlines")

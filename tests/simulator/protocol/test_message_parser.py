@@ -5,7 +5,7 @@ import math
 import pytest
 from senses_recordings import random_worlds
 
-from cprm_gym.errors import LogError, UnknownName
+from cprm_gym.errors import FormatError, UnknownName
 from cprm_gym.simulator.landmarks import LANDMARK_NAMES, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, landmark_index
 from cprm_gym.simulator.protocol.message_parser import SeenObject, parse_hear, parse_see, parse_sense_body
 from cprm_gym.simulator.protocol.messages import see_text, sense_body_text
@@ -55,13 +55,13 @@ def test_texts_of_every_version_are_read_back(protocol):
     ["", "(see)", "(see x)", "(see 3", "(see 3))", "(hear 3 self x)", "(see 3 (f c) 2 3)", "(see 3 ((q) 1 2))", "(see 3 ((b) z 2))"],
 )
 def test_what_is_no_see_message_is_refused(text):
-    with pytest.raises(LogError, match="see"):
+    with pytest.raises(FormatError, match="see"):
         parse_see(text)
 
 
 @pytest.mark.parametrize("text", ["", "(hear)", "(hear 3)", "(hear x self y)", '(hear 3 "m")', "(see 3)"])
 def test_what_is_no_hear_message_is_refused(text):
-    with pytest.raises(LogError, match="hear"):
+    with pytest.raises(FormatError, match="hear"):
         parse_hear(text)
 
 
@@ -84,11 +84,11 @@ def test_sense_body_is_read_as_lists():
     assert told["arm.count"] == (0.0,)
     assert told["collision"] == ("none",)
     assert told["foul.card"] == ("none",)
-    with pytest.raises(LogError, match="sense_body"):
+    with pytest.raises(FormatError, match="sense_body"):
         parse_sense_body("(sense_body)")
-    with pytest.raises(LogError, match="sense_body"):
+    with pytest.raises(FormatError, match="sense_body"):
         parse_sense_body("(sense_body 3 x)")
-    with pytest.raises(LogError, match="sense_body"):
+    with pytest.raises(FormatError, match="sense_body"):
         parse_sense_body("(sense_body 3 (arm ()))")
 
 

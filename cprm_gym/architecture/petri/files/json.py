@@ -18,7 +18,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from ....errors import LogError, NetError, did_you_mean
+from ....errors import FormatError, NetError, did_you_mean
 from ....files import write_atomically
 from ..net.net import PetriNet, depth_first_order
 from ..net.places import (
@@ -255,10 +255,10 @@ def load_net(path: str | os.PathLike[str]) -> PetriNet:
 
     Raises
     ------
-    LogError
+    FormatError
         When the file cannot be read or is not a net; the message names the file and the place.
     """
     try:
         return net_from_json(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, NetError) as error:
-        raise LogError(f"{os.fspath(path)}: {error}") from error
+        raise FormatError(f"{os.fspath(path)}: {error}") from error

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ....errors import LogError, NetError
+from ....errors import FormatError, NetError
 from ..net.modules import flatten
 from ..net.net import PetriNet
 from ..net.places import ObjectPlace, Place, Transition
@@ -55,7 +55,7 @@ def net_from_block(
     plain: PetriNet,
     names: Mapping[str, str],
     capacities: Mapping[str, int],
-    refuse: Callable[[Node, str], LogError],
+    refuse: Callable[[Node, str], FormatError],
 ) -> PetriNet:
     """The net that our block and the plain part mean together.
 
@@ -108,7 +108,7 @@ def _with_entries(
     plain: PetriNet,
     names: Mapping[str, str],
     capacities: Mapping[str, int],
-    refuse: Callable[[Node, str], LogError],
+    refuse: Callable[[Node, str], FormatError],
 ) -> PetriNet:
     """The plain net with the arcs that the entries of a block without definition add."""
     changed = {t.name: t for t in plain.transitions}
@@ -139,7 +139,7 @@ def _with_entries(
             else:
                 raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")
         except (ValueError, NetError) as error:
-            if isinstance(error, LogError):
+            if isinstance(error, FormatError):
                 raise
             raise refuse(node, str(error)) from None
     try:

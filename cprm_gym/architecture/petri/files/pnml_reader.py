@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from ....errors import LogError, NetError
+from ....errors import FormatError, NetError
 from ...expressions import CONSTANTS, FUNCTIONS
 from ..net.net import PetriNet
 from ..net.places import MAX_WEIGHT, AnyPlace, Place, Transition
@@ -58,14 +58,14 @@ def read_pnml(path: str | Path, *, net: str | None = None, rates: Literal["refus
 
     Raises
     ------
-    LogError
+    FormatError
         For files that cannot be read and content that is not understood, with element and line.
     """
     file = Path(path)
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise LogError(f"{file}: cannot be read: {error.strerror}") from None
+        raise FormatError(f"{file}: cannot be read: {error.strerror}") from None
     return parse_pnml(data, str(file), net=net, rates=rates, block=block)
 
 
@@ -80,15 +80,15 @@ def parse_pnml(
     """The net in a PNML document; see `read_pnml`."""
     root = parse_xml(data, source)
     if root.tag != "pnml":
-        raise LogError(f"{source}, line {root.line}, <{root.tag}>: a PNML document starts with <pnml>")
+        raise FormatError(f"{source}, line {root.line}, <{root.tag}>: a PNML document starts with <pnml>")
     nets = root.all("net")
     if net is not None:
         chosen = [n for n in nets if n.attributes.get("id") == net]
         if not chosen:
-            raise LogError(f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}")
+            raise FormatError(f"{source}: no net {net!r}; it holds {', '.join(repr(n.attributes.get('id')) for n in nets) or 'none'}")
         nets = chosen
     if len(nets) != 1:
-        raise LogError(f"{source}: holds {len(nets)} nets, expected one; name one of {[n.attributes.get('id') for n in nets]}")
+        raise FormatError(f"{source}: holds {len(nets)} nets, expected one; name one of {[n.attributes.get('id') for n in nets]}")
     return _Reader(source, rates).net(nets[0], block)
 
 
@@ -132,9 +132,9 @@ class _Reader:
         self.called: dict[str, str] = {}
         self.capacities: dict[str, int] = {}
 
-    def refuse(self, node: Node, why: str) -> LogError:
+    def refuse(self, node: Node, why: str) -> FormatError:
         """The error for `node`."""
-        return LogError(f"{self.source}, line {node.line}, <{node.tag}>: {why}")
+        return FormatError(f"{self.source}, line {node.line}, <{node.tag}>: {why}")
 
     def net(self, root: Node, block: bool) -> PetriNet:
         """The net under a ``<net>`` element."""

@@ -14,7 +14,7 @@ from xml.sax import SAXParseException
 from defusedxml.common import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
 
-from ....errors import LogError
+from ....errors import FormatError
 
 TOOL = "cprm_gym"
 """Our name in ``toolspecific`` elements."""
@@ -72,7 +72,7 @@ class _Builder(xml.sax.handler.ContentHandler):
             self.root = node
         self.stack.append(node)
         if len(self.stack) > MAX_DEPTH:
-            raise LogError(f"line {line}, <{node.tag}>: elements nested more than {MAX_DEPTH} deep")
+            raise FormatError(f"line {line}, <{node.tag}>: elements nested more than {MAX_DEPTH} deep")
 
     def endElement(self, name: str) -> None:
         self.stack.pop()
@@ -87,7 +87,7 @@ def parse_xml(data: bytes | str, source: str) -> Node:
 
     Raises
     ------
-    LogError
+    FormatError
         When it is not well-formed, nested too deeply, or declares entities or external references.
     """
     builder = _Builder()
@@ -96,13 +96,13 @@ def parse_xml(data: bytes | str, source: str) -> Node:
     try:
         parser.parse(io.BytesIO(data.encode() if isinstance(data, str) else data))
     except SAXParseException as error:
-        raise LogError(f"{source}, line {error.getLineNumber()}: not well-formed XML: {error.getMessage()}") from None
+        raise FormatError(f"{source}, line {error.getLineNumber()}: not well-formed XML: {error.getMessage()}") from None
     except DefusedXmlException as error:
-        raise LogError(f"{source}: refused, since it declares entities or external references: {error}") from None
-    except LogError as error:
-        raise LogError(f"{source}, {error}") from None
+        raise FormatError(f"{source}: refused, since it declares entities or external references: {error}") from None
+    except FormatError as error:
+        raise FormatError(f"{source}, {error}") from None
     except (ValueError, LookupError, UnicodeError) as error:
-        raise LogError(f"{source}: not an XML document: {error}") from None
+        raise FormatError(f"{source}: not an XML document: {error}") from None
     if builder.root is None:
-        raise LogError(f"{source}: empty document")
+        raise FormatError(f"{source}: empty document")
     return builder.root

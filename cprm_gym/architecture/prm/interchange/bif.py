@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....errors import LogError, ModelError, did_you_mean
+from ....errors import FormatError, ModelError, did_you_mean
 from ....files import write_atomically
 from ..grounding.grounding import SAME, GroundCPD, GroundSlice, GroundVariable
 from .json import read_text
@@ -94,13 +94,13 @@ def from_bif(text: str, where: str = "BIF") -> GroundSlice:
 
     Raises
     ------
-    LogError
+    FormatError
         If the text is not BIF, names something unknown, or misses a row; the message says the line.
     """
     try:
         return _Reader(text, where).read()
     except ModelError as error:
-        raise LogError(f"{where}: {error}") from None
+        raise FormatError(f"{where}: {error}") from None
 
 
 def save_bif(ground: GroundSlice, path: str | os.PathLike[str], name: str = "net") -> None:
@@ -109,7 +109,7 @@ def save_bif(ground: GroundSlice, path: str | os.PathLike[str], name: str = "net
 
 
 def load_bif(path: str | os.PathLike[str]) -> GroundSlice:
-    """Read a net from a file, or a `LogError` that names the file and the line."""
+    """Read a net from a file, or a `FormatError` that names the file and the line."""
     return from_bif(read_text(path), str(path))
 
 
@@ -192,9 +192,9 @@ class _Reader:
         self.properties: dict[str, dict[str, str]] = {}
         self.tables: dict[str, tuple[list[str], np.ndarray]] = {}
 
-    def fail(self, message: str) -> LogError:
+    def fail(self, message: str) -> FormatError:
         line = self.tokens[max(self.at - 1, 0)].line if self.tokens else 1
-        return LogError(f"{self.where}, line {line}: {message}")
+        return FormatError(f"{self.where}, line {line}: {message}")
 
     def next(self, wanted: str = "") -> str:
         """The next word; with `wanted`, it must be that one."""
@@ -226,7 +226,7 @@ class _Reader:
                 raise self.fail(f"'network', 'variable' or 'probability' expected, got {word!r}.{did_you_mean(word, _WORDS)}")
         for name in self.states:
             if name not in self.tables:
-                raise LogError(f"{self.where}: variable {name!r} has no probability")
+                raise FormatError(f"{self.where}: variable {name!r} has no probability")
         return self.net()
 
     def property(self, into: dict[str, str]) -> None:
@@ -363,7 +363,7 @@ class _Reader:
             try:
                 edges = np.array([float(e) for e in p["cprm_edges"].split()]) if "cprm_edges" in p else None
             except ValueError:
-                raise LogError(f"{self.where}: edges of {full!r} are not numbers: {p['cprm_edges']}") from None
+                raise FormatError(f"{self.where}: edges of {full!r} are not numbers: {p['cprm_edges']}") from None
             variables[full] = GroundVariable(
                 full, states, edges, p.get("cprm_circular") == "yes", p.get("cprm_class", ""), p.get("cprm_object", ""),
                 p.get("cprm_attribute", ""), p.get("cprm_clip") == "yes", p.get("cprm_unit", ""),

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import CprmError, LogError, did_you_mean
+from ....errors import CprmError, FormatError, did_you_mean
 from ....files import write_atomically
 from ..grounding.grounding import Grounding
 from ..model import aggregates, cpds, domains, schema
@@ -64,7 +64,7 @@ def from_json(text: str, where: str = "model") -> schema.Model:
 
     Raises
     ------
-    LogError
+    FormatError
         If the text is not a model; the message says at which place.
     ModelError
         If the model in it is not well defined.
@@ -72,9 +72,9 @@ def from_json(text: str, where: str = "model") -> schema.Model:
     try:
         value = _decode(_document(text, where, "model"), f"{where}: model")
     except RecursionError:
-        raise LogError(f"{where}: nested too deeply") from None
+        raise FormatError(f"{where}: nested too deeply") from None
     if not isinstance(value, schema.Model):
-        raise LogError(f"{where}: holds a {type(value).__name__}, not a Model")
+        raise FormatError(f"{where}: holds a {type(value).__name__}, not a Model")
     return value
 
 
@@ -92,20 +92,20 @@ def world_from_json(text: str, where: str = "world") -> Grounding:
 
     Raises
     ------
-    LogError
+    FormatError
     ModelError
     """
     model = from_json(text, where)
     objects = _document(text, where, "objects")
     references = _document(text, where, "references")
     if not isinstance(objects, dict) or not all(isinstance(c, str) for c in objects.values()):
-        raise LogError(f"{where}: 'objects' must map names to classes")
+        raise FormatError(f"{where}: 'objects' must map names to classes")
     lists = isinstance(references, dict) and all(
         isinstance(slots, dict) and all(isinstance(t, list) and all(isinstance(x, str) for x in t) for t in slots.values())
         for slots in references.values()
     )
     if not lists:
-        raise LogError(f"{where}: 'references' must map objects to slots to lists of objects")
+        raise FormatError(f"{where}: 'references' must map objects to slots to lists of objects")
     return Grounding(model, objects, references)
 
 
@@ -119,7 +119,7 @@ def load(path: str | os.PathLike[str]) -> schema.Model:
 
     Raises
     ------
-    LogError
+    FormatError
         If the file cannot be read or is not a model.
     ModelError
     """
@@ -127,29 +127,29 @@ def load(path: str | os.PathLike[str]) -> schema.Model:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """The text of a file, or a `LogError` that names it."""
+    """The text of a file, or a `FormatError` that names it."""
     try:
         return Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: cannot be read: {error}") from None
+        raise FormatError(f"{path}: cannot be read: {error}") from None
 
 
 def _document(text: str, where: str, part: str) -> Any:
     def refuse(constant: str) -> Any:
-        raise LogError(f"{where}: {constant} is not a number of a model")
+        raise FormatError(f"{where}: {constant} is not a number of a model")
 
     try:
         document = json.loads(text, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
         if isinstance(error, CprmError):
             raise
-        raise LogError(f"{where}: not JSON: {error}") from None
+        raise FormatError(f"{where}: not JSON: {error}") from None
     if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise LogError(f"{where}: not a relational model: 'format' must be {FORMAT!r}")
+        raise FormatError(f"{where}: not a relational model: 'format' must be {FORMAT!r}")
     if document.get("version") != VERSION:
-        raise LogError(f"{where}: version {document.get('version')!r}; this program reads version {VERSION}")
+        raise FormatError(f"{where}: version {document.get('version')!r}; this program reads version {VERSION}")
     if part not in document:
-        raise LogError(f"{where}: has no {part!r}")
+        raise FormatError(f"{where}: has no {part!r}")
     return document[part]
 
 
@@ -201,7 +201,7 @@ def _decode(value: Any, where: str) -> Any:
     name = value.get("is")
     if not isinstance(name, str) or name not in _TYPES:
         hint = did_you_mean(str(name), _TYPES)
-        raise LogError(f"{where}: 'is' must name a part of a model, got {name!r}.{hint}")
+        raise FormatError(f"{where}: 'is' must name a part of a model, got {name!r}.{hint}")
     made = _TYPES[name]
     allowed = {f.name for f in dataclasses.fields(made)}
     label = value.get("name", value.get("target", ""))
@@ -211,11 +211,11 @@ def _decode(value: Any, where: str) -> Any:
         if key == "is":
             continue
         if key not in allowed:
-            raise LogError(f"{here}: unknown field {key!r}.{did_you_mean(key, allowed)}")
+            raise FormatError(f"{here}: unknown field {key!r}.{did_you_mean(key, allowed)}")
         fields[key] = _decode(item, f"{here}.{key}")
     try:
         return _MAKERS[name](fields) if name in _MAKERS else made(**fields)
     except CprmError as error:
         raise type(error)(f"{here}: {error}") from None
     except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
-        raise LogError(f"{here}: cannot be made from {sorted(fields)}: {error}") from None
+        raise FormatError(f"{here}: cannot be made from {sorted(fields)}: {error}") from None

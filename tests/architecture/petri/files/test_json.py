@@ -9,7 +9,7 @@ from petri_random_nets import random_net
 
 from cprm_gym.architecture.petri import Belief, Command, Continuous, ObjectPlace, PetriNet, Place, Ports, Selection, Semantics, Transition
 from cprm_gym.architecture.petri.files.json import load_net, net_from_dict, net_from_json, net_to_dict, net_to_json, save_net
-from cprm_gym.errors import LogError, NetError
+from cprm_gym.errors import FormatError, NetError
 
 
 @pytest.mark.parametrize("net", [ORIENT, TWICE, PetriNet("empty")], ids=lambda net: net.name)
@@ -118,8 +118,8 @@ def test_files_are_written_whole_and_read_back(tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
-    with pytest.raises(LogError, match=r"missing\.json: "):
+    with pytest.raises(FormatError, match=r"missing\.json: "):
         load_net(tmp_path / "missing.json")
     (tmp_path / "bad.json").write_bytes(b"\xff\xfe{")
-    with pytest.raises(LogError, match=r"bad\.json: "):
+    with pytest.raises(FormatError, match=r"bad\.json: "):
         load_net(tmp_path / "bad.json")

@@ -7,7 +7,7 @@ from paths import SHARED
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
 from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
-from cprm_gym.errors import LogError
+from cprm_gym.errors import FormatError
 
 CASES = SHARED / "cases" / "petri"
 PTNET = "http://www.pnml.org/version-2009/grammar/ptnet"
@@ -91,7 +91,7 @@ def test_the_dialects_of_tapaal_and_tina_are_read_where_they_say_nothing_about_t
     got = parse_pnml(pnml(tapaal, kind="P/T net", page=False))
     assert (got.place("p").tokens, got.transition("t").inputs) == (2, {"p": 2})
     for change in (("[0,inf)", "[2,5]"), ("&lt; inf", "&lt;= 4"), ("urgent='false'", "urgent='true'")):
-        with pytest.raises(LogError, match=r"timed|ages of tokens|urgent"):
+        with pytest.raises(FormatError, match=r"timed|ages of tokens|urgent"):
             parse_pnml(pnml(tapaal.replace(*change), kind="P/T net", page=False))
     delay = "<transition id='t'><delay><interval closure='closed-open'><cn>0</cn><ci>infty</ci></interval></delay></transition>"
     assert parse_pnml(pnml(P + Q + delay + IN + OUT, kind="http://www.laas.fr/tina/tpn")) == net()
@@ -99,7 +99,7 @@ def test_the_dialects_of_tapaal_and_tina_are_read_where_they_say_nothing_about_t
 
 def test_exponential_rates_are_refused_or_dropped_when_asked():
     body = P + Q + "<transition id='t'><timed><value>true</value></timed><rate><value>2.5</value></rate></transition>" + IN + OUT
-    with pytest.raises(LogError, match="exponential rates have no meaning here"):
+    with pytest.raises(FormatError, match="exponential rates have no meaning here"):
         parse_pnml(pnml(body))
     assert parse_pnml(pnml(body), rates="plain") == net()
 
@@ -132,22 +132,24 @@ def test_names_are_labels_if_they_differ_and_ids_otherwise():
     ],
 )  # fmt: skip
 def test_what_is_not_understood_is_refused_with_element_and_line(body, message):
-    with pytest.raises(LogError, match=message):
+    with pytest.raises(FormatError, match=message):
         parse_pnml(pnml(body), "file.pnml")
 
 
 def test_other_kinds_of_nets_and_documents_are_refused():
-    with pytest.raises(LogError, match=r"net type 'http://www.pnml.org/version-2009/grammar/symmetricnet' is not a place/transition net"):
+    with pytest.raises(
+        FormatError, match=r"net type 'http://www.pnml.org/version-2009/grammar/symmetricnet' is not a place/transition net"
+    ):
         parse_pnml(pnml(P, kind="http://www.pnml.org/version-2009/grammar/symmetricnet"))
-    with pytest.raises(LogError, match="<html>: a PNML document starts with <pnml>"):
+    with pytest.raises(FormatError, match="<html>: a PNML document starts with <pnml>"):
         parse_pnml("<html/>")
-    with pytest.raises(LogError, match="holds 0 nets"):
+    with pytest.raises(FormatError, match="holds 0 nets"):
         parse_pnml("<pnml/>")
     two = "<pnml><net id='a' type='ptnet'/><net id='b' type='ptnet'><place id='p'/></net></pnml>"
-    with pytest.raises(LogError, match="holds 2 nets"):
+    with pytest.raises(FormatError, match="holds 2 nets"):
         parse_pnml(two)
     assert [p.name for p in parse_pnml(two, net="b").places] == ["p"]
-    with pytest.raises(LogError, match="no net 'c'"):
+    with pytest.raises(FormatError, match="no net 'c'"):
         parse_pnml(two, net="c")
 
 
@@ -160,7 +162,7 @@ def test_other_kinds_of_nets_and_documents_are_refused():
     ],
 )
 def test_entities_and_external_references_are_refused(text):
-    with pytest.raises(LogError, match="refused, since it declares entities or external references"):
+    with pytest.raises(FormatError, match="refused, since it declares entities or external references"):
         parse_pnml(text)
 
 
@@ -177,19 +179,19 @@ def test_entities_and_external_references_are_refused(text):
     ],
 )
 def test_broken_documents_are_refused(data):
-    with pytest.raises(LogError):
+    with pytest.raises(FormatError):
         parse_pnml(data, "broken.pnml")
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(LogError, match=r"nothing\.pnml: cannot be read"):
+    with pytest.raises(FormatError, match=r"nothing\.pnml: cannot be read"):
         read_pnml(tmp_path / "nothing.pnml")
 
 
 def test_every_prefix_of_a_file_is_refused_or_read_but_never_crashes():
     text = pnml(P + Q + T + IN + OUT)
     for cut in range(0, len(text), 7):
-        with pytest.raises(LogError):
+        with pytest.raises(FormatError):
             parse_pnml(text[:cut])
 
 

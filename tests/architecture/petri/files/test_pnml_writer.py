@@ -25,7 +25,7 @@ from cprm_gym.architecture.petri import (
 )
 from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
 from cprm_gym.architecture.petri.files.pnml_writer import expanded_net, to_pnml, write_pnml
-from cprm_gym.errors import LogError, NetError
+from cprm_gym.errors import FormatError, NetError
 
 
 def everything():
@@ -121,7 +121,7 @@ def test_a_reader_of_plain_nets_sees_the_skeleton():
 def test_a_plain_part_changed_by_another_tool_is_not_half_believed():
     text = to_pnml(producer(3))
     tampered = text.replace("<initialMarking><text>1</text>", "<initialMarking><text>2</text>", 1)
-    with pytest.raises(LogError, match=r"the plain part was changed after this was written: place 'idle' has 2 instead of 1"):
+    with pytest.raises(FormatError, match=r"the plain part was changed after this was written: place 'idle' has 2 instead of 1"):
         parse_pnml(tampered)
     assert parse_pnml(tampered, block=False).place("idle").tokens == 2
 
@@ -180,14 +180,14 @@ def test_too_many_variants_are_refused():
 
 def test_another_version_of_our_block_is_refused():
     text = to_pnml(producer(1)).replace('tool="cprm_gym" version="1">\n   <note>', 'tool="cprm_gym" version="9">\n   <note>')
-    with pytest.raises(LogError, match="version '9' of our extensions"):
+    with pytest.raises(FormatError, match="version '9' of our extensions"):
         parse_pnml(text)
 
 
 def test_a_definition_that_is_no_net_is_refused_with_its_line():
     text = to_pnml(producer(1))
     start, end = text.index("<definition>") + len("<definition>"), text.index("</definition>")
-    with pytest.raises(LogError, match=r"line \d+, <definition>: not JSON"):
+    with pytest.raises(FormatError, match=r"line \d+, <definition>: not JSON"):
         parse_pnml(text[:start] + "{nonsense" + text[end:])
 
 

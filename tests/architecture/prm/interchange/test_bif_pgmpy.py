@@ -13,7 +13,7 @@ from flat import marginal
 from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, GroundSlice, GroundVariable, unroll
 from cprm_gym.architecture.prm.interchange.bif import from_bif, load_bif, plain_names, save_bif, to_bif
 from cprm_gym.architecture.prm.interchange.pgmpy import from_pgmpy, to_pgmpy
-from cprm_gym.errors import CprmError, LogError, ModelError
+from cprm_gym.errors import CprmError, FormatError, ModelError
 
 
 def same(a: GroundSlice, b: GroundSlice) -> None:
@@ -156,13 +156,13 @@ def test_a_table_with_parents_has_the_child_slowest():
 )
 def test_a_mistake_in_a_file_is_named_with_its_line(old, new, message):
     assert old in FOREIGN
-    with pytest.raises(LogError, match=f"x.bif.*{message}"):
+    with pytest.raises(FormatError, match=f"x.bif.*{message}"):
         from_bif(FOREIGN.replace(old, new, 1), "x.bif")
 
 
 def test_a_net_with_a_cycle_is_refused():
     text = FOREIGN.replace("probability ( rain ) { table 0.3333, 0.6666; }", "probability ( rain | wet ) { default 0.5, 0.5; }")
-    with pytest.raises(LogError, match="cycle"):
+    with pytest.raises(FormatError, match="cycle"):
         from_bif(text)
 
 

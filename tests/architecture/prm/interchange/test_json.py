@@ -15,7 +15,7 @@ from cprm_gym.architecture.prm.model.aggregates import AnyCause, Count, Mean
 from cprm_gym.architecture.prm.model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
-from cprm_gym.errors import CprmError, LogError, ModelError
+from cprm_gym.errors import CprmError, FormatError, ModelError
 
 
 def everything() -> Model:
@@ -114,7 +114,7 @@ def edited(change):
     ],
 )
 def test_a_text_that_is_no_model_is_refused_with_its_place(text, message):
-    with pytest.raises(LogError, match=message):
+    with pytest.raises(FormatError, match=message):
         io.from_json(text, "x.json")
 
 
@@ -125,7 +125,7 @@ def test_a_model_that_is_wrong_is_refused_with_its_place():
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
-    with pytest.raises(LogError, match=r"none\.json: cannot be read"):
+    with pytest.raises(FormatError, match=r"none\.json: cannot be read"):
         io.load(tmp_path / "none.json")
 
 
@@ -180,5 +180,5 @@ def test_a_damaged_document_is_refused_and_never_breaks_the_reader(model):
 
 def test_a_document_nested_beyond_reason_is_refused():
     text = io.to_json(soccer(3)).replace('"classes": [', '"classes": [' + "[" * 900 + "]" * 900 + ",", 1)
-    with pytest.raises(LogError):
+    with pytest.raises(FormatError):
         io.from_json(text)
