@@ -10,7 +10,7 @@ from ..architecture.prm.model.domains import BOOL, Bins, Labels
 from ..architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
 
 DISTANCE = Bins((0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 60), unit="m", clip=True)
-"""Ten bins, fine near the player: the eye's error grows with the distance (SIMULATOR.md 6.1.4)."""
+"""Ten bins, fine near the player: the eye's error grows with the distance (specification/simulator.md 6.1.4)."""
 DIRECTION = Bins((-180, -125, -80, -50, -25, -8, 8, 25, 50, 80, 125, 180), unit="deg", circular=True)
 """Eleven bins, fine ahead."""
 TURNED = Bins(tuple(float(d) for d in range(-185, 186, 10)), unit="deg", clip=True)
@@ -19,7 +19,7 @@ ADVANCED = Bins((-0.15, 0.15, 0.45, 0.75, 1.05, 1.35), unit="m", clip=True)
 """Metres the body went ahead in the last cycle."""
 
 VIEW_HALF = 60.0
-"""Half of the normal view cone of 120 degrees (SIMULATOR.md 4.7)."""
+"""Half of the normal view cone of 120 degrees (specification/simulator.md 4.7)."""
 FELT = 3.0
 """Metres within which things are felt without being seen (``visible_distance``)."""
 
@@ -69,12 +69,12 @@ FACING = Labels(("goal", "aside", "away"))
 """Whether an opponent's body points to the own goal (within 40 degrees), aside of it, or away from it (over 110)."""
 
 BALL_DECAY = 0.94
-"""Share of its speed that the ball keeps in a cycle (SIMULATOR.md 3.1)."""
+"""Share of its speed that the ball keeps in a cycle (specification/simulator.md 3.1)."""
 BALL_RAND = 0.05
 """Noise of its motion as a share of its speed: a vector spread evenly in direction and length, of which one coordinate has the standard
 deviation ``BALL_RAND / sqrt(6)``."""
 QUANTUM = 0.029
-"""Standard deviation of a seen distance as its share: steps of 10 % (``quantize_step``), spread evenly (SIMULATOR.md 6.1.4)."""
+"""Standard deviation of a seen distance as its share: steps of 10 % (``quantize_step``), even (specification/simulator.md 6.1.4)."""
 KEEPER_X = -50.0
 """Where the goalie mostly stands: the eye's error grows with the distance from there."""
 
@@ -152,7 +152,7 @@ GOALIE_MODEL = Model("goalie", classes=(TRACKED_BALL, OPPONENT), relations=(ATTE
 
 _RANGES: tuple[float, ...] = (0.0, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.05, 1.16, 1.28)
 RANGE = Bins((*_RANGES, *(round(1.28 * 1.105**k, 2) for k in range(1, 40))), unit="m", clip=True)
-"""Metres from the player in the steps of the eye: a tenth of the distance, and a decimetre where it is near (SIMULATOR.md 6.1.4)."""
+"""Metres from the player in the steps of the eye: a tenth of the distance, a decimetre where near (specification/simulator.md 6.1.4)."""
 _APPROACHES = (0.04, 0.13, 0.24, 0.37, 0.53, 0.73, 1.0, 1.4, 2.0, 3.0)
 APPROACH = Bins((*(-a for a in reversed(_APPROACHES)), *_APPROACHES), unit="m/cycle", clip=True)
 """Of the ball towards the player, by its own motion."""

@@ -98,7 +98,7 @@ def field_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
 
     percepts["me.x"], percepts["me.y"], percepts["me.facing"] = x, y, np.degrees(facing)
     ball_x, ball_y, vx, vy = (memory[:, 0, k] for k in range(4))
-    # what was seen of its motion before it hit the body is no longer true (SIMULATOR.md 3.4: the velocity is multiplied by -0.1)
+    # what was seen of its motion before it hit the body is no longer true (specification/simulator.md 3.4: velocity times -0.1)
     bounced = (body[:, BodyFeature.COLLIDED_BALL] > 0) & (age[:, 0] > 0)
     vx, vy = np.where(bounced, -0.1 * vx, vx), np.where(bounced, -0.1 * vy, vy)
     distance, direction = polar(ball_x, ball_y)
@@ -137,7 +137,7 @@ def _mate_percepts(percepts: Percepts, body: np.ndarray, memory: np.ndarray, age
 
 
 PLAYER_DECAY = 0.4
-"""Share of his speed that a player keeps in a cycle (SIMULATOR.md 3.1); the speed that he feels is what is left."""
+"""Share of his speed that a player keeps in a cycle (specification/simulator.md 3.1); the speed that he feels is what is left."""
 
 
 def motion_percepts(observation: Mapping[str, np.ndarray], percepts: Percepts) -> Percepts:

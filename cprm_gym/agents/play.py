@@ -27,7 +27,7 @@ NECK_MOST = 90.0
 """Degrees that the neck goes to either side."""
 Objects = Mapping[str, Mapping[str, Any]]
 INERTIA_MOMENT = 5.0
-"""Of the default player type (SIMULATOR.md 4.1)."""
+"""Of the default player type (specification/simulator.md 4.1)."""
 
 
 class SoccerAgent:

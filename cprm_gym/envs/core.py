@@ -48,7 +48,7 @@ _COLUMNS = np.array(
 
 
 POST_RADIUS = 0.06
-"""Of the goal posts, m (SIMULATOR.md 3.3)."""
+"""Of the goal posts, m (specification/simulator.md 3.3)."""
 
 
 class Step(NamedTuple):
@@ -459,7 +459,7 @@ class SoccerCore:
         w["neck_staged"][worlds, player - 1] = 0.0
 
     def crossed_goal_line(self, right: bool) -> np.ndarray:
-        """(W,) bool: the ball went through the right (or left) goal in the cycle just played (geometry of SIMULATOR.md 7.8)."""
+        """(W,) bool: the ball went through the right (or left) goal in the cycle just played (specification/simulator.md 7.8)."""
         p = self.task.parameters
         line = 52.5 + p.ball_size
         now, before = self.sim.world["pos"][:, 0], self.previous_ball
@@ -470,7 +470,7 @@ class SoccerCore:
         return over & (np.abs(y) <= p.goal_width / 2 + POST_RADIUS)
 
     def kickable(self, player: int) -> np.ndarray:
-        """(W,) bool: the ball is within the player's reach (SIMULATOR.md 3.6)."""
+        """(W,) bool: the ball is within the player's reach (specification/simulator.md 3.6)."""
         out: np.ndarray = np.empty(self.worlds, np.bool_)
         kernels.kickable(self.sim.world, self.sim.packed, player, out)
         return out

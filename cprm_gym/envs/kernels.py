@@ -286,7 +286,7 @@ def write_box(values, kinds, nothing, rows, out):
 
 @kernel
 def kickable(worlds, packed, player, out):
-    """Whether the player (object number) can kick the ball (SIMULATOR.md 3.6), for every world."""
+    """Whether the player (object number) can kick the ball (specification/simulator.md 3.6), for every world."""
     p = packed[0]
     i = player - 1
     for n in range(worlds.shape[0]):

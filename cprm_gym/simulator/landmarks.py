@@ -1,4 +1,4 @@
-"""The 55 landmarks and four lines of the pitch, in the server's order (SIMULATOR.md 6.4)."""
+"""The 55 landmarks and four lines of the pitch, in the server's order (specification/simulator.md 6.4)."""
 
 from __future__ import annotations
 

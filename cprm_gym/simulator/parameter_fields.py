@@ -190,7 +190,7 @@ def value_of(field: dataclasses.Field[Any], word: str, kind: str) -> Any:
 
 
 def word_of(field: dataclasses.Field[Any], value: Any, digits: int = 6) -> str:
-    """The server's text for `value`: ``%g`` reals, ``0``/``1`` switches, quoted strings (PROTOCOL.md 5.1)."""
+    """The server's text for `value`: ``%g`` reals, ``0``/``1`` switches, quoted strings (specification/protocol.md 5.1)."""
     match field.metadata["kind"]:
         case "flag":
             return str(int(value))

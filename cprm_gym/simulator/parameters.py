@@ -23,7 +23,7 @@ GOAL_POST_RADIUS = 0.06
 
 
 class Rules(IntFlag):
-    """The referee's modules; a task switches on what it needs (SIMULATOR.md 7). ``NONE`` is the server's ``coach`` mode."""
+    """The referee's modules; a task switches on what it needs (specification/simulator.md 7). ``NONE`` is the server's ``coach`` mode."""
 
     NONE = 0
     TIME = 1
@@ -47,7 +47,7 @@ class ServerParameters(ParameterSet):
     # --- ball
     ball_size: float = real(0.085, "m", "ball radius", above=0)
     ball_decay: float = real(0.94, "", "velocity multiplier per cycle", low=0, high=1)
-    ball_rand: float = real(0.05, "", "motion-noise factor (SIMULATOR.md 3.2)", low=0)
+    ball_rand: float = real(0.05, "", "motion-noise factor (specification/simulator.md 3.2)", low=0)
     ball_weight: float = real(0.2, "kg", "only enters the wind formula", above=0)
     ball_speed_max: float = real(3.0, "m/cycle", "speed cap applied after adding the acceleration", above=0)
     ball_accel_max: float = real(2.7, "m/cycle^2", "cap on the summed acceleration of one cycle", above=0)
@@ -118,7 +118,7 @@ class ServerParameters(ParameterSet):
     tackle_rand_factor: float = real(2.0, "", "tackle noise = kick_rand times this", low=0, since=14)
     foul_detect_probability: float = real(0.5, "prob", "default type's detection probability", low=0, high=1, since=14)
     red_card_probability: float = real(
-        0.0, "prob", "probability that a detected foul draws a card (SIMULATOR.md 7.10)", low=0, high=1, since=15
+        0.0, "prob", "probability that a detected foul draws a card (specification/simulator.md 7.10)", low=0, high=1, since=15
     )
     catchable_area_l: float = real(1.2, "m", "catch rectangle length", above=0)
     catchable_area_w: float = real(1.0, "m", "catch rectangle width", above=0)
@@ -347,7 +347,7 @@ PARAMETERS = np.dtype(
         ("half_cycles", "i4"),
         ("extra_half_cycles", "i4"),
         ("normal_cycles", "i4"),
-        ("total_cycles", "i4"),  # N and M of SIMULATOR.md 7.4
+        ("total_cycles", "i4"),  # N and M of specification/simulator.md 7.4
     ],
     align=True,
 )

@@ -1,7 +1,7 @@
 """Heterogeneous players: the ``player::`` parameters, the types, and how the server draws them.
 
 The generator is the server's: a Mersenne Twister of its own, seeded once by ``random_seed``, gives the deltas of each type
-(parameters.md 5.1); with the same seed the same types come out, digit for digit.
+(specification/parameters.md 5.1); with the same seed the same types come out, digit for digit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The senses as arrays: what the server would tell every player of every world, with masks (SIMULATOR.md 6).
+"""The senses as arrays: what the server would tell every player of every world, with masks (specification/simulator.md 6).
 
 Everything carries exactly the information of the server's messages: distances, directions and changes are quantised as they are in the
 text, what is not told is zero and its level says so, and nobody is recognised by his place in an array (see `See`). Angles are

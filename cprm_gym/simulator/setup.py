@@ -1,4 +1,4 @@
-"""How a world begins: players at home, full of stamina, the clock at 0 (SIMULATOR.md 0.6), and its random streams."""
+"""How a world begins: players at home, full of stamina, the clock at 0 (specification/simulator.md 0.6), and its random streams."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _is_seed(seed: Any) -> bool:
 
 
 def draw_wind(world: npt.NDArray[Any], parameters: ServerParameters, chosen: npt.NDArray[np.int64]) -> None:
-    """Set the wind of the chosen worlds (SIMULATOR.md 3.2): none, given, or drawn from the worlds' stream of resets.
+    """Set the wind of the chosen worlds (specification/simulator.md 3.2): none, given, or drawn from the worlds' stream of resets.
 
     Parameters
     ----------

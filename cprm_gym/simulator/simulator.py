@@ -322,7 +322,7 @@ class Simulator(Officials):
         return out
 
     def kickable(self, player: int) -> npt.NDArray[np.bool_]:
-        """(W,) whether the player, object number 1 to 22, can kick the ball (SIMULATOR.md 3.6).
+        """(W,) whether the player, object number 1 to 22, can kick the ball (specification/simulator.md 3.6).
 
         Raises
         ------

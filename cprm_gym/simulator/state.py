@@ -5,7 +5,7 @@ compiled code costs one array, a snapshot is one copy and "equal" means equal by
 1..11 = left players, 12..22 = right players (`BALL`, `player_index`); arrays over players only are 0..21.
 
 Units: metres, cycles (100 ms), radians. The frame is the server's: x to the right, y downwards, angles from +x towards +y
-(SIMULATOR.md 0.1). Side is +1 for left, -1 for right, 0 for neutral.
+(specification/simulator.md 0.1). Side is +1 for left, -1 for right, 0 for neutral.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SAY_SIZE = 32
 
 
 class PlayMode(IntEnum):
-    """Play modes with the server's ids (SIMULATOR.md 0.4); ``PlayMode(i).name`` is the announced string for ids above 0."""
+    """Play modes with the server's ids (specification/simulator.md 0.4); ``PlayMode(i).name`` is the announced string for ids above 0."""
 
     null = 0
     before_kick_off = 1
@@ -84,7 +84,7 @@ class PlayMode(IntEnum):
 
 
 class PlayerBit(IntFlag):
-    """Player state bits of monitor and log (SIMULATOR.md 0.5)."""
+    """Player state bits of monitor and log (specification/simulator.md 0.5)."""
 
     STAND = 0x000001
     KICK = 0x000002
@@ -258,7 +258,7 @@ WORLD = np.dtype(
         ("bits", "u4", (PLAYERS,)),  # PlayerBit
         ("bits_shown", "u4", (PLAYERS,)),  # PlayerBit as logs show them of the last step, before its transient bits are cleared
         ("counts", "i4", (PLAYERS, 13)),  # Count
-        # command budget (SIMULATOR.md 1.7)
+        # command budget (specification/simulator.md 1.7)
         ("busy", "u1", (PLAYERS,)),
         ("leg_busy", "u1", (PLAYERS, 2)),
         ("neck_busy", "u1", (PLAYERS,)),
@@ -287,7 +287,7 @@ WORLD = np.dtype(
         ("ear", "u1", (PLAYERS, 2)),  # per side (own, opponent): bit 0 complete, bit 1 partial
         ("hear_capacity", "f8", (PLAYERS, 2)),
         ("protocol", "i1", (PLAYERS,)),  # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
-        # audio (SIMULATOR.md 6.3): the messages said since the last step, kept until the first `say` after it (kernels.senses)
+        # audio (specification/simulator.md 6.3): the what was said since the last step, kept until the first `say` after it (kernels)
         ("audio_count", "i4"),
         ("audio_done", "u1"),
         ("audio_from", "i1", (SAY_QUEUE,)),
@@ -307,11 +307,11 @@ WORLD = np.dtype(
         ("hit", "u1", (OBJECTS,)),
         ("push", "f8", (OBJECTS, 2)),
         ("pushes", "i2", (OBJECTS,)),
-        # --- bookkeeping of types per team (SIMULATOR.md 2.2); index 18 = "never substituted"
+        # --- bookkeeping of types per team (specification/simulator.md 2.2); index 18 = "never substituted"
         ("on_field", "i2", (2, 19)),
         ("used_types", "i2", (2, 19)),
         ("substitutions", "i2", (2,)),
-        # --- referee (SIMULATOR.md 7); players by object number, 0 = nobody; times -1 = never
+        # --- referee (specification/simulator.md 7); players by object number, 0 = nobody; times -1 = never
         ("stuck_pos", "f8", (2,)),
         ("stuck_count", "i4"),
         ("offside_candidate", "u1", (PLAYERS,)),

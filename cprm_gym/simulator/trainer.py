@@ -1,7 +1,7 @@
 """Referee, trainer and coach: the referee's words, and what the trainer and the coaches may do to a match.
 
 The referee itself is compiled (`kernels.referee`). `Officials` holds the trainer's and the coaches' powers as methods of
-`Simulator` (SIMULATOR.md 4.9, 4.10); they act at once, between the steps.
+`Simulator` (specification/simulator.md 4.9, 4.10); they act at once, between the steps.
 """
 
 from __future__ import annotations
@@ -226,7 +226,7 @@ class Officials:
         powers.change_type(self.world, self.packed, chosen, row, self._type(new_type))
 
     def check_ball(self, worlds: Worlds = None) -> list[str]:
-        """Where the ball is: ``goal_l``, ``goal_r``, ``in_field`` or ``out_of_field`` (SIMULATOR.md 7.16).
+        """Where the ball is: ``goal_l``, ``goal_r``, ``in_field`` or ``out_of_field`` (specification/simulator.md 7.16).
 
         Parameters
         ----------
@@ -249,7 +249,7 @@ class Officials:
         return answers
 
     def start(self, worlds: Worlds = None) -> None:
-        """The kick-off procedure (SIMULATOR.md 7.3); nothing happens unless a half begins or time does not count.
+        """The kick-off procedure (specification/simulator.md 7.3); nothing happens unless a half begins or time does not count.
 
         Parameters
         ----------

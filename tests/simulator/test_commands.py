@@ -1,4 +1,4 @@
-"""Commands: the numeric vectors recorded from server 19 (SIMULATOR.md 9), validity and budget of each command."""
+"""Commands: the numeric vectors recorded from server 19 (specification/simulator.md 9), validity and budget of each command."""
 
 from __future__ import annotations
 

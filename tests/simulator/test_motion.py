@@ -185,7 +185,7 @@ def test_a_ball_is_reflected_by_a_post_as_the_server_recorded(vy, y, expected):
     number=st.sampled_from([0, 1]),
 )
 def test_posts_keep_speed_and_are_never_entered(angle, offset, speed, gap, sign_x, sign_y, number):
-    # a start exactly on the circle is left out: the server does not count that as a hit (SIMULATOR.md 3.3), and lets it in for a cycle
+    # a start exactly on the circle is left out: the server sees no hit (specification/simulator.md 3.3) and lets it in for a cycle
     simulator = quiet_world()
     radius = 0.06 + (0.085 if number == 0 else 0.3)
     decay = 0.94 if number == 0 else 0.4

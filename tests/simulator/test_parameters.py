@@ -8,13 +8,13 @@ import re
 
 import numpy as np
 import pytest
-from paths import ROOT, SHARED
+from paths import ROOT
 
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.parameters import PARAMETERS, Rules, ServerParameters, pack
 from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn
 
-TABLES = SHARED / "design" / "parameters.md"
+TABLES = ROOT / "docs" / "specification" / "parameters.md"
 SETS = (ServerParameters, PlayerParameters, PlayerType)
 
 
@@ -23,7 +23,6 @@ def test_there_are_202_server_parameters_and_29_player_parameters():
     assert len(PlayerParameters.names()) == 29
 
 
-@pytest.mark.skipif(not TABLES.exists(), reason="data of ../shared absent")
 def test_every_default_is_that_of_the_table():
     rows = re.findall(r"^\| `(\w+)` \| (real|int|bool|string) \| (.*?) \| (?:.*?) \| (.*?) \|", TABLES.read_text(), re.M)
     section = {name: (kind, default) for name, kind, default, _ in rows if name in ServerParameters.names()}

@@ -1,4 +1,4 @@
-"""The trainer's and coaches' powers (SIMULATOR.md 4.9, 4.10) and the referee's words."""
+"""The trainer's and coaches' powers (specification/simulator.md 4.9, 4.10) and the referee's words."""
 
 from __future__ import annotations
 

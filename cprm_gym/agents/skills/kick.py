@@ -6,7 +6,7 @@ ready --> [kick] --> acted --(one cycle)--> [finish] --> kicked
 
        target                 power and direction by math: the acceleration wanted is the velocity that the ball should get,
       /  velocity wanted      less the one that it has; the leg gives less the further the ball is from the body and from
-(ball)---- velocity it has    ahead (SIMULATOR.md 4.3), so power makes up for it.
+(ball)---- velocity it has    ahead (specification/simulator.md 4.3), so power makes up for it.
 """
 
 from __future__ import annotations

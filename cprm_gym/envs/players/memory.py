@@ -32,7 +32,7 @@ MEMORY = np.dtype(
 """One player's picture of the pitch; metres, radians, cycles."""
 
 INERTIA_MOMENT = 5.0
-"""Of the default type (SIMULATOR.md 4.1); the own type's differs a little, which the next look corrects."""
+"""Of the default type (specification/simulator.md 4.1); the own type's differs a little, which the next look corrects."""
 
 
 class Memories:

@@ -50,7 +50,7 @@ class Keepaway(Task):
 
     References
     ----------
-    Stone, Sutton, Kuhlmann, Adaptive Behavior 13(3), 2005; SIMULATOR.md 7.13.
+    Stone, Sutton, Kuhlmann, Adaptive Behavior 13(3), 2005; specification/simulator.md 7.13.
     """
 
     name: str = "Keepaway3v2"
@@ -86,7 +86,7 @@ class Keepaway(Task):
         return np.where(mask[..., names.index("receive")], names.index("receive"), action)
 
     def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
-        """Keepers at three corners, takers at the fourth (SIMULATOR.md 7.13); who stands where is drawn."""
+        """Keepers at three corners, takers at the fourth (specification/simulator.md 7.13); who stands where is drawn."""
         n, half = len(worlds), self.size / 2
         core.sim.world["mode"][worlds] = PlayMode.play_on
         u = core.draw(worlds, 1 + 2 * (self.left + self.right))

@@ -49,7 +49,7 @@ class Soccer(Task):
 
     References
     ----------
-    Rules: SIMULATOR.md 7 (server 19).
+    Rules: specification/simulator.md 7 (server 19).
     """
 
     name: str = "Soccer"

@@ -1,4 +1,6 @@
-"""Where noise can take an object in one step: the noise-free step and the radius of the noise around it (SIMULATOR.md 3.2, 4.1 to 4.4).
+"""Where noise can take an object in one step: the noise-free step and the radius of the noise around it.
+
+The noise is that of specification/simulator.md 3.2 and 4.1 to 4.4.
 
 Noise of motion has a length of at most ``rand`` times the speed, noise of a kick one of at most kappa, noise of a turn is at most
 ``player_rand`` times the turn. The caps on acceleration and speed bring two vectors never farther apart, so the radii simply add up.

@@ -365,7 +365,7 @@ def rounding(world: Any, bounds: Envelope) -> tuple[Array, Array]:
     """How far the rounding of the log can carry position and velocity of every object in one cycle, (23,) each.
 
     Position and velocity before (half a unit each, in two directions), the result, the angle and effort behind an acceleration; for
-    the ball the place and angle from which it was kicked (SIMULATOR.md 4.3).
+    the ball the place and angle from which it was kicked (specification/simulator.md 4.3).
     """
     diagonal = np.sqrt(2.0)
     acceleration = np.zeros(23)

@@ -1,4 +1,4 @@
-"""The trainer's commands of recordings, executed on world 0 of a simulator (PROTOCOL.md 6)."""
+"""The trainer's commands of recordings, executed on world 0 of a simulator (specification/protocol.md 6)."""
 
 from __future__ import annotations
 

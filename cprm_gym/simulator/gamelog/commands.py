@@ -1,4 +1,4 @@
-"""Command logs (``.rcl``): every datagram the server received, in order, and what it announced (PROTOCOL.md 11.2)."""
+"""Command logs (``.rcl``): every datagram the server received, in order, and what it announced (specification/protocol.md 11.2)."""
 
 from __future__ import annotations
 

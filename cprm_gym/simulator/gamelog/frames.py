@@ -2,7 +2,7 @@
 
 `GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time.
 `GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log:
-metres and degrees in the server's frame, already rounded by whoever wrote it (PROTOCOL.md 10 and 11). What a version does not
+metres and degrees in the server's frame, already rounded by whoever wrote it (specification/protocol.md 10 and 11). What a version does not
 record is NaN or -1.
 """
 

@@ -1,4 +1,4 @@
-"""JSON game logs (version -1): one array, one object per line (PROTOCOL.md 11.1)."""
+"""JSON game logs (version -1): one array, one object per line (specification/protocol.md 11.1)."""
 
 from __future__ import annotations
 

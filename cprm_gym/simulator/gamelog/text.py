@@ -1,4 +1,4 @@
-"""Text game logs, versions 4 to 6: one parenthesised item per line (PROTOCOL.md 11.1)."""
+"""Text game logs, versions 4 to 6: one parenthesised item per line (specification/protocol.md 11.1)."""
 
 from __future__ import annotations
 

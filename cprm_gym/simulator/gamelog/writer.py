@@ -1,4 +1,4 @@
-"""Writing game logs that today's viewers play: text version 6 and JSON (PROTOCOL.md 11.1)."""
+"""Writing game logs that today's viewers play: text version 6 and JSON (specification/protocol.md 11.1)."""
 
 from __future__ import annotations
 

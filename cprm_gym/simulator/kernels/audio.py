@@ -1,4 +1,4 @@
-"""Say and hear (SIMULATOR.md 6.3): messages wait in the world's queue from the command to the end of the step."""
+"""Say and hear (specification/simulator.md 6.3): messages wait in the world's queue from the command to the end of the step."""
 
 from __future__ import annotations
 

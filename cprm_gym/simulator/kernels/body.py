@@ -1,4 +1,4 @@
-"""Sense_body: what a player is told of himself (SIMULATOR.md 6.2), and what is due after a step."""
+"""Sense_body: what a player is told of himself (specification/simulator.md 6.2), and what is due after a step."""
 
 from __future__ import annotations
 

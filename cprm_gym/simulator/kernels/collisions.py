@@ -1,4 +1,4 @@
-"""Overlapping objects are pushed apart (SIMULATOR.md 3.4), and the caught ball is put before its goalie (3.5).
+"""Overlapping objects are pushed apart (specification/simulator.md 3.4), and the caught ball is put before its goalie (3.5).
 
 These kernels know no referee: `contacts.resolve_collisions` drives them and reports touches; the referee, who relocates objects
 himself, drives them on his own (kernels cannot call each other in a circle).

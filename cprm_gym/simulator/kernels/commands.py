@@ -1,4 +1,4 @@
-"""The players' commands at the moment they are received (SIMULATOR.md 4), and what is left of a dash for the step.
+"""The players' commands at the moment they are received (specification/simulator.md 4), and what is left of a dash for the step.
 
 `execute` carries out one `COMMAND` record of one player: the body command, then the free ones. A number that is not finite makes
 its command void, as the server's parser refuses it; numbers beyond a million count as a million.
@@ -357,7 +357,7 @@ def _opponent_has_ball(w, p, i):
 
 @kernel
 def tackle(w, p, i, angle, intentional):
-    """``(tackle angle [foul])``: succeeds by chance, accelerates the ball, and freezes the player (SIMULATOR.md 4.4)."""
+    """``(tackle angle [foul])``: succeeds by chance, accelerates the ball, and freezes the player (specification/simulator.md 4.4)."""
     if w.busy[i]:
         return
     _use_body(w, i)
@@ -413,7 +413,7 @@ def _tackle_strength(w, p, i, angle):
 
 @kernel
 def catch(w, p, i, angle):
-    """``(catch angle)`` of a goalie: takes the ball out of a rectangle, or punches it (SIMULATOR.md 4.5)."""
+    """``(catch angle)`` of a goalie: takes the ball out of a rectangle, or punches it (specification/simulator.md 4.5)."""
     if w.busy[i]:
         return
     angle = clip(p.min_catch_angle, angle, p.max_catch_angle)

@@ -1,4 +1,4 @@
-"""Collision resolution that tells the referee of every touch (SIMULATOR.md 3.4)."""
+"""Collision resolution that tells the referee of every touch (specification/simulator.md 3.4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Angles, vectors and the tests of SIMULATOR.md 0.2 and 3.6, with the server's order of operations.
+"""Angles, vectors and the tests of specification/simulator.md 0.2 and 3.6, with the server's order of operations.
 
 Every formula is written so that it rounds as the server's does: lengths are ``sqrt(x*x + y*y)``, never ``hypot``; degrees are
 one multiplication away from radians; ties round to even.
@@ -90,7 +90,7 @@ def squared_distance(w, a, b):
 
 @kernel
 def segment_enters_circle(bx, by, ex, ey, cx, cy, radius):
-    """(whether, x, y): where the segment from b to e first meets the circle round c (SIMULATOR.md 3.3)."""
+    """(whether, x, y): where the segment from b to e first meets the circle round c (specification/simulator.md 3.3)."""
     if bx == ex and by == ey:
         return False, 0.0, 0.0
     dx, dy = ex - bx, ey - by

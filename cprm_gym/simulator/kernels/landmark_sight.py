@@ -1,4 +1,4 @@
-"""See: landmarks and lines (SIMULATOR.md 6.1.6, 6.1.7); computed only when asked for."""
+"""See: landmarks and lines (specification/simulator.md 6.1.6, 6.1.7); computed only when asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motion of one object in one step: acceleration, caps, noise, wind, goal posts, decay (SIMULATOR.md 3.1-3.3)."""
+"""Motion of one object in one step: acceleration, caps, noise, wind, goal posts, decay (specification/simulator.md 3.1-3.3)."""
 
 from __future__ import annotations
 

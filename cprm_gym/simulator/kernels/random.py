@@ -93,7 +93,7 @@ def uniform(w, stream, a, b, draw):
 
 @kernel
 def uniform_between(w, stream, a, b, draw, low, high):
-    """U(low, high) of SIMULATOR.md 0.3: the limits in either order; the midpoint when they are closer than 1e-10."""
+    """U(low, high) of specification/simulator.md 0.3: the limits in either order; the midpoint when they are closer than 1e-10."""
     if high < low:
         low, high = high, low
     if high - low < _EPS:
@@ -127,7 +127,7 @@ def normal(w, stream, a, b, draw, mean, deviation):
 def polar_noise(w, stream, a, b, draw, radius):
     """(x, y) of a vector with length U(0, radius) and direction U(-pi, pi); uses draws ``2 * draw`` and ``2 * draw + 1``.
 
-    The length is uniform, not the area (SIMULATOR.md 3.2). A radius within 1e-10 of zero gives half of it, undrawn, as the
+    The length is uniform, not the area (specification/simulator.md 3.2). A radius within 1e-10 of zero gives half of it, undrawn, as the
     server's generator does.
     """
     length = uniform_between(w, stream, a, b, 2 * draw, 0.0, radius)

@@ -1,4 +1,4 @@
-"""Angles, lengths and roundings of the senses, equal to the server's formulas (SIMULATOR.md 0.2, 6.1) bit by bit.
+"""Angles, lengths and roundings of the senses, equal to the server's formulas (specification/simulator.md 0.2, 6.1) bit by bit.
 
 Two of them are asked for some hundred times per cycle and are therefore decided by a cheap approximation: `face_degrees` by a
 polynomial, `banded_distance` by tables. Both fall back to the formula itself whenever the approximation comes near a boundary
@@ -23,7 +23,7 @@ def quantised_length(length, step):
 
 @kernel
 def seen_distance(distance, focus_distance, step):
-    """The distance (m) that is told of an object `distance` away and `focus_distance` from the focus point (SIMULATOR.md 6.1.4)."""
+    """The distance (m) told of an object `distance` away and `focus_distance` from the focus point (specification/simulator.md 6.1.4)."""
     error = (focus_distance - quantised_length(focus_distance, step)) + (distance - quantised_length(distance, step))
     return quantize(max(0.0, distance - error / 2.0), 0.1)
 
@@ -75,7 +75,7 @@ _MARGIN = 1e-4  # degrees around a half within which the formula decides
 
 @kernel
 def face_direction(dx, dy, body, neck):
-    """Direction (rad) of (dx, dy) relative to the face, by the server's formula (SIMULATOR.md 6.1.3)."""
+    """Direction (rad) of (dx, dy) relative to the face, by the server's formula (specification/simulator.md 6.1.3)."""
     return norm(norm(direction(dx, dy) - body) - neck)
 
 

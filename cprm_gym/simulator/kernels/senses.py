@@ -1,4 +1,4 @@
-"""See: what each player is told of the ball and the others, and when (SIMULATOR.md 6.1).
+"""See: what each player is told of the ball and the others, and when (specification/simulator.md 6.1).
 
 `look` makes one message, in which everybody stands at his own place; `see_worlds` makes the arrays, in which players without a number
 have lost theirs (`fill_team_slots`, `fill_unknown_slots`). Text is made from `look`, and draws are numbered by observer, object and
@@ -263,7 +263,7 @@ def pointing_direction(w, i, j, distance, draw, rounded):
 def changes(vx, vy, dx, dy, distance, told, gaussian):
     """Changes of distance (m / cycle) and direction (rad / cycle) of an object, seen at relative position (dx, dy) and told `distance`.
 
-    (vx, vy) is its relative velocity (SIMULATOR.md 6.1.5).
+    (vx, vy) is its relative velocity (specification/simulator.md 6.1.5).
     """
     if distance == 0.0:
         return 0.0, 0.0

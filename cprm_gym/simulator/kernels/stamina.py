@@ -1,4 +1,4 @@
-"""Stamina, effort, recovery and capacity (SIMULATOR.md 5)."""
+"""Stamina, effort, recovery and capacity (specification/simulator.md 5)."""
 
 from __future__ import annotations
 

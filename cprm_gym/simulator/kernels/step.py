@@ -1,4 +1,4 @@
-"""One cycle: the players' commands, then the step in the server's exact order (SIMULATOR.md 1.5), for one world or many."""
+"""One cycle: the players' commands, then the step in the server's exact order (specification/simulator.md 1.5), for one world or many."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _move_all(w, p):
 
 @kernel
 def _reset_budget(w, i):
-    """Free what the player may use again in the next cycle (SIMULATOR.md 1.7)."""
+    """Free what the player may use again in the next cycle (specification/simulator.md 1.7)."""
     if w.kick_cycles[i] >= 0:
         w.kick_cycles[i] -= 1
     if w.dash_cycles[i] >= 0:
@@ -116,7 +116,7 @@ def _reset_budget(w, i):
 
 @kernel
 def _reduce_bits(w, i):
-    """Show the state bits to monitors and logs, then clear the transient ones (SIMULATOR.md 0.5)."""
+    """Show the state bits to monitors and logs, then clear the transient ones (specification/simulator.md 0.5)."""
     w.bits_shown[i] = w.bits[i]
     kept = _KEPT
     if w.kick_cycles[i] > 0:

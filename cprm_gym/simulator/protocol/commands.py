@@ -1,4 +1,4 @@
-"""The text of players' and trainer's commands: the server's grammar read and written (PROTOCOL.md 4 and 6).
+"""The text of players' and trainer's commands: the server's grammar read and written (specification/protocol.md 4 and 6).
 
 `parse_commands` reads one datagram into commands in order; `command_record` turns one into a `COMMAND` record that the kernels
 execute, `command_text` back. Reading stops at the first error, as in the server: what stands before it is executed, the rest

@@ -1,4 +1,4 @@
-"""Reading the server's messages to a player back: see, sense_body, hear (PROTOCOL.md 5), long and short names."""
+"""Reading the server's messages to a player back: see, sense_body, hear (specification/protocol.md 5), long and short names."""
 
 from __future__ import annotations
 

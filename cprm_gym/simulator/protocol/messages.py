@@ -1,7 +1,8 @@
 """The server's messages as text: see, sense_body, hear, fullstate, for protocol versions 3 to 19.
 
 The texts are made from the same draws as the arrays of `cprm_gym.simulator.senses`, so both tell the same. Formats are those of
-PROTOCOL.md 5; numbers are printed as C's ``%g`` prints them. `cprm_gym.simulator.protocol.message_parser` reads the texts back.
+specification/protocol.md 5; numbers are printed as C's ``%g`` prints them.
+`cprm_gym.simulator.protocol.message_parser` reads the texts back.
 """
 
 from __future__ import annotations
@@ -335,7 +336,7 @@ def referee_text(sim: Simulator, world: int) -> list[str]:
 
 
 def broadcast_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> list[str]:
-    """What the player is told of changed players during the last commands and step (PROTOCOL.md 5.2); parameters as in `see_text`.
+    """What the player is told of changed players during the last commands and step (specification/protocol.md 5.2); see `see_text`.
 
     Opponents are not told the type; versions before 7 nothing, before 16 nothing of a promoted goalie.
     """
@@ -463,7 +464,7 @@ def _global_player(sim: Simulator, w: Any, j: int, look: bool) -> str:
 
 
 def global_text(sim: Simulator, world: int, look: bool = False) -> str:
-    """The picture of the whole pitch that trainer and coaches get every cycle, without noise (PROTOCOL.md 6).
+    """The picture of the whole pitch that trainer and coaches get every cycle, without noise (specification/protocol.md 6).
 
     Parameters
     ----------

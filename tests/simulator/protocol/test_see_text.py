@@ -128,7 +128,7 @@ def test_asynchronous_messages_come_at_the_recorded_moments():
 
 
 def test_width_is_not_a_reset_of_the_see_counter():
-    """Narrowing from normal to narrow brings a message at the next opportunity (SIMULATOR.md 6.1.1)."""
+    """Narrowing from normal to narrow brings a message at the next opportunity (specification/simulator.md 6.1.1)."""
     sim = Simulator(1)
     w = sim.world[0]
     w["mode"] = PlayMode.play_on

@@ -73,7 +73,7 @@ def test_protocol_18_adds_the_focus_and_each_version_what_it_brought():
 
 
 def test_head_angle_is_truncated():
-    """Test vector 24 of SIMULATOR.md 9: neck 30 degrees is reported as 29."""
+    """Test vector 24 of specification/simulator.md 9: neck 30 degrees is reported as 29."""
     sim = in_play()
     commands = no_commands(1, 22)
     commands["turn_neck"][0, 0] = 30.0
@@ -90,7 +90,7 @@ def test_direction_of_no_speed_is_minus_the_face():
 
 
 def test_after_pointing_and_tackling_the_arm_and_the_freeze_count_down():
-    """SIMULATOR.md 6.2: the message after the step shows movable 4, expires 19, and expires 9 of a tackle."""
+    """specification/simulator.md 6.2: the message after the step shows movable 4, expires 19, and expires 9 of a tackle."""
     sim = in_play()
     commands = no_commands(1, 22)
     commands["point"][0, 1] = 10.0, 20.0
@@ -149,7 +149,7 @@ def test_players_who_are_not_there_are_told_nothing():
 
 
 def test_fullstate_is_the_example_of_the_protocol():
-    """PROTOCOL.md 5.6: the message of player 2 after he pointed and tackled at the kick-off."""
+    """specification/protocol.md 5.6: the message of player 2 after he pointed and tackled at the kick-off."""
     sim = in_play(left=2, right=0, goalies=(1, 0))
     w = sim.world[0]
     sim.types = (sim.types[0],)
@@ -194,7 +194,7 @@ def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
 
 
 def test_the_trainers_look_is_the_example_of_the_protocol():
-    """PROTOCOL.md 6; the coach's picture of the same moment marks a kick and cards too."""
+    """specification/protocol.md 6; the coach's picture of the same moment marks a kick and cards too."""
     sim = in_play(left=2, right=1, goalies=(1, 0))
     w = sim.world[0]
     w["time"], w["kick_cycles"], w["body"][:], w["pos"][0], w["vel"][0] = 5, -1, 0.0, 0.0, 0.0

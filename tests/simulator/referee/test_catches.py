@@ -1,4 +1,4 @@
-"""Catches, back passes and catch faults (SIMULATOR.md 7.9)."""
+"""Catches, back passes and catch faults (specification/simulator.md 7.9)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ends of halves, extra time, golden goal, automatic kick-offs (SIMULATOR.md 7.3, 7.4, 7.15)."""
+"""Ends of halves, extra time, golden goal, automatic kick-offs (specification/simulator.md 7.3, 7.4, 7.15)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keepaway (SIMULATOR.md 7.13)."""
+"""Keepaway (specification/simulator.md 7.13)."""
 
 from __future__ import annotations
 

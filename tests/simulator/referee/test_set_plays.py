@@ -1,4 +1,4 @@
-"""Outs, goals, kick-offs, set plays, offside, stuck balls, illegal defence (SIMULATOR.md 7.3 to 7.8, 7.11)."""
+"""Outs, goals, kick-offs, set plays, offside, stuck balls, illegal defence (specification/simulator.md 7.3 to 7.8, 7.11)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The penalty shoot-out (SIMULATOR.md 7.14)."""
+"""The penalty shoot-out (specification/simulator.md 7.14)."""
 
 from __future__ import annotations
 

@@ -290,7 +290,7 @@ def test_the_quick_angle_is_the_formula_next_to_halves_of_degrees():
 
 
 def test_distances_of_the_recorded_vector():
-    """Test vector 25 of SIMULATOR.md 9."""
+    """Test vector 25 of specification/simulator.md 9."""
     told = [rounding.banded_distance(float(true), 0.1) for true in (3, 6, 9, 12, 15, 18)]
     assert told == pytest.approx([3, 6, 9, 12.2, 14.9, 18.2])
 

@@ -93,7 +93,7 @@ def face_from_marks(m, side, marks, levels):
 
 @kernel
 def own_kick(m, sent):
-    """What the own kick did to the ball's velocity (SIMULATOR.md 4.2, default type), if it was in reach as remembered."""
+    """What the own kick did to the ball's velocity (specification/simulator.md 4.2, default type), if it was in reach as remembered."""
     dx, dy = m.ball_x - m.x, m.ball_y - m.y
     distance = math.sqrt(dx * dx + dy * dy)
     if m.ball_age > 2 or distance > 1.085:

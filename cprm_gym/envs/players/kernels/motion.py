@@ -1,6 +1,6 @@
 """Kernels that write one command: turn, run, look, kick, pass, shoot, catch; all from a player's own memory.
 
-``m`` is a MEMORY record, ``c`` a COMMAND record that these functions fill. Formulas: SIMULATOR.md 4, default player type.
+``m`` is a MEMORY record, ``c`` a COMMAND record that these functions fill. Formulas: specification/simulator.md 4, default player type.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BALL_SPEED_MAX = 3.0
 CATCH_REACH = 1.15
 GOAL_X, GOAL_HALF = 52.5, 7.01
 NARROW, NORMAL = 1, 2
-"""View widths: the narrow view comes every cycle, the normal one every second (SIMULATOR.md 4.7)."""
+"""View widths: the narrow view comes every cycle, the normal one every second (specification/simulator.md 4.7)."""
 STRIDE = 0.95
 """Metres that a running player makes in a cycle."""
 
@@ -60,7 +60,7 @@ def turn_to(m, c, angle):
 
 @kernel
 def thrifty(m, power):
-    """`power`, less when stamina is short: below the threshold effort and recovery would suffer (SIMULATOR.md 5)."""
+    """`power`, less when stamina is short: below the threshold effort and recovery would suffer (specification/simulator.md 5)."""
     if m.stamina < 2600.0:
         return min(power, 25.0)
     if m.stamina < 3600.0:

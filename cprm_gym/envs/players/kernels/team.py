@@ -226,7 +226,7 @@ def with_ball(m, c, me, count, strength, set_play):
 
 @kernel
 def tackle_chance(m):
-    """Probability that a tackle hits the ball (SIMULATOR.md 4.4)."""
+    """Probability that a tackle hits the ball (specification/simulator.md 4.4)."""
     dx, dy = m.ball_x - m.x, m.ball_y - m.y
     along = dx * math.cos(m.body) + dy * math.sin(m.body)
     across = abs(dy * math.cos(m.body) - dx * math.sin(m.body))

@@ -1,4 +1,4 @@
-"""The referee: every event is given to ten modules in the server's order (SIMULATOR.md 7.1).
+"""The referee: every event is given to ten modules in the server's order (specification/simulator.md 7.1).
 
 Time, BallStuck, Offside, FreeKick, Touch, Catch, Foul, IllegalDefense, Keepaway, Penalty; each is served only while its bit
 of ``p.rules`` is set. A module notes what it decides (a *ruling*); it is carried out before the next module is served, which

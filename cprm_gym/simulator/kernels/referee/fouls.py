@@ -1,4 +1,4 @@
-"""Fouls and cards (SIMULATOR.md 7.10)."""
+"""Fouls and cards (specification/simulator.md 7.10)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Goals, outs and catches (SIMULATOR.md 7.8, 7.9): where the ball is, and whose hands it is in."""
+"""Goals, outs and catches (specification/simulator.md 7.8, 7.9): where the ball is, and whose hands it is in."""
 
 from __future__ import annotations
 

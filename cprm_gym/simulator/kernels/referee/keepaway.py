@@ -1,4 +1,4 @@
-"""Keepaway (SIMULATOR.md 7.13): the left players keep the ball within a region, the right ones try to take it."""
+"""Keepaway (specification/simulator.md 7.13): the left players keep the ball within a region, the right ones try to take it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kick-off procedure, automatic kick-offs and player types (SIMULATOR.md 2.2 to 2.4, 7.3, 7.15)."""
+"""The kick-off procedure, automatic kick-offs and player types (specification/simulator.md 2.2 to 2.4, 7.3, 7.15)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def type_key(w, i):
 
 @kernel
 def substitute(w, p, i, new_type):
-    """Player `i` becomes one of type `new_type`, rested and without cards; the place stays (SIMULATOR.md 2.4)."""
+    """Player `i` becomes one of type `new_type`, rested and without cards; the place stays (specification/simulator.md 2.4)."""
     w.type[i] = new_type
     recover(w, p, i)
     w.bits[i] &= KEPT_BY_SUBSTITUTION
@@ -133,7 +133,7 @@ def kicks_off(w, p):
 
 @kernel
 def kick_off(w, p):
-    """The kick-off procedure of monitor, trainer and automatic mode (SIMULATOR.md 7.3); nobody is put into formation."""
+    """The kick-off procedure of monitor, trainer and automatic mode (specification/simulator.md 7.3); nobody is put into formation."""
     if not may_kick_off(w, p):
         return
     if p.keepaway and p.rules & RULE_KEEPAWAY:
@@ -152,7 +152,7 @@ def kick_off(w, p):
 
 @kernel
 def automatic_kick_off(w, p, players_expected):
-    """After each step with ``auto_mode``: count down the waits before a kick-off (SIMULATOR.md 7.15)."""
+    """After each step with ``auto_mode``: count down the waits before a kick-off (specification/simulator.md 7.15)."""
     if w.mode != BEFORE_KICK_OFF or w.time >= p.total_cycles:
         w.auto_kick_off_wait, w.auto_connect_wait = p.kick_off_wait, p.connect_wait
         return

@@ -1,4 +1,4 @@
-"""Play modes as plain integers and the groups of them that the rules speak of (SIMULATOR.md 0.4).
+"""Play modes as plain integers and the groups of them that the rules speak of (specification/simulator.md 0.4).
 
 Kernels take the server's numbers; the left member of a pair (``kick_in_l``) names the pair and `of_side` gives the member.
 """
@@ -69,7 +69,7 @@ CLEAR_AFTER = 25
 GOAL_WAIT_STEPS = 50
 
 STOPPED, PENALTY, SET_PLAY = 1, 2, 4
-"""Groups Z (the clock stands), PEN and SET of SIMULATOR.md 0.4."""
+"""Groups Z (the clock stands), PEN and SET of specification/simulator.md 0.4."""
 
 
 def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

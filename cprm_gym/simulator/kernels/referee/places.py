@@ -1,4 +1,4 @@
-"""Where ball and players are put by the referee (SIMULATOR.md 7.2): positions of awards, relocations of players."""
+"""Where ball and players are put by the referee (specification/simulator.md 7.2): positions of awards, relocations of players."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What trainer and coach do to worlds at once, between steps (SIMULATOR.md 4.9, 4.10); `officials` checks and calls these.
+"""What trainer and coach do to worlds at once, between steps (specification/simulator.md 4.9, 4.10); `officials` checks and calls these.
 
 `chosen` holds the indices of the worlds concerned, ``(n,)`` int64; arrays of places and the like have one row per chosen world.
 """

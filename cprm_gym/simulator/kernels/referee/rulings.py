@@ -1,4 +1,4 @@
-"""Carrying out what a module decided: the ball is placed, players are moved, the mode changes (SIMULATOR.md 7.2 to 7.12)."""
+"""Carrying out what a module decided: the ball is placed, players are moved, the mode changes (specification/simulator.md 7.2 to 7.12)."""
 
 from __future__ import annotations
 

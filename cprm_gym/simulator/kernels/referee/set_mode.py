@@ -1,4 +1,4 @@
-"""A change of the play mode and what every module does because of it; announcements (SIMULATOR.md 7.2)."""
+"""A change of the play mode and what every module does because of it; announcements (specification/simulator.md 7.2)."""
 
 from __future__ import annotations
 

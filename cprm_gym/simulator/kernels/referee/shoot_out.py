@@ -1,4 +1,4 @@
-"""The penalty shoot-out (SIMULATOR.md 7.14): one side after the other shoots at the goal on ``pen_side``."""
+"""The penalty shoot-out (specification/simulator.md 7.14): one side after the other shoots at the goal on ``pen_side``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the modules Time, BallStuck, Offside, FreeKick and IllegalDefense do in each step (SIMULATOR.md 7.4 to 7.7, 7.11)."""
+"""What the modules Time, BallStuck, Offside, FreeKick and IllegalDefense do in each step (specification/simulator.md 7.4 to 7.7, 7.11)."""
 
 from __future__ import annotations
 

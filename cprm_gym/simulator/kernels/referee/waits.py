@@ -1,4 +1,4 @@
-"""The stoppages of 30 steps after an offence (SIMULATOR.md 7.12)."""
+"""The stoppages of 30 steps after an offence (specification/simulator.md 7.12)."""
 
 from __future__ import annotations
 

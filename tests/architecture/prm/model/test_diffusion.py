@@ -20,7 +20,7 @@ def approaching(count, sd=0.3, speed=-0.5):
 
 
 def test_two_metre_bins_spread_an_approaching_ball_threefold():
-    """20 steps of -0.5 m with deviation 0.3: 1.4 m become 3.9 m, total variation 0.43 (INFERENCE.md section 2)."""
+    """20 steps of -0.5 m with deviation 0.3: 1.4 m become 3.9 m, total variation 0.43 (specification/inference.md 2)."""
     (row,) = approaching(30).diffusion_report(steps=20).rows
     assert row.shift == pytest.approx(-0.5)
     assert row.deviation == pytest.approx(np.sqrt(20 * 0.09 + 4 / 12), rel=0.02)
