@@ -66,7 +66,7 @@ class SoccerAgent:
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes; the copies are made at the first one."""
         count = len(observation["level"])
-        if self.controller is None or self.controller.copies != count:
+        if self.controller is None or self.controller.batch != count:
             exclusive = [[name for name in BODY_COMMANDS if name in _emitted(self.cprm)]]
             self.controller = Controller(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
             self._turned = np.zeros(count)
@@ -84,7 +84,7 @@ class SoccerAgent:
         along = np.cos(np.radians(percepts["body.speed_direction"]))
         percepts["body.advanced"] = percepts["body.speed"] * along / PLAYER_DECAY
         commands = self.controller.step(percepts, self.objects(observation) if self.objects else None)
-        count = self.controller.copies
+        count = self.controller.batch
         action = no_action(count)
         self._turned = np.zeros(count)
         for name, (kind, parameters) in BODY_COMMANDS.items():

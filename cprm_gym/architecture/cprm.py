@@ -253,13 +253,13 @@ class Decision:
 
 
 class Controller:
-    """A CPRM that runs for `copies` agents.
+    """A CPRM that runs for a batch of agents.
 
     Parameters
     ----------
     cprm : CPRM
-    copies : int
-        W.
+    batch : int
+        W, the number of agents.
     exclusive : sequence of sequences of str
         Groups of commands of which one goes out per cycle (`Executor`).
     engine : str or engine
@@ -277,7 +277,7 @@ class Controller:
     def __init__(
         self,
         cprm: CPRM,
-        copies: int = 1,
+        batch: int = 1,
         *,
         exclusive: Sequence[Sequence[str]] = (),
         engine: Any = "exact",
@@ -287,11 +287,11 @@ class Controller:
         seed: int | None = None,
     ) -> None:
         self.cprm = cprm
-        self.copies = copies
+        self.batch = batch
         compiled = compile_net(cprm.net)
         self._by_class = {c: tuple(o for o, k in cprm.objects.items() if k == c) for c in cprm.objects.values()}
         counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
-        self.executor = Executor(compiled, copies, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
+        self.executor = Executor(compiled, batch, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
         self.places = set(self.executor.net.place_names)
         self._beliefs = [(p.name, p.variable, view_of(p), float(p.value)) for p in self.executor.belief_places]
         self._class_at = {p.name: p.class_name for p in compiled.net.places if isinstance(p, ObjectPlace)}
@@ -303,25 +303,25 @@ class Controller:
                 grounding = Grounding(cprm.model, cprm.objects)
             elif grounding.model != cprm.model or grounding.objects != dict(cprm.objects):
                 raise ModelError(f"cprm {cprm.name!r}: the grounding given is of another model or other objects")
-            self.bank = FilterBank(grounding, copies, engine, on_impossible=on_impossible, seed=seed, alike=alike)
+            self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
             self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
         self._trace = trace
         self._percepts: Percepts = {}
         self._told: tuple[NDArray[np.float64], NDArray[np.bool_]] | None = None
         self._in_force: tuple[Link, ...] = ()
-        self._cycle = np.zeros(copies, np.int64)
+        self._cycle = np.zeros(batch, np.int64)
 
     # ------------------------------------------------------------------ life
 
-    def reset(self, copies: NDArray[Any] | None = None) -> None:
+    def reset(self, mask: NDArray[Any] | None = None) -> None:
         """Bring net and belief of agents back to their beginning.
 
         Parameters
         ----------
-        copies : (W,) bool array, optional
+        mask : (W,) bool array, optional
             Which agents; all if not given.
         """
-        mask = np.ones(self.copies, bool) if copies is None else np.asarray(copies, bool)
+        mask = np.ones(self.batch, bool) if mask is None else np.asarray(mask, bool)
         self.executor.reset(mask)
         self._cycle[mask] = 0
         if self.bank is not None:
@@ -423,18 +423,18 @@ class Controller:
 
     def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
         """(n, W) values of expressions over percepts and places."""
-        out = np.empty((len(formulas), self.copies))
+        out = np.empty((len(formulas), self.batch))
         for row, formula in zip(out, formulas):
             plain = percepts.get(formula.text)  # most are a percept as it is
-            row[:] = formula({name: self._value(name, percepts) for name in formula.names}, self.copies) if plain is None else plain
+            row[:] = formula({name: self._value(name, percepts) for name in formula.names}, self.batch) if plain is None else plain
         if not np.isfinite(out).all():
             for formula in formulas:
-                formula({name: self._value(name, percepts) for name in formula.names}, self.copies)
+                formula({name: self._value(name, percepts) for name in formula.names}, self.batch)
         return out
 
     def _value(self, name: str, percepts: Percepts) -> NDArray[np.float64]:
         if name in percepts:
-            return np.broadcast_to(np.asarray(percepts[name], np.float64), (self.copies,))
+            return np.broadcast_to(np.asarray(percepts[name], np.float64), (self.batch,))
         if name in self.places:
             return self.executor.read(name)
         known = [*percepts, *self.places]
@@ -450,8 +450,8 @@ class Controller:
         NetError
             When there is no such agent, or nothing has been decided yet.
         """
-        if not 0 <= copy < self.copies or not self._percepts:
-            raise NetError(f"cprm {self.cprm.name!r}: no decision of agent {copy!r} to explain; there are agents 0 to {self.copies - 1}")
+        if not 0 <= copy < self.batch or not self._percepts:
+            raise NetError(f"cprm {self.cprm.name!r}: no decision of agent {copy!r} to explain; there are agents 0 to {self.batch - 1}")
         executor, cycle = self.executor, int(self._cycle[copy]) - 1
         fired: list[str] = []
         enabled: set[str] = set()
@@ -471,7 +471,7 @@ class Controller:
         }  # fmt: skip
         return Decision(
             cycle=cycle,
-            percepts={name: float(np.broadcast_to(np.asarray(v, float), (self.copies,))[copy]) for name, v in self._percepts.items()},
+            percepts={name: float(np.broadcast_to(np.asarray(v, float), (self.batch,))[copy]) for name, v in self._percepts.items()},
             evidence=told,
             beliefs={name: float(executor.read(name)[copy]) for name, *_ in self._beliefs},
             relations=self._tuples(self._in_force, copy),

@@ -37,7 +37,7 @@ def test_every_shipped_module_keeps_its_contract(name):
 
 
 def test_one_invariant_holds_in_every_marking_reached():
-    executor = Executor(GO_TO_BALL, copies=50)
+    executor = Executor(GO_TO_BALL, batch=50)
     draws = np.random.default_rng(1)
     executor.write("begin", 1)
     outcomes = ("at_ball", "lost_ball", "aborted")

@@ -81,7 +81,7 @@ def test_agents_in_a_batch_are_independent_and_can_begin_anew():
     draws = np.random.default_rng(4)
     readings = draws.integers(0, 2, (30, 5)).astype(float)
     looked = draws.integers(0, 2, (30, 5)).astype(float)
-    batch = Controller(COAT, copies=5)
+    batch = Controller(COAT, batch=5)
     alone = [Controller(COAT) for _ in range(5)]
     for t in range(30):
         if t == 15:
@@ -159,7 +159,7 @@ GUARD = CPRM(
 
 
 def test_a_relation_follows_the_object_in_its_place():
-    guard = Controller(GUARD, copies=2)
+    guard = Controller(GUARD, batch=2)
     importance = {"Door": {"importance": np.array([[1.0, 2.0], [5.0, 2.0]])}}
     lights = {"north": np.array([1.0, 1.0]), "south": np.array([1.0, 1.0])}
     guard.step(lights, importance)

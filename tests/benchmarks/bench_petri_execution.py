@@ -66,11 +66,11 @@ def report(name: str, seconds: tuple[float, float], per: float, unit: str) -> No
     print(f"{name:64s} {least:8.2f} {median:8.2f}  us per {unit}")
 
 
-def bench_net(net: PetriNet, copies: int, cycles: int, as_names: bool = False) -> tuple[float, float]:
-    executor = Executor(net, copies, exclusive=[("turn",)])
-    inputs = np.ones((copies, len(executor.input_names)))
+def bench_net(net: PetriNet, batch: int, cycles: int, as_names: bool = False) -> tuple[float, float]:
+    executor = Executor(net, batch, exclusive=[("turn",)])
+    inputs = np.ones((batch, len(executor.input_names)))
     inputs[:, executor.input_names.index("body.speed")] = 0.1
-    beliefs = np.full((copies, len(executor.belief_names)), 40.0)
+    beliefs = np.full((batch, len(executor.belief_names)), 40.0)
     named = {"ball.seen": 1.0, "body.speed": 0.1}
     believed = dict.fromkeys(executor.belief_names, 40.0)
     executor.step(inputs, beliefs=beliefs)

@@ -46,13 +46,13 @@ class Conflict(NamedTuple):
 
 
 class Executor:
-    """Runs a net, cycle by cycle, for `copies` copies at once.
+    """Runs a net, cycle by cycle, for a batch of copies at once.
 
     Parameters
     ----------
     net : PetriNet or CompiledNet
-    copies : int
-        W; each copy has its own marking and clocks.
+    batch : int
+        W, the number of copies; each has its own marking and clocks.
     objects : mapping, optional
         Class -> number of objects, for the classes of the net's object places whose attributes it reads.
     exclusive : sequence of sequences of command names
@@ -79,7 +79,7 @@ class Executor:
     def __init__(
         self,
         net: PetriNet | CompiledNet,
-        copies: int = 1,
+        batch: int = 1,
         *,
         objects: Mapping[str, int] | None = None,
         exclusive: Sequence[Sequence[str]] = (),
@@ -87,13 +87,13 @@ class Executor:
         seed: int | None = None,
         trace: bool = False,
     ) -> None:
-        if not (isinstance(copies, (int, np.integer)) and copies >= 1):
-            raise NetError(f"`copies` is a whole number from 1, got {copies!r}")
+        if not (isinstance(batch, (int, np.integer)) and batch >= 1):
+            raise NetError(f"`batch` is a whole number from 1, got {batch!r}")
         self.net = net if isinstance(net, CompiledNet) else compile_net(net)
-        self.copies = int(copies)
+        self.batch = int(batch)
         self.strict = strict
         self._program, self._layout = build(self.net, objects or {}, exclusive)
-        w, layout, t = self.copies, self._layout, self.net.n_transitions
+        w, layout, t = self.batch, self._layout, self.net.n_transitions
         self._state = kernels.State(
             row=np.zeros((w, layout.n_slots)),
             held=np.full((w, len(layout.objects)), -1, np.int32),
@@ -246,7 +246,7 @@ class Executor:
         layout = self._layout
         if len(inputs) != len(layout.inputs):
             return False
-        values = np.empty((self.copies, len(layout.inputs)))
+        values = np.empty((self.batch, len(layout.inputs)))
         try:
             for column, name in enumerate(layout.inputs):
                 values[:, column] = inputs[name]
@@ -295,8 +295,8 @@ class Executor:
         return self._state.data[:, column : column + size]
 
     def _fit(self, values: NDArray[np.float64], size: int, what: str) -> NDArray[np.float64]:
-        if values.shape not in ((), (size,), (self.copies, size)):
-            raise NetError(f"{what} must have shape ({size},) or ({self.copies}, {size}), got {values.shape}")
+        if values.shape not in ((), (size,), (self.batch, size)):
+            raise NetError(f"{what} must have shape ({size},) or ({self.batch}, {size}), got {values.shape}")
         return values
 
     def run(self) -> Commands:
@@ -340,10 +340,10 @@ class Executor:
 
     def _write(self, data: Any, what: str, names: Sequence[str], slots: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
         values = np.array(data, np.float64, order="C")  # a copy: one memory layout, so one compiled version
-        if values.shape != (self.copies, len(names)):
+        if values.shape != (self.batch, len(names)):
             if values.shape != (len(names),):
-                raise NetError(f"`{what}` must have shape ({self.copies}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
-            values = np.repeat(values[None], self.copies, axis=0)
+                raise NetError(f"`{what}` must have shape ({self.batch}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
+            values = np.repeat(values[None], self.batch, axis=0)
         if not kernels.write(self._state.row, slots, columns, values, self._failed):
             copy, i = self._failed
             place, name = self.net.place_names[slots[i]], names[columns[i]]
@@ -356,8 +356,8 @@ class Executor:
             finite = math.isfinite(value)
         else:
             value = np.asarray(value, np.float64)
-            if value.shape not in ((), (1,), (self.copies,)):
-                raise NetError(f"{name!r} takes a number or an array of shape ({self.copies},), got {value.shape}")
+            if value.shape not in ((), (1,), (self.batch,)):
+                raise NetError(f"{name!r} takes a number or an array of shape ({self.batch},), got {value.shape}")
             finite = bool(np.isfinite(value).all())
             value = value[:, None] if value.ndim and slots.ndim else value
         if not finite:
@@ -375,20 +375,20 @@ class Executor:
             raise unknown_name("object place", place, self._layout.objects)
         return np.array(self._state.held[:, self._layout.objects.index(place)])
 
-    def write(self, place: str, value: ArrayLike, copies: ArrayLike | None = None) -> None:
+    def write(self, place: str, value: ArrayLike, which: ArrayLike | None = None) -> None:
         """Set the marking of a place from outside.
 
         Parameters
         ----------
         place : str
-        value : number or (copies,)
+        value : number or one per copy
             Tokens within the capacity, a real value, or the index of an object (-1: none).
-        copies : indices or mask, optional
+        which : indices or mask, optional
             Which copies; default all.
         """
         p = self.net.place(place)
         kind = PlaceKind(int(self.net.kind[p]))
-        which = slice(None) if copies is None else np.asarray(copies)
+        rows = slice(None) if which is None else np.asarray(which)
         values = np.asarray(value, np.float64)
         if not np.isfinite(values).all():
             raise NetError(f"place {place!r} cannot hold {value!r}; a place holds finite numbers")
@@ -406,9 +406,9 @@ class Executor:
             size = self._layout.sizes.get(owner.class_name, 0)
             if (values < -1).any() or (size and (values >= size).any()):
                 raise NetError(f"place {place!r} holds an object of {size}, -1 for none, got {value!r}")
-            self._state.held[which, self._layout.objects.index(place)] = values.astype(np.int32)
+            self._state.held[rows, self._layout.objects.index(place)] = values.astype(np.int32)
             values = (values >= 0).astype(np.float64)
-        self._state.row[which, p] = values
+        self._state.row[rows, p] = values
 
     def reset(self, mask: ArrayLike | None = None, seed: int | None = None) -> None:
         """Bring copies back to the initial marking, clocks off.
@@ -420,9 +420,9 @@ class Executor:
         seed : int, optional
             New seed of the random choice; without, the streams of the copies go on.
         """
-        which = np.ones(self.copies, np.bool_) if mask is None else np.asarray(mask, np.bool_)
-        if which.shape != (self.copies,):
-            raise NetError(f"`mask` must have shape ({self.copies},), got {which.shape}")
+        which = np.ones(self.batch, np.bool_) if mask is None else np.asarray(mask, np.bool_)
+        if which.shape != (self.batch,):
+            raise NetError(f"`mask` must have shape ({self.batch},), got {which.shape}")
         state = self._state
         state.row[which, : self.net.n_places] = self.net.initial
         state.row[which, self.net.n_places :] = np.nan
@@ -440,7 +440,7 @@ class Executor:
 
     def _seed_streams(self, seed: int | None, which: NDArray[np.bool_]) -> None:
         if self.net.net.semantics.choice == "random":
-            streams = np.random.SeedSequence(seed).spawn(self.copies)
+            streams = np.random.SeedSequence(seed).spawn(self.batch)
             self._state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
 
     def snapshot(self) -> Snapshot:

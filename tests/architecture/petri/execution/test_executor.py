@@ -193,7 +193,7 @@ def test_higher_priority_fires_first_whatever_the_order_of_declaration():
 
 def test_conflict_between_immediates_of_equal_priority_is_reported():
     net = PetriNet("choice", (Place("p", tokens=1),), (Transition("left", ("p",)), Transition("right", ("p",))))
-    executor = Executor(net, copies=3)
+    executor = Executor(net, batch=3)
     executor.step()
     assert executor.conflicts == [("left", "right", 3)]
 
@@ -201,14 +201,14 @@ def test_conflict_between_immediates_of_equal_priority_is_reported():
 def test_random_choice_follows_the_weights_and_the_seed():
     fork = (Transition("left", ("p",), ("l",), weight=3.0), Transition("right", ("p",), ("r",), weight=1.0))
     net = PetriNet("fork", (Place("p", tokens=1), Place("l"), Place("r")), fork, semantics=Semantics(choice="random"))
-    executor = Executor(net, copies=4000, seed=5)
+    executor = Executor(net, batch=4000, seed=5)
     executor.step()
     share = executor.read("l").mean()
     assert abs(share - 0.75) < 5 * np.sqrt(0.75 * 0.25 / 4000)
-    again = Executor(net, copies=7, seed=5)
+    again = Executor(net, batch=7, seed=5)
     again.step()
     assert (again.read("l") == executor.read("l")[:7]).all()
-    other = Executor(net, copies=4000, seed=6)
+    other = Executor(net, batch=4000, seed=6)
     other.step()
     assert (other.read("l") != executor.read("l")).any()
 
@@ -216,7 +216,7 @@ def test_random_choice_follows_the_weights_and_the_seed():
 def test_random_choice_goes_on_over_resets_and_begins_anew_with_a_seed():
     fork = (Transition("left", ("p",), ("l",)), Transition("right", ("p",), ("r",)))
     net = PetriNet("fork", (Place("p", tokens=1), Place("l"), Place("r")), fork, semantics=Semantics(choice="random"))
-    executor = Executor(net, copies=64, seed=5)
+    executor = Executor(net, batch=64, seed=5)
     runs = []
     for seed in (None, None, 5):
         executor.reset(seed=seed)
@@ -229,7 +229,7 @@ def test_random_choice_goes_on_over_resets_and_begins_anew_with_a_seed():
 def test_inputs_of_any_memory_layout_are_read_alike():
     values = np.asfortranarray(np.arange(8.0).reshape(4, 2))
     values.flags.writeable = False
-    executor = Executor(WATCH, copies=4)
+    executor = Executor(WATCH, batch=4)
     executor.step(values)
     executor.step(values[::-1])
     assert executor.read("far").tolist() == [7, 5, 3, 1]
@@ -240,7 +240,7 @@ def test_test_and_inhibitor_arcs_of_one_threshold_are_exact_complements_on_real_
         Transition("above", outputs=("y",), tests={"x": 0.3}, delay=1), Transition("below", outputs=("n",), inhibitors={"x": 0.3}, delay=1),
     ))  # fmt: skip
     values = np.concatenate([np.random.default_rng(0).normal(size=500), [0.3, np.nextafter(0.3, 0), np.nextafter(0.3, 1)]])
-    executor = Executor(net, copies=len(values))
+    executor = Executor(net, batch=len(values))
     for _ in range(2):
         executor.step({"x": values})
     assert (executor.read("y") == (values >= 0.3)).all()
@@ -257,7 +257,7 @@ def test_copies_are_independent_and_alike():
     rng = np.random.default_rng(3)
     net = PetriNet("walk", (Input("x"), Place("n", capacity=40)), (Transition("t", outputs=("n",), tests={"x": 0.0}, delay=1),))
     values = rng.normal(size=(20, 5))
-    batch = Executor(net, copies=5)
+    batch = Executor(net, batch=5)
     for row in values:
         batch.step({"x": row})
     for copy in range(5):
@@ -293,7 +293,7 @@ def test_inputs_and_beliefs_are_named_in_order():
 
 
 def test_arrays_and_names_write_the_same():
-    by_array, by_name = Executor(WATCH, copies=2), Executor(WATCH, copies=2)
+    by_array, by_name = Executor(WATCH, batch=2), Executor(WATCH, batch=2)
     for _ in range(2):
         a = by_array.step(np.array([[1, 5.0], [0, 7.0]]), beliefs=np.array([[30.0], [40.0]]))
         b = by_name.step({"ball.seen": [1, 0], "ball.distance": np.array([5.0, 7.0])}, beliefs={"bearing": [30.0, 40.0]})
@@ -326,16 +326,16 @@ def test_a_number_that_is_not_finite_is_refused_with_the_place(bad):
     with pytest.raises(NetError, match=r"'ball.distance' \(place 'far', 'far_too'\) is"):
         Executor(WATCH).step({"ball.distance": bad})
     with pytest.raises(NetError, match=r"`inputs`: 'ball\.distance' \(place 'far'\) of copy 1 is"):
-        Executor(WATCH, copies=2).step(np.array([[1.0, 1.0], [1.0, bad]]))
+        Executor(WATCH, batch=2).step(np.array([[1.0, 1.0], [1.0, bad]]))
     with pytest.raises(NetError, match=r"`beliefs`: 'bearing' \(place 'bearing'\) of copy 0 is"):
         Executor(WATCH).step(beliefs=np.array([[bad]]))
 
 
 def test_wrong_shapes_say_what_is_wanted():
     with pytest.raises(NetError, match=r"`inputs` must have shape \(3, 2\): ball\.seen, ball\.distance; got \(2, 3\)"):
-        Executor(WATCH, copies=3).step(np.zeros((2, 3)))
+        Executor(WATCH, batch=3).step(np.zeros((2, 3)))
     with pytest.raises(NetError, match=r"takes a number or an array of shape \(3,\), got \(2,\)"):
-        Executor(WATCH, copies=3).step({"ball.seen": [1, 2]})
+        Executor(WATCH, batch=3).step({"ball.seen": [1, 2]})
 
 
 def test_undefined_math_names_place_expression_and_operands():
@@ -343,7 +343,7 @@ def test_undefined_math_names_place_expression_and_operands():
     with pytest.raises(
         ExpressionError, match=r"net 'ratio', copy 1, cycle 0: math place 'r' = 'x / y' has no finite value at x = 3, y = 0"
     ):
-        Executor(net, copies=2).step({"x": 3, "y": [1, 0]})
+        Executor(net, batch=2).step({"x": 3, "y": [1, 0]})
 
 
 def test_guarded_math_is_defined():
@@ -355,7 +355,7 @@ def test_guarded_math_is_defined():
 
 def test_the_other_copies_finish_the_cycle_when_one_fails():
     net = PetriNet("ratio", (Input("y", value=1), Math("r", "1 / y"), Place("n", capacity=9)), (Transition("t", outputs=("n",), delay=1),))
-    executor = Executor(net, copies=3)
+    executor = Executor(net, batch=3)
     executor.step({"y": 1})
     with pytest.raises(ExpressionError, match="copy 1"):
         executor.step({"y": [1, 0, 1]})
@@ -465,11 +465,11 @@ def test_snapshot_and_restore_continue_alike():
     executor.restore(kept)
     assert [(executor.step(), executor.marking.tolist())[1] for _ in range(4)] == first
     with pytest.raises(NetError, match=r"snapshot: `row` must have shape"):
-        Executor(FIG_2_5, copies=2).restore(kept)
+        Executor(FIG_2_5, batch=2).restore(kept)
 
 
 def test_reset_with_a_mask_resets_those_copies_only():
-    executor = Executor(FIG_2_5, copies=3)
+    executor = Executor(FIG_2_5, batch=3)
     for _ in range(3):
         executor.step()
     executor.reset(mask=np.array([True, False, True]))
@@ -481,9 +481,9 @@ def test_reset_with_a_mask_resets_those_copies_only():
 
 
 def test_writing_a_place_is_checked():
-    executor = Executor(WATCH, copies=2)
+    executor = Executor(WATCH, batch=2)
     executor.write("turned", [4, 5])
-    executor.write("gain", 2.5, copies=[1])
+    executor.write("gain", 2.5, which=[1])
     assert executor.read("turned").tolist() == [4, 5]
     assert executor.read("gain").tolist() == [0.5, 2.5]
     for place, value, message in (
@@ -509,7 +509,7 @@ def test_cycle_compiles_once():
     from cprm_gym.architecture.petri.execution import kernels
 
     Executor(FIG_2_5).step()
-    Executor(WATCH, copies=3).step()
+    Executor(WATCH, batch=3).step()
     assert len(kernels.cycle.signatures) == 1
 
 
@@ -534,11 +534,11 @@ def test_trace_can_be_replayed():
         Transition("left", ("p",), ("l",), tests={"x": 0}), Transition("right", ("p",), inhibitors={"x": 0}),
         Transition("back", ("l",), ("p",), delay=1),
     ), semantics=Semantics(choice="random"))  # fmt: skip
-    executor = Executor(net, copies=3, seed=1, trace=True)
+    executor = Executor(net, batch=3, seed=1, trace=True)
     rng = np.random.default_rng(0)
     for _ in range(10):
         executor.step({"x": rng.normal(size=3)})
-    other = Executor(net, copies=3)
+    other = Executor(net, batch=3)
     executor.trace.replay(other)
     assert (other.marking == executor.marking).all()
 

@@ -10,7 +10,7 @@ from cprm_gym.errors import NetError, UnknownName
 def chooser(**options) -> Executor:
     options.setdefault("best", "teammate.openness")
     place = ObjectPlace("chosen", "Teammate", Selection("Teammate", **options))
-    return Executor(PetriNet("m", (place, Input("least", value=10), Math("at", "chosen.x", default=-1))), copies=2, objects={"Teammate": 4})
+    return Executor(PetriNet("m", (place, Input("least", value=10), Math("at", "chosen.x", default=-1))), batch=2, objects={"Teammate": 4})
 
 
 TEAM = {"openness": [[3, 30, 12, 30], [1, 2, 3, 4]], "x": [0, 10, 20, 30]}
