@@ -18,7 +18,8 @@ import numpy as np
 from cprm_gym.architecture.cprm import CPRM, Controller, Observe
 from cprm_gym.architecture.petri import Belief, Command, Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
-from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, prev
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, prev
 from cprm_gym.architecture.prm.model.schema import Input as Given
 
 ARRIVES, HIT, FALSE = 0.06, 0.8, 0.2

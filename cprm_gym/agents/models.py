@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from ..architecture.prm.model.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
 from ..architecture.prm.model.domains import BOOL, Bins, Labels
-from ..architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Relation, Replace, prev
+from ..architecture.prm.model.model import Model
+from ..architecture.prm.model.schema import Attribute, Input, PRMClass, Relation, Replace, prev
 
 DISTANCE = Bins((0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 60), unit="m", clip=True)
 """Ten bins, fine near the player: the eye's error grows with the distance (specification/simulator.md 6.1.4)."""

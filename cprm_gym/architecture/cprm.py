@@ -13,6 +13,7 @@ transitions -> commands.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import EvidenceError, FormatError, ModelError, NetError, did_you_mean
+from ..files import write_atomically
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
 from .petri.execution.commands import Commands
 from .petri.execution.executor import Executor
@@ -31,9 +33,10 @@ from .prm.grounding.slices import GroundVariable
 from .prm.inference.evidence import UNOBSERVED, state_of
 from .prm.inference.filter_bank import FilterBank, Link, Role
 from .prm.inference.views import View
-from .prm.interchange import json as model_io
+from .prm.interchange.json import model_from_json, model_to_json, read_text
 from .prm.model.formulas import Formula
-from .prm.model.schema import Model, canonical_tuple
+from .prm.model.model import Model
+from .prm.model.schema import canonical_tuple
 
 Percepts = Mapping[str, NDArray[Any]]
 """Name -> (W,) numbers: what the agents perceive in a cycle."""
@@ -179,7 +182,7 @@ def cprm_to_json(cprm: CPRM) -> str:
         "version": VERSION,
         "name": cprm.name,
         "net": net_to_dict(cprm.net),
-        "model": None if cprm.model is None else json.loads(model_io.to_json(cprm.model)),
+        "model": None if cprm.model is None else json.loads(model_to_json(cprm.model)),
         "objects": dict(cprm.objects),
         "observations": [asdict(o) for o in cprm.observations],
         "clusters": [asdict(c) for c in cprm.clusters],
@@ -208,7 +211,7 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
         return CPRM(
             name=data["name"],
             net=net_from_dict(data["net"]),
-            model=None if data["model"] is None else model_io.from_json(json.dumps(data["model"]), f"{where}, model"),
+            model=None if data["model"] is None else model_from_json(json.dumps(data["model"]), f"{where}, model"),
             objects=data["objects"],
             observations=tuple(Observe(**o) for o in data["observations"]),
             clusters=tuple(Cluster(c["relation"], tuple(c["places"])) for c in data["clusters"]),
@@ -216,6 +219,22 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
         )
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"{where}: a part is missing or of the wrong kind: {error}") from None
+
+
+def save_cprm(cprm: CPRM, path: str | os.PathLike[str]) -> None:
+    """Write a CPRM to a file, all of it or nothing."""
+    write_atomically(path, cprm_to_json(cprm))
+
+
+def load_cprm(path: str | os.PathLike[str]) -> CPRM:
+    """Read a CPRM from a file.
+
+    Raises
+    ------
+    FormatError
+        When the file cannot be read or is not a CPRM; the message names it.
+    """
+    return cprm_from_json(read_text(path), str(path))
 
 
 @dataclass(frozen=True)
@@ -505,4 +524,16 @@ def _sights(
     return sights, places
 
 
-__all__ = ["CPRM", "Cluster", "Controller", "Decision", "Observe", "Percepts", "cprm_from_json", "cprm_to_json", "view_of"]
+__all__ = [
+    "CPRM",
+    "Cluster",
+    "Controller",
+    "Decision",
+    "Observe",
+    "Percepts",
+    "cprm_from_json",
+    "cprm_to_json",
+    "load_cprm",
+    "save_cprm",
+    "view_of",
+]

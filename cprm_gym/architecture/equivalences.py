@@ -23,7 +23,7 @@ from .petri.net.values import FrozenMap
 from .prm.grounding.grounding import Grounding
 from .prm.inference.filter import Filter
 from .prm.model.formulas import Formula
-from .prm.model.schema import Model
+from .prm.model.model import Model
 
 Emitted = dict[str, dict[str, float]]
 """Command -> parameter -> value."""

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_from_json, cprm_to_json
+from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_from_json, cprm_to_json, load_cprm, save_cprm
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
-from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace, prev
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace, prev
 from cprm_gym.errors import FormatError, ModelError, NetError
 
 # the umbrella world (Russell and Norvig): rain is hidden, an umbrella is seen
@@ -220,6 +221,13 @@ def test_json_gives_an_equal_value_back(cprm):
     again = cprm_from_json(cprm_to_json(cprm))
     assert again == cprm
     assert cprm_to_json(again) == cprm_to_json(cprm)
+
+
+def test_a_cprm_is_written_to_a_file_and_read_back(tmp_path):
+    save_cprm(GUARD, tmp_path / "guard.json")
+    assert load_cprm(tmp_path / "guard.json") == GUARD
+    with pytest.raises(FormatError, match=r"none\.json: cannot be read"):
+        load_cprm(tmp_path / "none.json")
 
 
 @pytest.mark.parametrize(

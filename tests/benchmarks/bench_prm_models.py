@@ -20,7 +20,7 @@ from ball_world import scene, soccer
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, em
 from cprm_gym.architecture.prm.inference.views import view
 from cprm_gym.architecture.prm.inference.world import World
-from cprm_gym.architecture.prm.interchange.json import from_json, to_json
+from cprm_gym.architecture.prm.interchange.json import model_from_json, model_to_json
 from cprm_gym.architecture.prm.model import integration
 from cprm_gym.architecture.prm.model import resolved as checking
 from cprm_gym.architecture.prm.model.domains import Bins
@@ -49,8 +49,8 @@ def main() -> None:
     rows: list[tuple[str, float]] = []
     for bins in (10, 20, 30):
         rows.append((f"model with all tables, {bins} bins", cpu(partial(soccer, bins), 1, 3, clear)))
-    text = to_json(soccer(10))
-    rows.append(("model read from JSON, tables remembered", cpu(lambda: from_json(text), 5)))
+    text = model_to_json(soccer(10))
+    rows.append(("model read from JSON, tables remembered", cpu(lambda: model_from_json(text), 5)))
     world = scene(10, 11)
     rows.append(("slice of ball and 11 opponents, new", cpu(lambda: world.ground(["attended(o1)"]), 1, 20, world._slices.clear)))
     rows.append(("the same, switched to again", cpu(lambda: world.ground(["attended(o1)"]), 1000)))

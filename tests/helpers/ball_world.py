@@ -5,7 +5,8 @@ from __future__ import annotations
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.model.cpds import Chance, Noise, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Relation, Replace
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, Input, PRMClass, Relation, Replace
 
 
 def motion(role: str = "") -> dict[str, tuple[tuple[str, ...], Noise]]:

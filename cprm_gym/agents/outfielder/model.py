@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from ...architecture.prm.model.cpds import Chance, Noise, Switch, Uniform
 from ...architecture.prm.model.domains import BOOL, Bins
-from ...architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace, prev
+from ...architecture.prm.model.model import Model
+from ...architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace, prev
 from ..models import BALL_DECAY, BALL_RAND
 
 PERIOD = 2

@@ -1,8 +1,11 @@
 """Dynamic probabilistic relational models: what an agent believes about objects it sees badly or not at all.
 
-*Write* a `Model` of classes with attributes, CPDs and relations; *ground* it with the objects of a `World`; *track* the world
-while it is perceived, with relations switched on and off at will; *read* the belief as numbers (`View`), *learn* the CPDs
-(`count`, `em`), *save*, *draw* and *export* the rest.
+    Model --objects--> Skeleton --relations--> GroundSlice --pattern of evidence--> Step (plan) --evidence--> Belief --view--> number
+
+Five arrows, five rooms: ``model`` (classes, CPDs and relations, checked), ``grounding`` (objects and the slices of a net),
+``inference/compiled`` (plans), ``inference`` (filters and engines), ``inference/views`` (numbers); ``interchange`` saves, draws and
+exports. *Write* a `Model`; *ground* it with the objects of a `World`; *track* the world while it is perceived, with relations switched
+on and off at will; *read* the belief as numbers (`View`); *learn* the CPDs (`count`, `em`).
 
 The words of this package
 -------------------------
@@ -30,12 +33,13 @@ from .inference.filter_bank import FilterBank, Link, Role
 from .inference.learning import Episode, Observed, count, em
 from .inference.views import View, view
 from .inference.world import Posterior, Tracker, World
-from .interchange.json import load, save
+from .interchange.json import load_model, model_from_json, model_to_json, save_model
 from .model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from .model.diffusion import diffusion_report
 from .model.domains import BOOL, Bins, Labels
-from .model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
+from .model.model import Model
+from .model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace, prev
 
 __all__ = [
     "BOOL",
@@ -82,9 +86,11 @@ __all__ = [
     "count",
     "diffusion_report",
     "em",
-    "load",
+    "load_model",
+    "model_from_json",
+    "model_to_json",
     "prev",
-    "save",
+    "save_model",
     "unroll",
     "view",
 ]

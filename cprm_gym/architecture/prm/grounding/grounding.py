@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....errors import EvidenceError, ModelError, did_you_mean
-from ..model.schema import Model, canonical_tuple, parse_tuple
+from ..model.model import Model
+from ..model.schema import canonical_tuple, parse_tuple
 from .slice_building import SliceBuilder
 from .slices import (
     PREVIOUS,
@@ -17,8 +18,6 @@ from .slices import (
     GroundCPD,
     GroundSlice,
     GroundVariable,
-    check_rows,
-    topological_order,
 )
 
 __all__ = [
@@ -30,8 +29,6 @@ __all__ = [
     "GroundVariable",
     "Grounding",
     "Situation",
-    "check_rows",
-    "topological_order",
     "unroll",
 ]
 

@@ -7,20 +7,19 @@ non-homogeneous net; switching a relation on or off means that the next slice ha
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ....errors import ModelError, did_you_mean
+from ..model.cpds import check_rows
 from ..model.domains import Bins, Domain, Labels, state_index
+from ..model.resolved import topological_order
 
 SAME, PREVIOUS, STATIC = 0, 1, -1
 """Lags of a parent: in the same slice, in the previous one, or atemporal (defined in the first slice)."""
-
-SUM_TOLERANCE = 1e-9
-"""How far the sum of a row of a CPD may be from 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,62 +183,3 @@ class GroundSlice:
         """
         parents = {c.child: [p for p, lag in c.parents if lag == SAME] for c in self.cpds}
         return topological_order(parents, self.variables)
-
-
-def check_rows(table: np.ndarray, where: str) -> None:
-    """Refuse a table with a negative, non-finite or not-summing row, naming the row.
-
-    Parameters
-    ----------
-    table : float array
-        Child axis last.
-    where : str
-        Start of the message.
-
-    Raises
-    ------
-    ModelError
-    """
-    good = np.isfinite(table).all(axis=-1) & (table >= 0).all(axis=-1)
-    with np.errstate(invalid="ignore"):
-        good &= np.abs(table.sum(axis=-1) - 1.0) <= SUM_TOLERANCE
-    if good.all():
-        return
-    row = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0]) if table.ndim > 1 else ()
-    values = table[row]
-    distribution = np.isfinite(values).all() and (values >= 0).all()
-    what = f"sums to {float(values.sum())!r}, not 1" if distribution else "has values that are no probabilities"
-    raise ModelError(f"{where}: row {row} {what}: {values.tolist()}")
-
-
-def topological_order(parents: dict[str, list[str]], names: Iterable[str]) -> tuple[str, ...]:
-    """Names such that parents come before children; among the free ones the given order is kept.
-
-    Raises
-    ------
-    ModelError
-        If there is a cycle; the message shows it as ``a -> b -> a``.
-    """
-    done: dict[str, None] = {}
-    path: dict[str, None] = {}
-
-    for root in names:
-        stack = [(root, iter(parents.get(root, ())))]
-        if root in done:
-            continue
-        path[root] = None
-        while stack:
-            node, rest = stack[-1]
-            parent = next(rest, None)
-            if parent is None:
-                stack.pop()
-                path.pop(node, None)
-                done[node] = None
-            elif parent in path:
-                loop = list(path)[list(path).index(parent) :]
-                shown = " -> ".join([parent, *reversed(loop)])
-                raise ModelError(f"variables of one slice depend on each other in a cycle: {shown}")
-            elif parent not in done:
-                path[parent] = None
-                stack.append((parent, iter(parents.get(parent, ()))))
-    return tuple(done)

@@ -19,8 +19,8 @@ import numpy as np
 from ....errors import EvidenceError, ModelError, ParameterError
 from ..grounding.grounding import PREVIOUS, STATIC, Grounding, GroundSlice, Situation
 from ..model.cpds import Dense
-from ..model.resolved import Rule
-from ..model.schema import Model
+from ..model.model import Model
+from ..model.resolved import all_rules
 from .evidence import read_hard
 from .filter import Filter
 
@@ -238,7 +238,7 @@ def _maximise(
     model: Model, counts: Counts, prior: float, only: Iterable[tuple[str, ...]] | None, stay: bool
 ) -> tuple[dict[tuple[str, ...], Dense], tuple[Hashable, ...]]:
     """New tables from counts, and the keys that were left alone."""
-    rules = all_rules(model)
+    rules = all_rules(model.checked)
     starts = None if only is None else [tuple(k) for k in only]
     for start in starts or ():
         if not any(key[: len(start)] == start for key in rules):
@@ -258,22 +258,9 @@ def _maximise(
     return learned, tuple(kept)
 
 
-def all_rules(model: Model) -> dict[tuple[str, ...], Rule]:
-    """Every CPD of a model by its key."""
-    out: dict[tuple[str, ...], Rule] = {}
-    checked = model.checked
-    every = [r for info in checked.classes.values() for r in info.rules.values()]
-    every += [r for info in checked.relations.values() for r in (*info.rules.values(), *info.changes.values())]
-    for rules in every:
-        for rule in (rules.main, rules.initial):
-            if rule is not None:
-                out[rule.key] = rule
-    return out
-
-
 def _log_likelihood(model: Model, counts: Counts) -> float:
     """Of complete data, from its counts."""
-    rules = all_rules(model)
+    rules = all_rules(model.checked)
     total = 0.0
     for key, table in counts.items():
         rule = rules.get(key)  # type: ignore[call-overload]

@@ -32,6 +32,7 @@ import numpy as np
 from ....errors import EvidenceError, ModelError, did_you_mean
 from ..grounding.slices import GroundVariable
 from ..model.domains import Bins, Domain
+from ..model.moments import circular_mean, is_angle, mean, points, quantile, resultant, variance
 
 PLAIN = ("expectation", "variance", "deviation", "mode", "argmax", "entropy", "resultant")
 WITH_ARGUMENT = ("probability", "quantile")
@@ -127,9 +128,9 @@ class View:
             needed = f"a belief over {len(domain)} states is needed, got an array of shape {p.shape}"
             raise EvidenceError(f"view {self.text}: {needed}")
         if self.kind == "probability":
-            return _mean(p, probability_weights(self.argument, domain))
+            return mean(p, probability_weights(self.argument, domain))
         if self.kind == "expectation":
-            return circular_mean(p, domain) if _is_angle(domain) else _mean(p, _points(domain))
+            return circular_mean(p, domain) if is_angle(domain) else mean(p, points(domain))
         if self.kind == "variance":
             return variance(p, domain, within_bins=self.argument != "midpoints")
         if self.kind == "deviation":
@@ -137,7 +138,7 @@ class View:
         if self.kind == "argmax":
             return np.asarray(np.argmax(p, axis=-1), dtype=float)
         if self.kind == "mode":
-            return np.asarray(_points(domain)[np.argmax(p, axis=-1)])
+            return np.asarray(points(domain)[np.argmax(p, axis=-1)])
         if self.kind == "entropy":
             return np.asarray(-np.sum(p * np.log(np.where(p > 0.0, p, 1.0)), axis=-1)) + 0.0
         if self.kind == "quantile":
@@ -152,22 +153,6 @@ def view(text: str) -> View:
 
 def _domain(of: Domain | GroundVariable) -> Domain:
     return of.domain if isinstance(of, GroundVariable) else of
-
-
-def _is_angle(domain: Domain) -> bool:
-    return isinstance(domain, Bins) and domain.circular
-
-
-def _mean(p: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Mean of values under each distribution; not a matrix product, whose last digit depends on how many there are."""
-    return np.asarray(np.einsum("...k,k->...", p, values))
-
-
-@lru_cache(maxsize=1024)
-def _points(domain: Domain) -> np.ndarray:
-    points = np.array(domain.values if isinstance(domain, Bins) else range(len(domain)), dtype=float)
-    points.flags.writeable = False
-    return points
 
 
 @lru_cache(maxsize=1024)
@@ -227,89 +212,3 @@ def _interval_weights(low: str | None, high: str | None, domain: Bins, argument:
 def _overlap(edges: np.ndarray, a: float, b: float) -> np.ndarray:
     inside = np.minimum(edges[1:], b) - np.maximum(edges[:-1], a)
     return np.asarray(np.clip(inside / np.diff(edges), 0.0, 1.0))
-
-
-def variance(p: np.ndarray, domain: Domain, within_bins: bool = True) -> np.ndarray:
-    """Variance of each distribution, in squared units.
-
-    Parameters
-    ----------
-    p : (..., K) float array
-    domain : Labels or Bins
-    within_bins : bool
-        Add the variance ``w**2 / 12`` of a value uniform in a bin of width w.
-
-    Returns
-    -------
-    (...) float array
-        For an angle, of the deviation from the circular mean, taken the short way round.
-    """
-    points = _points(domain)
-    if isinstance(domain, Bins) and domain.circular:
-        half = 0.5 * domain.period
-        away = points - circular_mean(p, domain)[..., None]
-        away = np.mod(away + half, domain.period) - half
-        away = away - np.sum(p * away, axis=-1, keepdims=True)
-    else:
-        away = points - _mean(p, points)[..., None]
-    out = np.sum(p * away**2, axis=-1)
-    if within_bins and isinstance(domain, Bins):
-        out = out + _mean(p, np.square(domain.widths) / 12.0)
-    return np.asarray(out)
-
-
-def _phasor(p: np.ndarray, domain: Domain, what: str) -> np.ndarray:
-    if not isinstance(domain, Bins) or not domain.circular:
-        raise ModelError(f"view {what}: only an angle has one; the states are {domain.states[:3]} ...")
-    turn = 2.0 * math.pi / domain.period
-    return _mean(p, np.exp(1j * turn * _points(domain)))
-
-
-def circular_mean(p: np.ndarray, domain: Domain) -> np.ndarray:
-    """Mean direction of an angle, in its unit, between the first and the last edge.
-
-    Undefined (any direction) when the resultant is 0.
-    """
-    phasor = _phasor(p, domain, "expectation")
-    assert isinstance(domain, Bins)
-    angle = np.angle(phasor) * domain.period / (2.0 * math.pi)
-    return np.asarray(domain.edges[0] + np.mod(angle - domain.edges[0], domain.period))
-
-
-def resultant(p: np.ndarray, domain: Domain) -> np.ndarray:
-    """Length of the mean direction of an angle, 0 to 1."""
-    return np.asarray(np.abs(_phasor(p, domain, "resultant")))
-
-
-def quantile(p: np.ndarray, domain: Domain, share: float) -> np.ndarray:
-    """The value below which `share` of each distribution lies; for named states the index of the state that reaches it.
-
-    Parameters
-    ----------
-    p : (..., K) float array
-    domain : Labels or Bins
-    share : float
-        0 to 1.
-
-    Returns
-    -------
-    (...) float array
-
-    Raises
-    ------
-    ModelError
-        For an angle, which has no order.
-    """
-    if _is_angle(domain):
-        raise ModelError(f"view quantile({share}): an angle has no order")
-    total = np.cumsum(p, axis=-1)
-    wanted = share * total[..., -1:]
-    at = np.minimum(np.sum(total < wanted, axis=-1), len(domain) - 1)
-    if not isinstance(domain, Bins):
-        return np.asarray(at, dtype=float)
-    mass = np.take_along_axis(p, at[..., None], -1)[..., 0]
-    before = np.take_along_axis(total, at[..., None], -1)[..., 0] - mass
-    with np.errstate(invalid="ignore", divide="ignore"):
-        inside = np.where(mass > 0.0, (wanted[..., 0] - before) / np.where(mass > 0.0, mass, 1.0), 0.0)
-    edges = np.asarray(domain.edges)
-    return np.asarray(edges[at] + np.clip(inside, 0.0, 1.0) * np.diff(edges)[at])

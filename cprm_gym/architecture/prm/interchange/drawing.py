@@ -11,7 +11,8 @@ from collections.abc import Collection, Iterable
 from html import escape
 
 from ..grounding.grounding import PREVIOUS, SAME, GroundSlice
-from ..model.schema import Attribute, Model, PRMClass, Relation, parent_text
+from ..model.model import Model
+from ..model.schema import Attribute, PRMClass, Relation, parent_text
 
 CHARACTER, LINE, PAD, GAP, BEND = 7.5, 18.0, 10.0, 60.0, 20.0
 """Width of a letter, height of a line, padding, space between boxes, and room for bent arrows, in pixels."""

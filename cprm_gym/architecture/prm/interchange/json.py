@@ -19,6 +19,7 @@ from ....errors import CprmError, FormatError, did_you_mean
 from ....files import write_atomically
 from ..grounding.grounding import Grounding
 from ..model import aggregates, cpds, domains, schema
+from ..model.model import Model
 
 FORMAT = "cprm_gym relational model"
 VERSION = 1
@@ -33,7 +34,7 @@ _TYPES: dict[str, type] = {
         aggregates.Exists, aggregates.All, aggregates.Count, aggregates.Min, aggregates.Max, aggregates.Mean,
         aggregates.AnyCause,
         schema.Attribute, schema.Input, schema.Reference, schema.PRMClass, schema.Replace, schema.Add, schema.Relation,
-        schema.Model,
+        Model,
     )
 }  # fmt: skip
 
@@ -43,7 +44,7 @@ _MAKERS: dict[str, Callable[[dict[str, Any]], Any]] = {
 }
 
 
-def to_json(model: schema.Model) -> str:
+def model_to_json(model: Model) -> str:
     """The model as JSON text.
 
     Parameters
@@ -53,7 +54,7 @@ def to_json(model: schema.Model) -> str:
     return _layout({"format": FORMAT, "version": VERSION, "model": _encode(model)}) + "\n"
 
 
-def from_json(text: str, where: str = "model") -> schema.Model:
+def model_from_json(text: str, where: str = "model") -> Model:
     """The model that a JSON text holds, checked like any other.
 
     Parameters
@@ -73,7 +74,7 @@ def from_json(text: str, where: str = "model") -> schema.Model:
         value = _decode(_document(text, where, "model"), f"{where}: model")
     except RecursionError:
         raise FormatError(f"{where}: nested too deeply") from None
-    if not isinstance(value, schema.Model):
+    if not isinstance(value, Model):
         raise FormatError(f"{where}: holds a {type(value).__name__}, not a Model")
     return value
 
@@ -95,7 +96,7 @@ def world_from_json(text: str, where: str = "world") -> Grounding:
     FormatError
     ModelError
     """
-    model = from_json(text, where)
+    model = model_from_json(text, where)
     objects = _document(text, where, "objects")
     references = _document(text, where, "references")
     if not isinstance(objects, dict) or not all(isinstance(c, str) for c in objects.values()):
@@ -109,12 +110,12 @@ def world_from_json(text: str, where: str = "world") -> Grounding:
     return Grounding(model, objects, references)
 
 
-def save(model: schema.Model, path: str | os.PathLike[str]) -> None:
+def save_model(model: Model, path: str | os.PathLike[str]) -> None:
     """Write a model to a file, all or nothing."""
-    write_atomically(path, to_json(model))
+    write_atomically(path, model_to_json(model))
 
 
-def load(path: str | os.PathLike[str]) -> schema.Model:
+def load_model(path: str | os.PathLike[str]) -> Model:
     """Read a model from a file.
 
     Raises
@@ -123,7 +124,7 @@ def load(path: str | os.PathLike[str]) -> schema.Model:
         If the file cannot be read or is not a model.
     ModelError
     """
-    return from_json(read_text(path), str(path))
+    return model_from_json(read_text(path), str(path))
 
 
 def read_text(path: str | os.PathLike[str]) -> str:

@@ -80,6 +80,32 @@ def check_distribution(values: Sequence[float], states: int, where: str) -> tupl
     return row
 
 
+def check_rows(table: np.ndarray, where: str) -> None:
+    """Refuse a table with a negative, non-finite or not-summing row, naming the row.
+
+    Parameters
+    ----------
+    table : float array
+        Child axis last.
+    where : str
+        Start of the message.
+
+    Raises
+    ------
+    ModelError
+    """
+    good = np.isfinite(table).all(axis=-1) & (table >= 0).all(axis=-1)
+    with np.errstate(invalid="ignore"):
+        good &= np.abs(table.sum(axis=-1) - 1.0) <= SUM_TOLERANCE
+    if good.all():
+        return
+    row = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0]) if table.ndim > 1 else ()
+    values = table[row]
+    distribution = np.isfinite(values).all() and (values >= 0).all()
+    what = f"sums to {float(values.sum())!r}, not 1" if distribution else "has values that are no probabilities"
+    raise ModelError(f"{where}: row {row} {what}: {values.tolist()}")
+
+
 def _shape(child: Domain, parents: Parents, where: str) -> tuple[int, ...]:
     shape = (*(len(d) for _, d in parents), len(child))
     if math.prod(shape) > MAX_CELLS:

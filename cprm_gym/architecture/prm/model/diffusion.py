@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ....errors import ParameterError
-from ..inference.learning import all_rules
-from ..inference.views import circular_mean, variance
 from .cpds import CPD, Noise, Switch
 from .domains import Bins, Domain
 from .formulas import Formula
-from .resolved import Rule, Slot
-from .schema import Model
+from .model import Model
+from .moments import circular_mean, variance
+from .resolved import Rule, Slot, all_rules
 
 
 class Diffusion(NamedTuple):
@@ -111,7 +110,7 @@ def diffusion_report(model: Model, steps: int = 20, samples: int = 10_000, seed:
         raise ParameterError(f"at least 1 step and 2 samples, got {steps} and {samples}")
     rng = np.random.default_rng(seed)
     rows = []
-    for rule in all_rules(model).values():
+    for rule in all_rules(model.checked).values():
         if rule.key[3] != "cpd" or not isinstance(rule.domain, Bins):
             continue
         me = _own_past(rule)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....errors import ModelError, did_you_mean
-from ..grounding.slices import check_rows, topological_order
 from .aggregates import Aggregate
-from .cpds import CPD, Dense, Uniform
+from .cpds import CPD, Dense, Uniform, check_rows
 from .domains import Domain
-
-if TYPE_CHECKING:
-    from .schema import Add, Attribute, Input, Model, Parent, PRMClass, Reference, Relation, Replace
+from .schema import Add, Attribute, Input, Parent, PRMClass, Reference, Relation, Replace
 
 Key = tuple[str, str, str, str]
 
@@ -133,6 +129,12 @@ _remembered = lru_cache(maxsize=512)(_build)
 class Checked:
     """The resolved model.
 
+    Parameters
+    ----------
+    name : str
+    classes : sequence of PRMClass
+    relations : sequence of Relation
+
     Attributes
     ----------
     classes : dict of str to ClassInfo
@@ -145,24 +147,23 @@ class Checked:
     ModelError
     """
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
-        self.where = f"model {model.name!r}"
+    def __init__(self, name: str, classes: Sequence[PRMClass], relations: Sequence[Relation]) -> None:
+        self.where = f"model {name!r}"
         self.classes: dict[str, ClassInfo] = {}
         self.relations: dict[str, RelationInfo] = {}
         self._by_name: dict[str, PRMClass] = {}
-        for c in model.classes:
+        for c in classes:
             if c.name in self._by_name:
                 raise ModelError(f"{self.where}: class {c.name!r} is defined twice")
             self._by_name[c.name] = c
-        for c in model.classes:
+        for c in classes:
             self._inherit(c.name)
         for info in self.classes.values():
             for reference in info.references.values():
                 self._class(reference.target, f"class {info.name!r}, reference {reference.name!r}")
-        for c in model.classes:
+        for c in classes:
             self._class_rules(c)
-        for relation in model.relations:
+        for relation in relations:
             if relation.name in self.relations:
                 raise ModelError(f"{self.where}: relation {relation.name!r} is defined twice")
             self.relations[relation.name] = self._relation(relation)
@@ -322,8 +323,6 @@ class Checked:
         return Slot(text, lag, "", (), name, "", a.domain, a.domain, False, a.static, None)
 
     def _relation(self, relation: Relation) -> RelationInfo:
-        from .schema import Add
-
         where = f"{self.where}, relation {relation.name!r}"
         heads = {}
         for role, name in relation.roles:
@@ -415,6 +414,51 @@ class Checked:
         except ModelError:
             return False
         return True
+
+
+def all_rules(checked: Checked) -> dict[tuple[str, ...], Rule]:
+    """Every CPD of a model by its key."""
+    out: dict[tuple[str, ...], Rule] = {}
+    every = [r for info in checked.classes.values() for r in info.rules.values()]
+    every += [r for info in checked.relations.values() for r in (*info.rules.values(), *info.changes.values())]
+    for rules in every:
+        for rule in (rules.main, rules.initial):
+            if rule is not None:
+                out[rule.key] = rule
+    return out
+
+
+def topological_order(parents: dict[str, list[str]], names: Iterable[str]) -> tuple[str, ...]:
+    """Names such that parents come before children; among the free ones the given order is kept.
+
+    Raises
+    ------
+    ModelError
+        If there is a cycle; the message shows it as ``a -> b -> a``.
+    """
+    done: dict[str, None] = {}
+    path: dict[str, None] = {}
+
+    for root in names:
+        stack = [(root, iter(parents.get(root, ())))]
+        if root in done:
+            continue
+        path[root] = None
+        while stack:
+            node, rest = stack[-1]
+            parent = next(rest, None)
+            if parent is None:
+                stack.pop()
+                path.pop(node, None)
+                done[node] = None
+            elif parent in path:
+                loop = list(path)[list(path).index(parent) :]
+                shown = " -> ".join([parent, *reversed(loop)])
+                raise ModelError(f"variables of one slice depend on each other in a cycle: {shown}")
+            elif parent not in done:
+                path[parent] = None
+                stack.append((parent, iter(parents.get(parent, ()))))
+    return tuple(done)
 
 
 def _ordered(edges: dict[str, list[str]], where: str) -> None:

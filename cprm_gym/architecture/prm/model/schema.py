@@ -1,4 +1,4 @@
-"""Classes, attributes, references and relations: a probabilistic relational model as a frozen value.
+"""Classes, attributes, references and relations: the parts of a probabilistic relational model, as frozen values.
 
 Words
 -----
@@ -16,16 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Any
 
 from ....errors import CprmError, ModelError
 from .aggregates import Aggregate
-from .cpds import CPD, Dense, Uniform, as_cpd
+from .cpds import CPD, Uniform, as_cpd
 from .domains import Domain, as_domain, state_index
-
-if TYPE_CHECKING:
-    from .diffusion import DiffusionReport
 
 PREVIOUS_PREFIX = "prev."
 RESERVED = ("prev", "static")
@@ -52,7 +49,13 @@ def _name(name: object, where: str) -> str:
     return name
 
 
-def _tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
+def as_tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
+    """A tuple of what was given; a single text is refused, so that it is never taken for its letters.
+
+    Raises
+    ------
+    ModelError
+    """
     if isinstance(value, str | Aggregate):
         raise ModelError(f"{where}: `{what}` takes a tuple, got {value!r}; write ({value!r},)")
     if not isinstance(value, Iterable):
@@ -74,8 +77,8 @@ def _has_prev(parents: Iterable[Parent]) -> bool:
 
 def _normalise(item: Any, where: str) -> None:
     """Bring the CPD fields of an `Attribute`, `Replace` or `Add` into their one form."""
-    parents = _tuple(item.parents, where, "parents")
-    first = _tuple(item.initial_parents, where, "initial_parents")
+    parents = as_tuple(item.parents, where, "parents")
+    first = as_tuple(item.initial_parents, where, "initial_parents")
     for p in (*parents, *first):
         if not isinstance(p, str | Aggregate):
             raise ModelError(f"{where}: a parent is text or an aggregate, got {p!r}")
@@ -193,7 +196,7 @@ class PRMClass:
         where = f"class {self.name!r}"
         _name(self.name, "class")
         for what, kind in (("attributes", Attribute), ("references", Reference), ("inputs", Input)):
-            items = _tuple(getattr(self, what), where, what)
+            items = as_tuple(getattr(self, what), where, what)
             for item in items:
                 if not isinstance(item, kind):
                     raise ModelError(f"{where}: `{what}` holds {kind.__name__} values, got {item!r}")
@@ -272,9 +275,9 @@ class Relation:
         _name(self.name, "relation")
         pairs = self.roles.items() if isinstance(self.roles, Mapping) else self.roles
         object.__setattr__(self, "roles", tuple((_name(r, where), str(c)) for r, c in pairs))
-        object.__setattr__(self, "changes", _tuple(self.changes, where, "changes"))
-        object.__setattr__(self, "attributes", _tuple(self.attributes, where, "attributes"))
-        object.__setattr__(self, "keep_joint", tuple(_tuple(g, where, "keep_joint") for g in self.keep_joint))
+        object.__setattr__(self, "changes", as_tuple(self.changes, where, "changes"))
+        object.__setattr__(self, "attributes", as_tuple(self.attributes, where, "attributes"))
+        object.__setattr__(self, "keep_joint", tuple(as_tuple(g, where, "keep_joint") for g in self.keep_joint))
         for change in self.changes:
             if not isinstance(change, Replace | Add):
                 raise ModelError(f"{where}: `changes` holds Replace and Add values, got {change!r}")
@@ -284,93 +287,6 @@ class Relation:
             raise ModelError(f"{where}: a relation needs at least one role")
         if self.conflict not in CONFLICTS:
             raise ModelError(f"{where}: conflict must be one of {', '.join(CONFLICTS)}, got {self.conflict!r}")
-
-
-@dataclass(frozen=True)
-class Model:
-    """Classes and relations, checked together.
-
-    Attributes
-    ----------
-    name : str
-    classes : tuple of PRMClass
-    relations : tuple of Relation
-
-    Raises
-    ------
-    ModelError
-        Names the class, attribute and row that are wrong.
-
-    Notes
-    -----
-    `acyclic` says that the classes alone exclude a cycle of same-slice parents, whatever the objects and active relations
-    are; otherwise each ground slice is checked when it is made. A cycle within one object, or made by one relation, is
-    refused here.
-    """
-
-    name: str
-    classes: tuple[PRMClass, ...] = ()
-    relations: tuple[Relation, ...] = ()
-
-    def __post_init__(self) -> None:
-        from .resolved import Checked
-
-        object.__setattr__(self, "classes", _tuple(self.classes, f"model {self.name!r}", "classes"))
-        object.__setattr__(self, "relations", _tuple(self.relations, f"model {self.name!r}", "relations"))
-        object.__setattr__(self, "_checked", Checked(self))
-
-    @property
-    def acyclic(self) -> bool:
-        """No set of objects and active relations can make a cycle."""
-        return bool(self.checked.acyclic)
-
-    @property
-    def checked(self) -> Any:
-        """The resolved model (`checking.Checked`)."""
-        return self._checked  # type: ignore[attr-defined]
-
-    def diffusion_report(self, steps: int = 20) -> DiffusionReport:
-        """How much the bins alone spread a belief: each motion against the chain of its bins (`diffusion`)."""
-        from .diffusion import diffusion_report
-
-        return diffusion_report(self, steps)
-
-    def with_cpds(self, learned: Mapping[tuple[str, ...], Dense]) -> Model:
-        """The same model with other CPDs.
-
-        Parameters
-        ----------
-        learned : mapping of key to Dense
-            Keys as in `GroundCPD.key`: ``("class", class, attribute, "cpd" or "initial")`` or ``("relation", relation,
-            target or attribute, "cpd" or "initial")``.
-
-        Raises
-        ------
-        ModelError
-            For a key that the model does not have.
-        """
-        left = dict(learned)
-
-        def changed(item: Any, kind: str, owner: str, label: str) -> Any:
-            new = {}
-            for part in ("cpd", "initial"):
-                cpd = left.pop((kind, owner, label, part), None)
-                if cpd is not None:
-                    new[part] = cpd
-            return replace(item, **new) if new else item
-
-        classes = tuple(replace(c, attributes=tuple(changed(a, "class", c.name, a.name) for a in c.attributes)) for c in self.classes)
-        relations = tuple(
-            replace(
-                r,
-                attributes=tuple(changed(a, "relation", r.name, a.name) for a in r.attributes),
-                changes=tuple(changed(c, "relation", r.name, c.target) for c in r.changes),
-            )
-            for r in self.relations
-        )
-        if left:
-            raise ModelError(f"model {self.name!r} has no CPD {next(iter(left))!r}")
-        return replace(self, classes=classes, relations=relations)
 
 
 def canonical_tuple(relation: str, objects: Iterable[str]) -> str:

@@ -14,7 +14,8 @@ from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, Grounding, 
 from cprm_gym.architecture.prm.model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation, Replace
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError
 
 FLIP = Table({"yes": (0.2, 0.8), "no": (0.7, 0.3)})

@@ -10,7 +10,8 @@ from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link, Ro
 from cprm_gym.architecture.prm.inference.views import View
 from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
 from cprm_gym.architecture.prm.model.domains import Bins
-from cprm_gym.architecture.prm.model.schema import Attribute, Input, Model, PRMClass, Reference, Relation, Replace, prev
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, Input, PRMClass, Reference, Relation, Replace, prev
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
 
 PLACE = Bins((0.0, 1.0, 2.0, 3.0, 4.0), clip=True)

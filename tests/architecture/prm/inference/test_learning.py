@@ -11,7 +11,8 @@ from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, count, em
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Relation, Replace
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError, ParameterError
 
 RNG = np.random.default_rng(11)

@@ -12,7 +12,8 @@ from defusedxml.ElementTree import fromstring
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.interchange.drawing import class_diagram_dot, class_diagram_svg, ground_net_dot, ground_net_svg
 from cprm_gym.architecture.prm.model.domains import BOOL
-from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass, Reference
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Reference
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -14,7 +14,8 @@ from cprm_gym.architecture.prm.interchange import json as io
 from cprm_gym.architecture.prm.model.aggregates import AnyCause, Count, Mean
 from cprm_gym.architecture.prm.model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
-from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, Model, PRMClass, Reference, Relation
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation
 from cprm_gym.errors import CprmError, FormatError, ModelError
 
 
@@ -64,23 +65,23 @@ def everything() -> Model:
 
 @pytest.mark.parametrize("model", [everything(), soccer(4), Model("empty")], ids=lambda m: m.name)
 def test_a_model_read_back_is_equal(model):
-    text = io.to_json(model)
-    again = io.from_json(text)
+    text = io.model_to_json(model)
+    again = io.model_from_json(text)
     assert again == model
-    assert io.to_json(again) == text
+    assert io.model_to_json(again) == text
 
 
 def test_tables_are_read_back_to_the_last_bit():
     values = np.random.default_rng(1).dirichlet(np.ones(7), 5)
     model = Model("m", (PRMClass("C", (Attribute("a", tuple("vwxyz")), Attribute("b", tuple("abcdefg"), Dense(values), parents=("a",)))),))
-    again = io.from_json(io.to_json(model)).checked.classes["C"].rules["b"].main.table
+    again = io.model_from_json(io.model_to_json(model)).checked.classes["C"].rules["b"].main.table
     assert np.array_equal(again, values)
 
 
 def test_a_file_is_written_whole_and_read_back(tmp_path):
     path = tmp_path / "soccer.prm.json"
-    io.save(soccer(4), path)
-    assert io.load(path) == soccer(4)
+    io.save_model(soccer(4), path)
+    assert io.load_model(path) == soccer(4)
     assert [p.name for p in tmp_path.iterdir()] == ["soccer.prm.json"]
 
 
@@ -93,7 +94,7 @@ def test_a_world_keeps_its_objects_and_references():
 
 
 def edited(change):
-    document = json.loads(io.to_json(soccer(4)))
+    document = json.loads(io.model_to_json(soccer(4)))
     change(document)
     return json.dumps(document)
 
@@ -110,23 +111,23 @@ def edited(change):
         (edited(lambda d: d["model"]["classes"][0].update(naem="x")), "unknown field 'naem'. Did you mean 'name'"),
         (edited(lambda d: d["model"]["classes"][0].pop("name")), "cannot be made from"),
         (edited(lambda d: d.update(model={"is": "Labels", "names": ["a"]})), "holds a Labels, not a Model"),
-        (io.to_json(soccer(4)).replace("1.0", "NaN", 1), "NaN is not a number of a model"),
+        (io.model_to_json(soccer(4)).replace("1.0", "NaN", 1), "NaN is not a number of a model"),
     ],
 )
 def test_a_text_that_is_no_model_is_refused_with_its_place(text, message):
     with pytest.raises(FormatError, match=message):
-        io.from_json(text, "x.json")
+        io.model_from_json(text, "x.json")
 
 
 def test_a_model_that_is_wrong_is_refused_with_its_place():
     text = edited(lambda d: d["model"]["classes"][0]["attributes"][0]["domain"].update(edges=[3.0, 1.0]))
     with pytest.raises(ModelError, match=r"x.json: model.Model 'soccer'.classes\[0\].PRMClass 'Thing'.*edges of bins must increase"):
-        io.from_json(text, "x.json")
+        io.model_from_json(text, "x.json")
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(FormatError, match=r"none\.json: cannot be read"):
-        io.load(tmp_path / "none.json")
+        io.load_model(tmp_path / "none.json")
 
 
 def places(value, path=()):
@@ -161,7 +162,7 @@ WRONG = (
 def test_a_damaged_document_is_refused_and_never_breaks_the_reader(model):
     """Any part replaced by anything: an equal or other model, or one of our errors."""
     rng = random.Random(8)
-    text = io.to_json(model)
+    text = io.model_to_json(model)
     all_places = [p for p in places(json.loads(text)) if p]
     refused = 0
     for _ in range(250):
@@ -172,13 +173,13 @@ def test_a_damaged_document_is_refused_and_never_breaks_the_reader(model):
             inner = inner[key]
         inner[last] = rng.choice(WRONG)
         try:
-            io.from_json(json.dumps(document))
+            io.model_from_json(json.dumps(document))
         except CprmError:
             refused += 1
     assert refused > 100
 
 
 def test_a_document_nested_beyond_reason_is_refused():
-    text = io.to_json(soccer(3)).replace('"classes": [', '"classes": [' + "[" * 900 + "]" * 900 + ",", 1)
+    text = io.model_to_json(soccer(3)).replace('"classes": [', '"classes": [' + "[" * 900 + "]" * 900 + ",", 1)
     with pytest.raises(FormatError):
-        io.from_json(text)
+        io.model_from_json(text)

@@ -9,7 +9,8 @@ from ball_world import soccer
 from cprm_gym.architecture.prm.model.cpds import Noise, Switch, Uniform
 from cprm_gym.architecture.prm.model.diffusion import diffusion_report
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins
-from cprm_gym.architecture.prm.model.schema import Attribute, Model, PRMClass
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass
 from cprm_gym.errors import ParameterError
 
 
@@ -21,7 +22,7 @@ def approaching(count, sd=0.3, speed=-0.5):
 
 def test_two_metre_bins_spread_an_approaching_ball_threefold():
     """20 steps of -0.5 m with deviation 0.3: 1.4 m become 3.9 m, total variation 0.43 (specification/inference.md 2)."""
-    (row,) = approaching(30).diffusion_report(steps=20).rows
+    (row,) = diffusion_report(approaching(30), steps=20).rows
     assert row.shift == pytest.approx(-0.5)
     assert row.deviation == pytest.approx(np.sqrt(20 * 0.09 + 4 / 12), rel=0.02)
     assert row.binned_deviation == pytest.approx(3.9, abs=0.1)
@@ -31,7 +32,7 @@ def test_two_metre_bins_spread_an_approaching_ball_threefold():
 
 
 def test_narrower_bins_spread_less():
-    distances = [approaching(n).diffusion_report().rows[0].distance for n in (15, 60, 240)]
+    distances = [diffusion_report(approaching(n)).rows[0].distance for n in (15, 60, 240)]
     assert distances[0] > distances[1] > distances[2]
 
 
@@ -43,7 +44,7 @@ def test_the_leak_adds_the_variance_that_the_rule_of_thumb_says():
 
 
 def test_every_motion_of_the_soccer_model_is_reported_at_three_settings():
-    report = soccer(6).diffusion_report(steps=5)
+    report = diffusion_report(soccer(6), steps=5)
     quantities = {row.key[1:3] for row in report.rows}
     assert ("Ball", "dist") in quantities
     assert ("attended", "o.dir") in quantities
@@ -59,7 +60,7 @@ def test_every_motion_of_the_soccer_model_is_reported_at_three_settings():
 def test_an_angle_that_turns_through_the_seam_is_compared_the_short_way_round():
     circle = Bins.circle(12)
     turning = Attribute("dir", circle, Noise("prev.dir + 0.1", 0.1), parents=("prev.dir",), initial=Uniform())
-    (row,) = Model("m", (PRMClass("C", (turning,)),)).diffusion_report(steps=10).rows
+    (row,) = diffusion_report(Model("m", (PRMClass("C", (turning,)),)), steps=10).rows
     expected = circle.values[0] + 1.0
     assert row.mean == pytest.approx(expected, abs=0.02)
     assert row.binned_mean == pytest.approx(expected, abs=0.05)
@@ -72,12 +73,12 @@ def test_each_case_of_a_switch_is_reported_with_its_state():
         "C",
         (Attribute("moving", BOOL), Attribute("x", Bins.linear(0, 20, 10), cpd, parents=("prev.x", "moving"), initial=Uniform())),
     )
-    rows = Model("m", (c,)).diffusion_report(steps=4).rows
+    rows = diffusion_report(Model("m", (c,)), steps=4).rows
     assert [(r.given["moving"], round(r.shift, 6)) for r in rows] == [("yes", 1.0), ("no", 0.0)]
 
 
 def test_a_model_without_motion_says_so():
-    report = Model("m", (PRMClass("C", (Attribute("x", BOOL),)),)).diffusion_report()
+    report = diffusion_report(Model("m", (PRMClass("C", (Attribute("x", BOOL),)),)))
     assert str(report) == "no binned quantity moves by a noise model"
     assert report.worst is None
 

@@ -10,18 +10,8 @@ from ball_world import soccer
 from cprm_gym.architecture.prm.model.aggregates import Exists
 from cprm_gym.architecture.prm.model.cpds import Dense, Noise, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins
-from cprm_gym.architecture.prm.model.schema import (
-    Add,
-    Attribute,
-    Input,
-    Model,
-    PRMClass,
-    Reference,
-    Relation,
-    Replace,
-    parse_tuple,
-    prev,
-)
+from cprm_gym.architecture.prm.model.model import Model
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace, parse_tuple, prev
 from cprm_gym.errors import ModelError
 
 ZONES = ("own", "middle", "attack")
