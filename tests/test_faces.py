@@ -1,0 +1,67 @@
+"""What the packages offer: every name is there, loaded when it is first used, and seen by type checkers."""
+
+import ast
+import importlib
+import subprocess
+import sys
+
+import pytest
+from paths import ROOT
+
+LAZY = sorted(
+    ".".join(path.relative_to(ROOT).parent.parts)
+    for path in (ROOT / "cprm_gym").rglob("__init__.py")
+    if "lazy_face(" in path.read_text(encoding="utf-8")
+)
+
+
+def written_for_type_checkers(package):
+    """Names in the ``if TYPE_CHECKING`` block of a package, with their modules."""
+    tree = ast.parse((ROOT / package.replace(".", "/") / "__init__.py").read_text(encoding="utf-8"))
+    (block,) = [node for node in tree.body if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"]
+    names = {}
+    for statement in block.body:
+        assert isinstance(statement, ast.ImportFrom)
+        for alias in statement.names:
+            assert alias.asname == alias.name, f"{alias.name} is not offered again"
+            names[alias.name] = f"{package}.{statement.module}" if statement.module else package
+    return names
+
+
+def test_there_are_faces():
+    assert len(LAZY) >= 3
+
+
+@pytest.mark.parametrize("package", LAZY)
+def test_type_checkers_see_what_runs(package):
+    module = importlib.import_module(package)
+    written = written_for_type_checkers(package)
+    assert sorted(name for name in module.__all__ if not name.startswith("__")) == sorted(written)
+    for name, home in written.items():
+        value = getattr(module, name)
+        expected = importlib.import_module(f"{home}.{name}") if home == package else getattr(importlib.import_module(home), name)
+        assert value is expected, name
+        assert name in dir(module)
+
+
+@pytest.mark.parametrize("package", LAZY)
+def test_a_wrong_name_gets_the_right_one(package):
+    module = importlib.import_module(package)
+    name = module.__all__[-1]
+    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute '{name}x'. Did you mean '{name}'"):
+        getattr(module, name + "x")
+
+
+@pytest.mark.parametrize("package", LAZY)
+def test_no_face_hides_a_module_of_its_own_behind_a_name(package):
+    """Loading the module would put it in the name's place."""
+    folder = ROOT / package.replace(".", "/")
+    inside = {path.stem for path in folder.iterdir()}
+    assert {name for name, home in written_for_type_checkers(package).items() if home != package} & inside == set()
+
+
+@pytest.mark.parametrize("package", LAZY)
+def test_a_face_loads_nothing_before_it_is_asked(package):
+    code = f"import sys, {package} as face; loaded = set(sys.modules); print(sorted(n for n in loaded if n.startswith('{package}.')))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
