@@ -11,8 +11,8 @@ from enum import IntEnum
 import numpy as np
 
 from cprm_gym.agents.percepts import ball_percepts
+from cprm_gym.envs.actions import scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
-from cprm_gym.envs.spaces import scaled
 from cprm_gym.envs.tasks import Task
 from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.state import CommandKind

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cprm_gym.envs.actions import DISCRETE_KINDS, scaled
 from cprm_gym.envs.controller import Action, Observation
-from cprm_gym.envs.spaces import DISCRETE_KINDS, scaled
 from cprm_gym.envs.tasks import Task
 from cprm_gym.simulator.state import CommandKind
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from cprm_gym.envs.actions import NECK_SCALE, NO_COMMAND, scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
 from cprm_gym.envs.core import player_number
+from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.players.kernels import team
 from cprm_gym.envs.players.memory import MEMORY
 from cprm_gym.envs.players.scripted import FORMATION, STRENGTHS
-from cprm_gym.envs.spaces import NECK_SCALE, NO_COMMAND, BodyFeature, SelfFeature, scaled
 from cprm_gym.envs.tasks import Task
 from cprm_gym.simulator.state import PLAYERS, WORLD, CommandKind
 

@@ -17,8 +17,8 @@ import numpy as np
 from ..architecture.petri import PetriNet, instances
 from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
+from ..envs.observations import SelfFeature
 from ..envs.rendering import Viewer
-from ..envs.spaces import SelfFeature
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
 from ..files import hidden_beside

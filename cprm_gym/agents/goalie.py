@@ -21,7 +21,7 @@ from ..architecture.cprm import CPRM, Cluster, Observe
 from ..architecture.petri import Belief, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
-from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
+from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task
 from ..simulator.state import PlayMode
 from .models import GOALIE_MODEL

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..envs.spaces import BodyFeature, ObjectFeature, SelfFeature
+from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..simulator.state import PlayMode
 
 Percepts = dict[str, np.ndarray]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..architecture.cprm import CPRM, Controller
+from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
-from ..envs.spaces import NECK_SCALE, scaled
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
 from .percepts import PLAYER_DECAY, Percepts

@@ -45,8 +45,8 @@ class Controller(Protocol):
         Returns
         -------
         dict of (N, ...) arrays
-            ``type`` (N,), ``params`` (N, 4), ``turn_neck`` (N, 1), ``view`` (N,); see `cprm_gym.envs.spaces.hybrid_space`, and
-            `cprm_gym.envs.spaces.scaled` for parameters in the server's units.
+            ``type`` (N,), ``params`` (N, 4), ``turn_neck`` (N, 1), ``view`` (N,); see `cprm_gym.envs.actions.hybrid_space`, and
+            `cprm_gym.envs.actions.scaled` for parameters in the server's units.
         """
 
 

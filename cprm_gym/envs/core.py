@@ -19,22 +19,15 @@ from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_y
 from ..simulator.senses import BodyColumn, See, new_body, new_hear, new_see
 from ..simulator.simulator import Simulator
 from ..simulator.state import COMMAND, LEFT, PLAYERS, RIGHT, Stream
-from . import kernels
+from .actions import MACRO, NO_COMMAND, ActionView, action_view
+from .kernels import observations as kernels
+from .kernels import pitch as pitch_kernels
+from .observations import HEARD, INCLUDES, MAX_AGE, observation_space
 from .players.macros import Macros
 from .players.memory import Memories
 from .players.scripted import POLICIES, ScriptedPlayers
 from .presets import VECTORS, Preset, check_preset, see_everything
 from .rewards import Reward, RewardOption
-from .spaces import (
-    HEARD,
-    INCLUDES,
-    MACRO,
-    MAX_AGE,
-    NO_COMMAND,
-    ActionView,
-    action_view,
-    observation_space,
-)
 from .tasks.base import Task
 
 _COLUMNS = np.array(
@@ -370,7 +363,7 @@ class SoccerCore:
         self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
         late = np.empty(self.worlds, np.bool_)
-        any_late = kernels.tally(self.sim.world, self.task.max_cycles, self.cycle, self._score, self._gained, late)
+        any_late = pitch_kernels.tally(self.sim.world, self.task.max_cycles, self.cycle, self._score, self._gained, late)
         outcome = self.task.outcome(self)
         if not self.reward.plain:
             outcome = self.reward.apply(self, outcome)
@@ -390,7 +383,7 @@ class SoccerCore:
             Worlds that have just started: their eyes are open now, and nothing ages.
         """
         if fresh_start is not None:
-            kernels.open_eyes(self.sim.world, fresh_start)
+            pitch_kernels.open_eyes(self.sim.world, fresh_start)
         see = self.sim.see(self._see)
         for change in self.see_changes:
             change(see)
@@ -472,7 +465,7 @@ class SoccerCore:
     def kickable(self, player: int) -> np.ndarray:
         """(W,) bool: the ball is within the player's reach (specification/simulator.md 3.6)."""
         out: np.ndarray = np.empty(self.worlds, np.bool_)
-        kernels.kickable(self.sim.world, self.sim.packed, player, out)
+        pitch_kernels.kickable(self.sim.world, self.sim.packed, player, out)
         return out
 
     def goals_scored(self) -> np.ndarray:

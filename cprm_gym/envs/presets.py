@@ -1,6 +1,6 @@
 """Observation presets: the whole percept, the truth, or the feature vectors of the literature.
 
-``raw`` and ``memory`` are the Dict of `cprm_gym.envs.spaces`; ``full`` is the same Dict without noise and without limits of sight;
+``raw`` and ``memory`` are the Dict of `cprm_gym.envs.observations`; ``full`` is the same Dict without noise and without limits of sight;
 ``hfo_low``, ``hfo_high`` and ``keepaway`` are vectors computed from the player's own memory of what he perceived (`players.memory`),
 all entries in [-1, 1]. What is unknown is 0 there, where HFO writes -2; a flag says so wherever HFO has one.
 """
@@ -16,8 +16,8 @@ from gymnasium import spaces
 
 from ..errors import UnknownName, unknown_name
 from ..simulator.state import CommandKind, Count
-from . import kernels
-from .spaces import BodyFeature
+from .kernels import observations as kernels
+from .observations import BodyFeature
 
 if TYPE_CHECKING:
     from .core import SoccerCore

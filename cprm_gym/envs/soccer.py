@@ -18,8 +18,8 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from ..errors import CommandError, CprmError, UnknownName
 from .core import SoccerCore
 from .faces import FPS, RENDER_MODES, Pictured, chosen_render_mode, chosen_task
+from .observations import SCHEMA_VERSION
 from .rewards import RewardOption
-from .spaces import SCHEMA_VERSION
 from .tasks.base import Task
 
 STATE_OBJECT = 7

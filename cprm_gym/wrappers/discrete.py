@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from ..envs.spaces import PARAMETER_SCALES, scaled
+from ..envs.actions import PARAMETER_SCALES, scaled
 from ..errors import CommandError, ParameterError, unknown_name
 from ..simulator.state import CommandKind
 

@@ -15,7 +15,7 @@ from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import instances
 from cprm_gym.architecture.petri.drawing.dot import to_dot
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.spaces import BodyFeature, SelfFeature
+from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.state import Count, PlayMode

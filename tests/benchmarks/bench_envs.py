@@ -13,8 +13,8 @@ import gymnasium
 import numpy as np
 
 from cprm_gym.envs import soccer_v0
+from cprm_gym.envs.actions import NO_COMMAND
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.spaces import NO_COMMAND
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.simulator import Simulator
 

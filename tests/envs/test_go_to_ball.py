@@ -6,9 +6,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from cprm_gym.envs import soccer_v0
+from cprm_gym.envs.actions import scaled
 from cprm_gym.envs.core import SoccerCore, select_agents
+from cprm_gym.envs.observations import MAX_AGE, BodyFeature
 from cprm_gym.envs.single import SoccerEnv
-from cprm_gym.envs.spaces import MAX_AGE, BodyFeature, scaled
 from cprm_gym.envs.tasks import GoToBall, make_task
 from cprm_gym.envs.vector import SoccerVectorEnv
 from cprm_gym.errors import CommandError, CprmError, ParameterError, UnknownName

@@ -5,9 +5,9 @@ import pytest
 
 from cprm_gym.envs import soccer_v0
 from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.observations import ObjectFeature
 from cprm_gym.envs.presets import PRESETS, hfo_high_names, hfo_low_names, keepaway_names
 from cprm_gym.envs.single import SoccerEnv
-from cprm_gym.envs.spaces import ObjectFeature
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.envs.vector import SoccerVectorEnv
 from cprm_gym.errors import UnknownName

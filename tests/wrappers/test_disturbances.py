@@ -8,7 +8,7 @@ import pytest
 
 from cprm_gym.envs import soccer_v0
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.spaces import BodyFeature
+from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ParameterError
 from cprm_gym.wrappers.disturbances import (

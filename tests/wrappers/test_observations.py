@@ -8,8 +8,8 @@ from gymnasium.utils.env_checker import check_env
 from cprm_gym.agents.models import BALL_MODEL, DIRECTION, DISTANCE
 from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.architecture.prm.inference.world import World
+from cprm_gym.envs.observations import BodyFeature, ObjectFeature
 from cprm_gym.envs.single import SoccerEnv
-from cprm_gym.envs.spaces import BodyFeature, ObjectFeature
 from cprm_gym.errors import ParameterError
 from cprm_gym.wrappers import BeliefObservation, Flatten, FrameStack
 from cprm_gym.wrappers.belief import FilterBelief

@@ -21,7 +21,7 @@ import numpy as np
 from ...architecture.cprm import CPRM, Cluster, Observe
 from ...architecture.petri import AnyPlace, Belief, Command, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from ...envs.controller import Action, Observation
-from ...envs.spaces import BodyFeature
+from ...envs.observations import BodyFeature
 from ...envs.tasks import Task
 from ..play import SoccerAgent
 from ..skills.advance import ADVANCE

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...envs.controller import Observation
+from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.scripted import FORMATION
-from ...envs.spaces import BodyFeature, SelfFeature
 from ...simulator.state import PlayMode
 from ..percepts import GOAL_X, Percepts, field_percepts
 from .model import PERIOD

@@ -26,7 +26,7 @@ class GoToBall(Task):
 
     Actions
     -------
-    Any action view; see `cprm_gym.envs.spaces`.
+    Any action view; see `cprm_gym.envs.actions`.
 
     Observations
     ------------

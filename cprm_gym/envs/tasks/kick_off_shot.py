@@ -33,7 +33,7 @@ class KickOffShot(Task):
 
     Actions
     -------
-    Any action view; see `cprm_gym.envs.spaces`.
+    Any action view; see `cprm_gym.envs.actions`.
 
     Observations
     ------------

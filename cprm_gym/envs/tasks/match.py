@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...simulator.parameters import Rules, ServerParameters
-from .. import kernels
+from ..kernels import pitch as kernels
 from ..players.scripted import FORMATION
 from .base import Outcome, Task
 
@@ -29,7 +29,7 @@ class Soccer(Task):
 
     Actions
     -------
-    Any action view; see `cprm_gym.envs.spaces`.
+    Any action view; see `cprm_gym.envs.actions`.
 
     Observations
     ------------

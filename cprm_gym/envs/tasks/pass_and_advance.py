@@ -28,7 +28,7 @@ class PassAndAdvance(Task):
 
     Actions
     -------
-    Any action view; see `cprm_gym.envs.spaces`.
+    Any action view; see `cprm_gym.envs.actions`.
 
     Observations
     ------------

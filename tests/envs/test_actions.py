@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs.spaces import NO_COMMAND, SAY_CHARACTERS, action_view, observation_space, scaled
+from cprm_gym.envs.actions import NO_COMMAND, SAY_CHARACTERS, action_view, scaled
 from cprm_gym.errors import CommandError, UnknownName
 from cprm_gym.simulator.state import COMMAND, CommandKind
 
@@ -113,6 +113,8 @@ def test_a_missing_key_is_named():
         ("hybrid", np.zeros((1, 1)), "expected a dict with the keys type, params, turn_neck, view; got \\[\\[0.0\\]\\]"),
         ("discrete", np.array([[[9, 0, 0, 0]]]), "'discrete command': entry .* is 9; allowed is 0 to 5"),
         ("discrete", np.array([[[0, 0, 0]]]), r"expected shape \(4,\) for every agent, got \(3,\)"),
+        ("discrete", np.array([[[0, np.inf, 0, 0]]]), r"'discrete': entry \(0, 0, 1\) is inf; expected finite whole numbers"),
+        ("discrete", np.array([[[np.nan, 0, 0, 0]]]), r"'discrete': entry \(0, 0, 0\) is nan; expected finite whole numbers"),
         ("box", np.array([[[np.inf] * 6]]), "allowed are finite numbers from -1 to 1"),
     ],
 )
@@ -129,10 +131,3 @@ def test_an_unknown_view_lists_the_views():
 def test_no_command_does_nothing():
     assert NO_COMMAND["kind"][0] == CommandKind.NONE
     assert np.isnan(NO_COMMAND["turn_neck"][0])
-
-
-def test_observation_space_has_finite_bounds_and_named_task_part():
-    space = observation_space((("distance_to_goal", 0.0, 120.0),))
-    assert space["task"].shape == (1,)
-    assert all(np.isfinite(part.low).all() and np.isfinite(part.high).all() for part in space.values())
-    assert "task" not in observation_space()
