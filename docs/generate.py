@@ -12,7 +12,7 @@ import inspect
 import re
 import shutil
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from pathlib import Path
 from types import ModuleType
@@ -99,10 +99,10 @@ def columns(enumeration: type[IntEnum], box: gym_spaces.Box) -> str:
 
 def tasks_page() -> str:
     """Every task with its options, what its agents observe and what they may do."""
-    from cprm_gym.envs import presets, spaces
+    from cprm_gym.envs import actions, observations, presets
     from cprm_gym.envs.tasks import TASKS
 
-    whole = spaces.observation_space((), spaces.INCLUDES)
+    whole = observations.observation_space((), observations.INCLUDES)
     parts = [
         "# Tasks, column by column",
         "Made from the code when this site is built. How tasks are made and wrapped: [environments](../environments.md).",
@@ -110,14 +110,14 @@ def tasks_page() -> str:
         "The presets `raw` and `memory` are a dict of float32 arrays, `full` the same without noise and limits of sight.",
         space_table(whole),
         "### `body`",
-        columns(spaces.BodyFeature, whole["body"]),  # type: ignore[arg-type]
+        columns(observations.BodyFeature, whole["body"]),  # type: ignore[arg-type]
         "### `ball`, the rows of `players` and of `landmarks`",
         "`ball` and `landmarks` have the first four columns.",
-        columns(spaces.ObjectFeature, whole["players"]),  # type: ignore[arg-type]
+        columns(observations.ObjectFeature, whole["players"]),  # type: ignore[arg-type]
         "### `self`",
-        columns(spaces.SelfFeature, whole["self"]),  # type: ignore[arg-type]
+        columns(observations.SelfFeature, whole["self"]),  # type: ignore[arg-type]
         "## What every agent may do",
-        *(action_view(name, spaces.action_view(name).space) for name in spaces.VIEWS if name != spaces.MACRO),
+        *(action_view(name, actions.action_view(name).space) for name in actions.VIEWS if name != actions.MACRO),
         "What 1 means for each entry of `params`, in the server's units (power, degrees, metres):",
         scales(),
         "## The tasks",
@@ -145,21 +145,21 @@ def action_view(name: str, space: gym_spaces.Space[Any]) -> str:
 
 def action_rows(space: gym_spaces.Space[Any]) -> list[tuple[str, str]]:
     """(entry, values) of an action space."""
-    from cprm_gym.envs import spaces
+    from cprm_gym.envs import actions
     from cprm_gym.simulator.state import CommandKind, ViewWidth
 
     kinds = ", ".join(f"{int(kind)} {kind.name.lower()}" for kind in CommandKind)
     widths = ", ".join(f"{int(width)} {width.name.lower()}" for width in ViewWidth)
     if isinstance(space, gym_spaces.Dict):
-        told = {"type": kinds, "view": widths, "say": f"{spaces.SAY_LENGTH} characters, 0 ends the message"}
+        told = {"type": kinds, "view": widths, "say": f"{actions.SAY_LENGTH} characters, 0 ends the message"}
         return [(f"`{key}`", told.get(key) or values_of(part)) for key, part in space.spaces.items()]
     if isinstance(space, gym_spaces.MultiDiscrete):
         lists = (
-            [kind.name.lower() for kind in spaces.DISCRETE_KINDS], spaces.DISCRETE_POWERS, spaces.DISCRETE_DIRECTIONS, spaces.DISCRETE_NECKS,
+            [kind.name.lower() for kind in actions.DISCRETE_KINDS], actions.DISCRETE_POWERS, actions.DISCRETE_DIRECTIONS, actions.DISCRETE_NECKS,
         )  # fmt: skip
         names = ("command", "power", "direction, degrees", "neck, degrees")
         return [(f"{i} {names[i]}", ", ".join(v if isinstance(v, str) else number(v) for v in lists[i])) for i in range(len(space.nvec))]
-    names = [f"preference for {kind.name.lower()}" for kind in spaces.BOX_KINDS] + ["power", "direction", "neck"]
+    names = [f"preference for {kind.name.lower()}" for kind in actions.BOX_KINDS] + ["power", "direction", "neck"]
     assert isinstance(space, gym_spaces.Box)
     return [(f"{i} {names[i]}", extent(space.low[i], space.high[i])) for i in range(space.shape[0])]
 
@@ -174,16 +174,20 @@ def values_of(part: gym_spaces.Space[Any]) -> str:
 
 def scales() -> str:
     """`PARAMETER_SCALES`, one row per command."""
-    from cprm_gym.envs import spaces
+    from cprm_gym.envs import actions
     from cprm_gym.simulator.state import CommandKind
 
-    rows = [(kind.name.lower(), *(number(v) for v in spaces.PARAMETER_SCALES[kind])) for kind in CommandKind]
+    rows = [(kind.name.lower(), *(number(v) for v in actions.PARAMETER_SCALES[kind])) for kind in CommandKind]
     return table(("command", "a", "b", "c", "d"), rows)
 
 
 def task_section(name: str, task: Any) -> str:
     """A task: who acts, its options with their defaults and extents, what it adds to the observation."""
-    parts = [f"### {name}", summary(type(task)), f"`cprm/{name}-v{version_of(name)}`, {task.left} against {task.right}, `{task.controlled}` acts."]
+    parts = [
+        f"### {name}",
+        summary(type(task)),
+        f"`cprm/{name}-v{version_of(name)}`, {task.left} against {task.right}, `{task.controlled}` acts.",
+    ]
     options = []
     for field in dataclasses.fields(task):
         if "within" in field.metadata:
@@ -276,7 +280,9 @@ def names_page() -> str:
     for face, names in home_faces().items():
         for name, home in names.items():
             thing = getattr(importlib.import_module(face), name)
-            rows.append((name.lower(), f"[`{name}`](reference_{home.rpartition('.')[2]}.md)", f"`{face}`", kind_of(thing), first_line(thing)))
+            rows.append(
+                (name.lower(), f"[`{name}`](reference_{home.rpartition('.')[2]}.md)", f"`{face}`", kind_of(thing), first_line(thing))
+            )
     rows.sort(key=lambda row: row[0])
     intro = "What the packages offer: `from <package> import <name>`. Everything else is inside, and may move."
     return f"# Index of names\n\n{intro}\n\n" + table(("name", "from", "", "what it is"), [row[1:] for row in rows])
@@ -315,26 +321,33 @@ def described(face: str, name: str, thing: Any) -> str:
 
 # ---------------------------------------------------------------------- gallery
 
-NETS = (("go_to_ball", 0, "The skill go_to_ball"), ("seeker", 1, "The seeker: one module, started again"), ("pass_ball", 0, "The skill pass_ball"))
+NETS = (
+    ("go_to_ball", 0, "The skill go_to_ball"),
+    ("seeker", 1, "The seeker: one module, started again"),
+    ("pass_ball", 0, "The skill pass_ball"),
+)
 """(net that ships, levels unfolded, caption)."""
 
 
 def gallery_page(folder: Path) -> str:
     """Films, nets and beliefs, made by the code that the page names."""
     nets = [draw_net(folder, *entry) for entry in NETS]
-    return "\n\n".join(
-        [
-            "# Gallery",
-            "Made by the project's own code when this site is built.",
-            "## A film",
-            film(folder),
-            "## Nets",
-            *nets,
-            "## Beliefs",
-            belief(folder),
-            model(folder),
-        ]
-    ) + "\n"
+    return (
+        "\n\n".join(
+            [
+                "# Gallery",
+                "Made by the project's own code when this site is built.",
+                "## A film",
+                film(folder),
+                "## Nets",
+                *nets,
+                "## Beliefs",
+                belief(folder),
+                model(folder),
+            ]
+        )
+        + "\n"
+    )
 
 
 def film(folder: Path) -> str:
@@ -358,7 +371,7 @@ def draw_net(folder: Path, name: str, unfold: int, caption: str) -> str:
     from cprm_gym.architecture.petri import save_drawing
 
     save_drawing(shipped_net(name), folder / f"net_{name}.svg", unfold=unfold)
-    return f"{caption}: `save_drawing(net, \"{name}.svg\"{f', unfold={unfold}' if unfold else ''})`\n\n![{caption}](net_{name}.svg)"
+    return f'{caption}: `save_drawing(net, "{name}.svg"{f", unfold={unfold}" if unfold else ""})`\n\n![{caption}](net_{name}.svg)'
 
 
 def belief(folder: Path) -> str:
