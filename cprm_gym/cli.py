@@ -19,7 +19,7 @@ from .errors import CprmError
 from .files import check_place
 
 if TYPE_CHECKING:
-    from .benchmark.runner import Plan
+    from .benchmark.plan import Plan
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -73,18 +73,22 @@ def benchmark(
         int | None, typer.Option(help="Decides every random number; all controllers meet the same worlds.", show_default="0")
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
+    from .benchmark.plan import BlockResult, Plan
     from .benchmark.report import summarise
-    from .benchmark.runner import BlockResult, Plan, check_workers, run
+    from .benchmark.runner import check_workers, run
 
     with said_plainly():
         given: dict[str, Any] = {"episodes": episodes, "seed": seed}
         given |= {"tasks": tasks and _names(tasks), "controllers": controllers and _names(controllers)}
         given = {name: value for name, value in given.items() if value is not None}
         check_workers(workers)
+        if not timeout > 0:
+            raise CprmError(f"--timeout {timeout:g}: a number of seconds above 0 is needed")
         plan, folder = _resumed(resume, given) if resume is not None else (Plan(**given), None)
         if folder is None:
             folder = _new_folder(output)
@@ -96,7 +100,7 @@ def benchmark(
         with bar:
             line = bar.add_task("starting", total=len(plan.blocks()))
             try:
-                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl"):
+                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout):
                     results.append(result)
                     bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
             except KeyboardInterrupt:
@@ -121,7 +125,7 @@ def benchmark(
 
 def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:
     """The plan of an interrupted run, with which every given option has to agree."""
-    from .benchmark.runner import Plan
+    from .benchmark.plan import Plan
 
     try:
         plan = Plan.read(folder)

@@ -1,17 +1,16 @@
 """Compiled kernels: one set of compiler flags, a cache that is never stale, one announcement.
 
 Numba's disk cache notices a change in a kernel's own file but not in a file whose function the kernel calls (numba issue 1833).
-Therefore a kernel keeps its cache in a directory named by the content of its own file and of *all* files of its package that it
-imports, directly or not: an edited kernel and those that use it land in a new directory and are compiled again, the others are loaded.
+Therefore a kernel keeps its cache in a folder named by the content of its own file and of *all* files of its package that it imports,
+directly or not: an edited kernel and those that use it land in a new folder and are compiled again, the others are loaded, also by
+another copy of the package. Where these folders are, and who may write them, is decided in `kernel_cache`.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
@@ -21,26 +20,11 @@ import numba
 from numba.core import config as _config
 from numba.core import event, types
 
+from .kernel_cache import KernelCache, cache_root, say
+
 config: Any = _config
 
 _announced = False
-
-
-def cache_root() -> Path:
-    """Directory under which the compiled kernels are kept.
-
-    ``$CPRM_GYM_CACHE`` if set, else ``$XDG_CACHE_HOME/cprm_gym`` or ``~/.cache/cprm_gym``; the temporary directory if that
-    cannot be written.
-    """
-    given = os.environ.get("CPRM_GYM_CACHE")
-    root = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "cprm_gym"
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-        if os.access(root, os.W_OK):
-            return root
-    except OSError:
-        pass
-    return Path(tempfile.gettempdir()) / "cprm_gym_cache"
 
 
 def content_key(files: Iterable[Path]) -> str:
@@ -104,12 +88,11 @@ def kernel_group(**flags: Any) -> Callable[[Callable[..., Any]], Any]:
     kind = "".join(f"-{name}" for name in sorted(flags) if flags[name])
 
     def decorate(function: Callable[..., Any]) -> Any:
-        previous = config.CACHE_DIR
-        config.CACHE_DIR = str(cache_root() / "kernels" / (_key(function.__code__.co_filename) + kind))
-        try:
-            return _widen_integers(numba.njit(cache=True, nogil=True, error_model="numpy", **flags)(function))
-        finally:
-            config.CACHE_DIR = previous
+        dispatcher = numba.njit(nogil=True, error_model="numpy", **flags)(function)
+        root = cache_root()
+        if root is not None and not config.DISABLE_JIT:
+            dispatcher._cache = KernelCache(function, root / "kernels" / (_key(function.__code__.co_filename) + kind))
+        return _widen_integers(dispatcher)
 
     return decorate
 
@@ -141,8 +124,7 @@ class _Announcement(event.Listener):  # type: ignore[misc]
         module = getattr(data.data["dispatcher"].py_func, "__module__", "")
         if not _announced and module.startswith("cprm_gym"):
             _announced = True
-            if os.environ.get("CPRM_GYM_QUIET") != "1":
-                print("cprm_gym: compiling kernels, once; later runs load them from the cache ...", file=sys.stderr, flush=True)
+            say("compiling kernels, once; later runs load them from the cache ..." if cache_root() else "compiling kernels ...")
 
     def on_end(self, data: event.Event) -> None:
         """Nothing to say when a kernel is done."""

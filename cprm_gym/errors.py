@@ -72,6 +72,10 @@ class UnknownName(CprmError, ValueError):
     """A name was given that does not exist; the message lists those that do."""
 
 
+class CacheError(CprmError, RuntimeError):
+    """The folder that ``CPRM_GYM_CACHE`` names for compiled kernels cannot be used safely, or not at all."""
+
+
 class ControllerError(CprmError, RuntimeError):
     """A controller broke its interface."""
 

@@ -12,7 +12,7 @@ from typing import Any
 from rich.table import Table
 
 from ..files import write_atomically
-from .runner import BlockResult, Plan
+from .plan import BlockResult, Plan
 from .statistics import wilson_interval
 
 REPORT_VERSION = 1

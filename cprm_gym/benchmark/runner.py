@@ -1,13 +1,14 @@
 """Tasks x controllers, the same worlds for all, in batches that can be interrupted and taken up again.
 
 World k of a task depends on (seed, k) alone, so the worlds can be played in blocks of any workers and in any order with the same
-results. A block that is finished is one line of ``episodes.jsonl``; what was to be played stands in ``plan.json`` beside it.
+results. A block that is finished is one line of ``episodes.jsonl`` (`journal`); what was to be played stands in ``plan.json`` beside it.
 """
 
 from __future__ import annotations
 
-import json
+import math
 import multiprocessing
+import os
 import signal
 import threading
 import time
@@ -15,8 +16,9 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -24,131 +26,39 @@ import numpy as np
 
 from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
-from ..envs.tasks import TASKS, make_task
-from ..errors import CprmError, ParameterError, unknown_name
-from ..files import write_atomically
-from .registry import controller_entries, load_controller
+from ..envs.tasks import make_task
+from ..errors import ControllerError, CprmError, ParameterError
+from .journal import Journal
+from .plan import Block, BlockResult, Plan
+from .registry import load_controller
 
-BLOCK = 125
-"""Episodes played as one batch; a fixed number, so that results do not depend on the number of workers."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is to be measured.
-
-    Raises
-    ------
-    UnknownName
-        For a task or controller that does not exist; the message lists those that do.
-    ParameterError
-        For a number that makes no sense; the message names it, what was given and what is allowed.
-    """
-
-    tasks: tuple[str, ...] = ("GoToBall",)
-    controllers: tuple[str, ...] = ("cprm", "fsm", "random")
-    episodes: int = 500
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for kind, names, known in (("task", self.tasks, list(TASKS)), ("controller", self.controllers, list(controller_entries()))):
-            if not names:
-                raise ParameterError(f"{kind}s: none given; known are {', '.join(known)}")
-            for i, name in enumerate(names):
-                if name not in known:
-                    raise unknown_name(kind, name, known)
-                if name in names[:i]:
-                    raise ParameterError(f"{kind} {name!r} is named twice")
-        for number, value, least in (("episodes", self.episodes, 1), ("seed", self.seed, 0)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ParameterError(f"{number}: {value!r} given, a whole number of at least {least} is needed")
-
-    def blocks(self) -> list[Block]:
-        """All blocks, in the order of the report."""
-        return [
-            Block(task, controller, first, min(BLOCK, self.episodes - first), self.seed)
-            for task in self.tasks
-            for controller in self.controllers
-            for first in range(0, self.episodes, BLOCK)
-        ]
-
-    def write(self, folder: Path) -> None:
-        """Note in the folder of a run what is to be played there (``plan.json``)."""
-        write_atomically(folder / "plan.json", json.dumps(asdict(self), indent=2) + "\n")
-
-    @classmethod
-    def read(cls, folder: Path) -> Plan:
-        """The plan noted by `write`.
-
-        Raises
-        ------
-        CprmError
-            When there is none, or it cannot be read.
-        """
-        path = folder / "plan.json"
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
-            return cls(**values)
-        except FileNotFoundError:
-            raise CprmError(f"{folder}: there is no plan.json; the folder of an interrupted run is needed") from None
-        except CprmError as error:
-            raise CprmError(f"{path}: {error}") from None
-        except (OSError, ValueError, TypeError, AttributeError) as error:
-            raise CprmError(f"{path}: not the plan of a run: {error}") from None
+COMPILING = 600.0
+"""Seconds beyond the time-out that a first decision may take, in which kernels are compiled."""
 
 
-@dataclass(frozen=True)
-class Block:
-    """Episodes ``first ... first + count - 1`` of one task and controller."""
-
-    task: str
-    controller: str
-    first: int
-    count: int
-    seed: int
-
-
-@dataclass
-class BlockResult:
-    """What a block gave, or the error that its controller raised."""
-
-    block: Block
-    success: list[bool] = field(default_factory=list)
-    cycles: list[int] = field(default_factory=list)
-    """Cycles of each episode until success, other end or time-out."""
-    reward: list[float] = field(default_factory=list)
-    error: str | None = None
-    wall_seconds: float = 0.0
-    controller_seconds: float = 0.0
-    """CPU seconds inside the controller."""
-    decisions: int = 0
-    played: int = 0
-    """Cycles of worlds simulated."""
-
-    def to_json(self) -> str:
-        """One line of ``episodes.jsonl``."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, line: str) -> BlockResult:
-        """The result written by `to_json`."""
-        data = json.loads(line)
-        return cls(**{**data, "block": Block(**data["block"])})
-
-
-def play_block(block: Block) -> BlockResult:
+def play_block(block: Block, timeout: float = math.inf) -> BlockResult:
     """Play the episodes of one block.
 
-    A controller that raises yields a result with its error; everything else is an error of ours and propagates.
+    Parameters
+    ----------
+    block : Block
+    timeout : float
+        Seconds that one decision may take.
+
+    Returns
+    -------
+    BlockResult
+        With the error of a controller that raised, ended the program or thought for too long; everything else is an error of ours and
+        propagates.
     """
     result = BlockResult(block)
     begin = time.perf_counter()
     try:
-        _play(replace(block, count=1), BlockResult(block), most=3)  # compiles what is not compiled yet, before the clock runs
+        # compiles what is not compiled yet, before the clock runs
+        _play(replace(block, count=1), BlockResult(block), Limit(timeout + COMPILING), most=3)
         begin = time.perf_counter()
-        _play(block, result)
-    except Exception as error:
+        _play(block, result, Limit(timeout))
+    except (Exception, SystemExit, GeneratorExit) as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(where.filename).name}, line {where.lineno}, in {where.name}"
         result = BlockResult(block, error=f"{type(error).__name__}: {error} ({place})")
@@ -156,7 +66,41 @@ def play_block(block: Block) -> BlockResult:
     return result
 
 
-def _play(block: Block, result: BlockResult, most: int | None = None) -> None:
+class Limit:
+    """Ends what takes too long.
+
+    Where the operating system has an alarm clock and this is the main thread, as it is in workers, Python code and waiting are interrupted;
+    elsewhere, and in compiled code, the excess is found when the call returns.
+
+    Parameters
+    ----------
+    seconds : float
+        From the beginning of each ``with`` to its end.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        rings = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+        self._rings = rings and math.isfinite(seconds)
+
+    def __enter__(self) -> None:
+        self._begin = time.monotonic()
+        if self._rings:
+            self._previous = signal.signal(signal.SIGALRM, self._ring)
+            signal.setitimer(signal.ITIMER_REAL, self.seconds)
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if self._rings:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, self._previous)
+        if kind is None and time.monotonic() - self._begin > self.seconds:
+            self._ring()
+
+    def _ring(self, *_: object) -> None:
+        raise ControllerError(f"a decision took longer than {self.seconds:g} s (--timeout)")
+
+
+def _play(block: Block, result: BlockResult, limit: Limit, most: int | None = None) -> None:
     """All episodes of the block at once, until the last one is over (or `most` cycles have been played)."""
     task, count = make_task(block.task), block.count
     agents = select_agents(task.controlled, task.left, task.right)
@@ -167,7 +111,8 @@ def _play(block: Block, result: BlockResult, most: int | None = None) -> None:
     observation = core.reset(block.seed)
     spent = -time.process_time()
     for i, controller in enumerate(controllers):
-        controller.reset(_of_agent(observation, i), _controller_seed(block, i))
+        with limit:
+            controller.reset(_of_agent(observation, i), _controller_seed(block, i))
     spent += time.process_time()
     running = np.ones(count, bool)
     success, cycles, reward = np.zeros(count, bool), np.zeros(count, np.int64), np.zeros(count)
@@ -175,7 +120,8 @@ def _play(block: Block, result: BlockResult, most: int | None = None) -> None:
         actions = []
         for i, controller in enumerate(controllers):
             spent -= time.process_time()
-            action = controller.act(_of_agent(observation, i))
+            with limit:
+                action = controller.act(_of_agent(observation, i))
             spent += time.process_time()
             actions.append(check_action(block.controller, action, count))
         step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
@@ -205,6 +151,7 @@ def run(
     *,
     workers: int = 1,
     journal: Path | None = None,
+    timeout: float = math.inf,
     on_result: Callable[[BlockResult, int, int], Any] | None = None,
 ) -> Iterator[BlockResult]:
     """Play all blocks of a plan that the journal does not hold yet.
@@ -215,7 +162,9 @@ def run(
     workers : int
         Processes; 1 plays in this process.
     journal : Path, optional
-        ``episodes.jsonl``: finished blocks are read from it and appended to it.
+        ``episodes.jsonl``: finished blocks are read from it and appended to it, by one process at a time.
+    timeout : float
+        Seconds that one decision may take; longer is an error of the controller.
     on_result : callable, optional
         Called with (result, done, total) after every block.
 
@@ -227,31 +176,27 @@ def run(
     Raises
     ------
     ParameterError
-        For fewer workers than one.
+        For fewer workers than one, or a time-out that is not positive.
     CprmError
-        When a worker dies.
+        When a worker dies, the journal is damaged or another process writes it.
     """
     check_workers(workers)
+    if not timeout > 0:
+        raise ParameterError(f"timeout: {timeout!r} given, a number of seconds above 0 is needed")
     blocks = plan.blocks()
-    if journal is not None:
-        _cut_torn_line(journal)
-    finished = {r.block: r for r in read_journal(journal)} if journal is not None else {}
-    done, total = 0, len(blocks)
-    for block in blocks:
-        if block in finished:
-            done += 1
+    kept = None if journal is None else Journal(journal, plan)
+    with nullcontext() if kept is None else kept.held():
+        if kept is not None:
+            kept.cut_torn_line()
+        finished = {} if kept is None else kept.read()
+        todo = [block for block in blocks if block not in finished]
+        known = (finished[block] for block in blocks if block in finished)
+        for done, result in enumerate(chain(known, _play_all(todo, workers, timeout)), 1):
+            if kept is not None and result.error is None and result.block not in finished:
+                kept.append(result)
             if on_result:
-                on_result(finished[block], done, total)
-            yield finished[block]
-    todo = [b for b in blocks if b not in finished]
-    for result in _play_all(todo, workers):
-        if journal is not None and result.error is None:
-            with journal.open("a", encoding="utf-8") as file:
-                file.write(result.to_json() + "\n")
-        done += 1
-        if on_result:
-            on_result(result, done, total)
-        yield result
+                on_result(result, done, len(blocks))
+            yield result
 
 
 def check_workers(workers: int) -> None:
@@ -260,16 +205,17 @@ def check_workers(workers: int) -> None:
         raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
 
 
-def _play_all(blocks: Sequence[Block], workers: int) -> Iterator[BlockResult]:
+def _play_all(blocks: Sequence[Block], workers: int, timeout: float) -> Iterator[BlockResult]:
     if workers == 1 or len(blocks) < 2:
-        yield from map(play_block, blocks)
+        for block in blocks:
+            yield play_block(block, timeout)
         return
     # fresh processes: threads and compiled code of this one are not copied into them
-    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
     before = set(multiprocessing.active_children())
     try:
         with _deaf_to_interrupts():
-            pending: set[Future[BlockResult]] = {pool.submit(play_block, b) for b in blocks}
+            pending: set[Future[BlockResult]] = {pool.submit(play_block, b, timeout) for b in blocks}
         while pending:
             ready, pending = wait(pending, return_when=FIRST_COMPLETED)
             for future in ready:
@@ -285,6 +231,18 @@ def _play_all(blocks: Sequence[Block], workers: int) -> Iterator[BlockResult]:
         pool.shutdown()
 
 
+def _end_with_parent() -> None:
+    """In a worker: end when the process that started it does, killed or not."""
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
     """Processes started here leave Ctrl-C to this one, which ends them."""
@@ -296,38 +254,3 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, previous)
-
-
-def _cut_torn_line(path: Path) -> None:
-    """Remove a last line that an interruption left unfinished, so that the next one begins on a line of its own."""
-    if path.exists():
-        content = path.read_bytes()
-        whole = content.rfind(b"\n") + 1
-        if whole < len(content):
-            with path.open("r+b") as file:
-                file.truncate(whole)
-
-
-def read_journal(path: Path) -> list[BlockResult]:
-    """The finished blocks of a journal; a last line cut short by an interruption is left out.
-
-    Raises
-    ------
-    CprmError
-        When another line cannot be read; the message names file and line.
-    """
-    if not path.exists():
-        return []
-    lines = path.read_text(encoding="utf-8", errors="replace").split("\n")
-    results = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        try:
-            results.append(BlockResult.from_json(line))
-        except (ValueError, TypeError, KeyError) as error:
-            if number == len(lines):
-                break
-            reason = f"there is no {error}" if isinstance(error, KeyError) else str(error)
-            raise CprmError(f"{path}, line {number}: not a result of a block: {reason}") from error
-    return results

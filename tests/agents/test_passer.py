@@ -10,8 +10,9 @@ from cprm_gym.agents.passer import PASSER, PASSER_NET, make_controller, passer_n
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import flatten
+from cprm_gym.benchmark.plan import Block
 from cprm_gym.benchmark.recovery import measure
-from cprm_gym.benchmark.runner import Block, play_block
+from cprm_gym.benchmark.runner import play_block
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task

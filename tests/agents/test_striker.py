@@ -7,7 +7,8 @@ from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.striker import STRIKER, STRIKER_NET, make_controller
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.petri import Executor
-from cprm_gym.benchmark.runner import Block, play_block
+from cprm_gym.benchmark.plan import Block
+from cprm_gym.benchmark.runner import play_block
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task

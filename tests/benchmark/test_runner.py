@@ -6,16 +6,22 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from cprm_gym.benchmark import plan as plans
 from cprm_gym.benchmark import registry, runner
+from cprm_gym.benchmark.journal import Journal
+from cprm_gym.benchmark.plan import Block, Plan
 from cprm_gym.benchmark.report import plot, summarise
-from cprm_gym.benchmark.runner import Block, BlockResult, Plan, play_block, read_journal, run
+from cprm_gym.benchmark.runner import play_block, run
 from cprm_gym.cli import app
+from cprm_gym.envs.controller import no_action
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
 
 CONTROLLERS = ("cprm", "fsm", "random")
@@ -95,7 +101,7 @@ def with_controller(monkeypatch, name, factory):
     entries = registry.controller_entries
     loader = registry.load_controller
     known = {**entries(), name: None}
-    monkeypatch.setattr(runner, "controller_entries", lambda: known)
+    monkeypatch.setattr(plans, "controller_entries", lambda: known)
     monkeypatch.setattr(runner, "load_controller", lambda n: factory if n == name else loader(n))
 
 
@@ -110,6 +116,107 @@ def test_a_controller_that_raises_is_reported_and_the_others_finish(monkeypatch)
     assert (fine.error, fine.episodes) == (None, 20)
     assert not report.complete
     assert "error: ZeroDivisionError" in report.to_markdown()
+
+
+class Ends:
+    """A controller that ends the program, or its generator, in its first decision."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def reset(self, observation, seed, worlds=None):
+        pass
+
+    def act(self, observation):
+        raise self.error
+
+
+@pytest.mark.parametrize("error", [SystemExit(0), GeneratorExit()])
+def test_a_controller_that_ends_the_program_is_an_error_and_the_others_finish(monkeypatch, error):
+    with_controller(monkeypatch, "ends", lambda task, agent: Ends(error))
+    plan = Plan(controllers=("ends", "random"), episodes=5)
+    ended, fine = summarise(plan, run(plan)).rows
+    assert type(error).__name__ in ended.error
+    assert (fine.error, fine.episodes) == (None, 5)
+
+
+def test_the_command_exits_with_1_when_a_controller_exits_with_0(tmp_path, monkeypatch):
+    with_controller(monkeypatch, "ends", lambda task, agent: Ends(SystemExit(0)))
+    result = invoke("--controllers", "ends", "--episodes", 5, "--output", tmp_path)
+    assert result.exit_code == 1
+    assert "SystemExit: 0" in result.output
+
+
+class Sleeps(Ends):
+    """A controller that thinks for a minute in its tenth decision."""
+
+    def __init__(self):
+        self.decisions = 0
+
+    def reset(self, observation, seed, worlds=None):
+        self.decisions = 0
+
+    def act(self, observation):
+        self.decisions += 1
+        if self.decisions == 10:
+            time.sleep(60)
+        return no_action(len(observation["level"]))
+
+
+def test_a_controller_that_sleeps_is_ended_by_the_time_out(monkeypatch):
+    with_controller(monkeypatch, "sleeps", lambda task, agent: Sleeps())
+    begin = time.monotonic()
+    result = play_block(Block("GoToBall", "sleeps", 0, 2, 0), timeout=0.5)
+    assert "ControllerError: a decision took longer than 0.5 s (--timeout)" in result.error
+    assert time.monotonic() - begin < 30
+
+
+def test_elsewhere_than_in_the_main_thread_the_excess_is_found_afterwards():
+    limit = []
+
+    def work():
+        try:
+            with runner.Limit(0.01):
+                time.sleep(0.05)
+        except ControllerError as error:
+            limit.append(str(error))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert limit == ["a decision took longer than 0.01 s (--timeout)"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are listed in /proc")
+def test_workers_end_when_their_parent_is_killed(tmp_path):
+    command = [sys.executable, "-m", "cprm_gym.cli", "benchmark", "--controllers", "fsm,random", "--episodes", "100000",
+               "--workers", "2", "--output", str(tmp_path)]  # fmt: skip
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    while not list(tmp_path.glob("*/plan.json")):
+        time.sleep(0.1)
+    time.sleep(3.0)  # the workers have been started
+    before = living(process.pid)
+    process.kill()
+    process.wait()
+    for _ in range(100):
+        if not (left := living(process.pid)):
+            break
+        time.sleep(0.2)
+    assert len(before) >= 2
+    assert left == []
+
+
+def living(session):
+    """Processes of a session that are not zombies."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, _, owner = path.read_text().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(owner) == session and state != "Z":
+            found.append(int(path.parent.name))
+    return found
 
 
 @pytest.mark.parametrize(
@@ -183,21 +290,80 @@ def test_an_interrupted_run_is_taken_up_where_it_was(tmp_path):
     part = run(plan, journal=journal)
     next(part)
     part.close()
-    assert len(read_journal(journal)) == 1
+    assert len(Journal(journal).read()) == 1
     with journal.open("a") as file:
         file.write('{"block": {"task": "GoToB')  # cut short while it was written
     played = []
     results = list(run(plan, journal=journal, on_result=lambda r, done, total: played.append((done, total))))
     assert played == [(1, 3), (2, 3), (3, 3)]
     assert summarise(plan, results).rows == summarise(plan, run(plan)).rows
-    assert len(read_journal(journal)) == 3
+    assert len(Journal(journal).read()) == 3
 
 
-def test_a_damaged_journal_is_refused_with_its_line(tmp_path):
+WHOLE = {
+    "block": {"task": "GoToBall", "controller": "random", "first": 0, "count": 3, "seed": 0},
+    "success": [True, False, True], "cycles": [5, 7, 3], "reward": [1.0, -0.5, 0], "error": None,
+    "wall_seconds": 0.1, "controller_seconds": 0.05, "decisions": 30, "played": 30,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"success": [True, True]}, "success has 2 entries, expected a list of 3"),
+        ({"success": [1, 1, 1]}, "success holds 1"),
+        ({"success": True}, "success has True, expected a list of 3"),
+        ({"cycles": [5, 7, 0]}, "cycles holds 0"),
+        ({"cycles": [5, 7, 2.5]}, "cycles holds 2.5"),
+        ({"reward": [1.0, "a", 0.0]}, "reward holds 'a'"),
+        ({"reward": [1.0, float("nan"), 0.0]}, "NaN is no number of a result"),
+        ({"reward": [1.0, float("inf"), 0.0]}, "Infinity is no number of a result"),
+        ({"wall_seconds": -1}, "wall_seconds is -1, expected a number of at least 0"),
+        ({"decisions": None}, "decisions is None, expected a number"),
+        ({"error": "SystemExit: 0"}, "the block ended in an error"),
+        ({"block": {**WHOLE["block"], "count": 125}}, r"count=125.* is not part of the plan|success has 3 entries, expected a list of 125"),
+        ({"block": {**WHOLE["block"], "seed": 1}}, r"seed=1\) is not part of the plan"),
+        ({"block": {**WHOLE["block"], "count": True}}, "count is True, expected int"),
+        ({"block": [1]}, "the block is list, expected an object"),
+        ({"goals": 3}, "the result has unknown goals"),
+    ],
+)
+def test_a_journal_that_says_what_no_block_gives_is_refused_with_its_line(tmp_path, changes, message):
     journal = tmp_path / "episodes.jsonl"
-    journal.write_text("nonsense\n" + BlockResult(Block("GoToBall", "random", 0, 1, 0)).to_json() + "\n")
-    with pytest.raises(CprmError, match=r"episodes.jsonl, line 1: not a result"):
-        read_journal(journal)
+    journal.write_text(json.dumps(WHOLE | changes) + "\n")
+    with pytest.raises(CprmError, match=rf"episodes.jsonl, line 1: not a result of a block: .*({message})"):
+        Journal(journal, Plan(controllers=("random",), episodes=3)).read()
+
+
+@pytest.mark.parametrize("text", ["nonsense", "[" * 100_000, "{}", "3", '{"block": {}}', json.dumps(WHOLE) + "\n" + json.dumps(WHOLE)])
+def test_a_damaged_journal_is_refused_with_its_line(tmp_path, text):
+    journal = tmp_path / "episodes.jsonl"
+    journal.write_text(text + "\n\n")
+    with pytest.raises(CprmError, match=r"episodes.jsonl, line \d: not a result"):
+        Journal(journal).read()
+
+
+def test_a_whole_journal_is_read(tmp_path):
+    (tmp_path / "episodes.jsonl").write_text(json.dumps(WHOLE) + "\n")
+    (found,) = Journal(tmp_path / "episodes.jsonl", Plan(controllers=("random",), episodes=3)).read().values()
+    assert json.loads(found.to_json()) == WHOLE
+
+
+def test_a_folder_belongs_to_one_process_at_a_time(tmp_path):
+    plan = Plan(controllers=("random",), episodes=200)
+    course = run(plan, journal=tmp_path / "episodes.jsonl")
+    next(course)
+    code = f"""
+from pathlib import Path
+from cprm_gym.benchmark.plan import Plan
+from cprm_gym.benchmark.runner import run
+list(run(Plan(controllers=("random",), episodes=200), journal=Path({str(tmp_path / "episodes.jsonl")!r})))
+"""
+    other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "CprmError" in other.stderr
+    assert "another process is playing the run of this folder" in other.stderr
+    list(course)
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
 def invoke(*arguments):
@@ -208,7 +374,14 @@ def test_the_command_writes_report_table_and_plot(tmp_path):
     result = invoke("--episodes", 10, "--controllers", "fsm,random", "--output", tmp_path, "--seed", 3)
     assert result.exit_code == 0, result.output
     (folder,) = tmp_path.iterdir()
-    assert sorted(p.name for p in folder.iterdir()) == ["episodes.jsonl", "plan.json", "report.json", "report.md", "report.png"]
+    assert sorted(p.name for p in folder.iterdir()) == [
+        "episodes.jsonl",
+        "episodes.lock",
+        "plan.json",
+        "report.json",
+        "report.md",
+        "report.png",
+    ]
     report = json.loads((folder / "report.json").read_text())
     assert report["plan"]["episodes"] == 10
     assert [row["controller"] for row in report["rows"]] == ["fsm", "random"]
@@ -243,11 +416,11 @@ def test_the_command_keeps_what_it_has_when_interrupted(tmp_path, monkeypatch):
     original = runner.play_block
     calls = []
 
-    def stop_at_the_second(block):
+    def stop_at_the_second(block, timeout):
         calls.append(block)
         if len(calls) == 2:
             raise KeyboardInterrupt
-        return original(block)
+        return original(block, timeout)
 
     monkeypatch.setattr(runner, "play_block", stop_at_the_second)
     result = invoke("--episodes", 130, "--controllers", "random", "--output", tmp_path)
@@ -267,7 +440,7 @@ def test_the_command_keeps_what_it_has_when_interrupted(tmp_path, monkeypatch):
 
 
 def test_a_run_that_was_interrupted_at_once_can_be_taken_up(tmp_path, monkeypatch):
-    def stop(block):
+    def stop(block, timeout):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:

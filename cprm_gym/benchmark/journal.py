@@ -1,0 +1,89 @@
+"""The folder of a run: finished blocks, one a line, kept by one process at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from ..errors import CprmError
+from .plan import Block, BlockResult, Plan
+
+
+class Journal:
+    """``episodes.jsonl`` of a run.
+
+    Parameters
+    ----------
+    path : Path
+        Made with the first block.
+    plan : Plan, optional
+        What is being played: blocks that are not in it are refused.
+    """
+
+    def __init__(self, path: Path, plan: Plan | None = None) -> None:
+        self.path = path
+        self._planned = None if plan is None else set(plan.blocks())
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """For this process alone, until it ends, however it ends.
+
+        Raises
+        ------
+        CprmError
+            When another process has it.
+        """
+        lock = FileLock(self.path.with_suffix(".lock"), timeout=0)
+        try:
+            lock.acquire()
+        except Timeout:
+            raise CprmError(f"{self.path.parent}: another process is playing the run of this folder") from None
+        try:
+            yield
+        finally:
+            lock.release()
+
+    def append(self, result: BlockResult) -> None:
+        """Note a finished block."""
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(result.to_json() + "\n")
+
+    def cut_torn_line(self) -> None:
+        """Remove a last line that an interruption left unfinished, so that the next one begins on a line of its own."""
+        if self.path.exists():
+            content = self.path.read_bytes()
+            whole = content.rfind(b"\n") + 1
+            if whole < len(content):
+                with self.path.open("r+b") as file:
+                    file.truncate(whole)
+
+    def read(self) -> dict[Block, BlockResult]:
+        """The finished blocks; a last line cut short by an interruption is left out.
+
+        Raises
+        ------
+        CprmError
+            When another line cannot be read, is not whole, is not of the plan or stands there twice; the message names file and line.
+        """
+        if not self.path.exists():
+            return {}
+        lines = self.path.read_text(encoding="utf-8", errors="replace").split("\n")
+        found: dict[Block, BlockResult] = {}
+        for number, line in enumerate(lines, 1):
+            if not line.strip():
+                continue
+            try:
+                result = BlockResult.from_json(line)
+                if self._planned is not None and result.block not in self._planned:
+                    raise ValueError(f"{result.block} is not part of the plan")
+                if result.block in found:
+                    raise ValueError(f"{result.block} stands there twice")
+            except ValueError as error:
+                if number == len(lines):
+                    break
+                raise CprmError(f"{self.path}, line {number}: not a result of a block: {error}") from error
+            found[result.block] = result
+        return found
