@@ -154,9 +154,8 @@ def action_rows(space: gym_spaces.Space[Any]) -> list[tuple[str, str]]:
         told = {"type": kinds, "view": widths, "say": f"{actions.SAY_LENGTH} characters, 0 ends the message"}
         return [(f"`{key}`", told.get(key) or values_of(part)) for key, part in space.spaces.items()]
     if isinstance(space, gym_spaces.MultiDiscrete):
-        lists = (
-            [kind.name.lower() for kind in actions.DISCRETE_KINDS], actions.DISCRETE_POWERS, actions.DISCRETE_DIRECTIONS, actions.DISCRETE_NECKS,
-        )  # fmt: skip
+        kinds_list = [kind.name.lower() for kind in actions.DISCRETE_KINDS]
+        lists = (kinds_list, actions.DISCRETE_POWERS, actions.DISCRETE_DIRECTIONS, actions.DISCRETE_NECKS)
         names = ("command", "power", "direction, degrees", "neck, degrees")
         return [(f"{i} {names[i]}", ", ".join(v if isinstance(v, str) else number(v) for v in lists[i])) for i in range(len(space.nvec))]
     names = [f"preference for {kind.name.lower()}" for kind in actions.BOX_KINDS] + ["power", "direction", "neck"]
@@ -183,11 +182,8 @@ def scales() -> str:
 
 def task_section(name: str, task: Any) -> str:
     """A task: who acts, its options with their defaults and extents, what it adds to the observation."""
-    parts = [
-        f"### {name}",
-        summary(type(task)),
-        f"`cprm/{name}-v{version_of(name)}`, {task.left} against {task.right}, `{task.controlled}` acts.",
-    ]
+    parts = [f"### {name}", summary(type(task))]
+    parts.append(f"`cprm/{name}-v{version_of(name)}`, {task.left} against {task.right}, `{task.controlled}` acts.")
     options = []
     for field in dataclasses.fields(task):
         if "within" in field.metadata:
@@ -280,12 +276,11 @@ def names_page() -> str:
     for face, names in home_faces().items():
         for name, home in names.items():
             thing = getattr(importlib.import_module(face), name)
-            rows.append(
-                (name.lower(), f"[`{name}`](reference_{home.rpartition('.')[2]}.md)", f"`{face}`", kind_of(thing), first_line(thing))
-            )
-    rows.sort(key=lambda row: row[0])
+            page = f"reference_{home.rpartition('.')[2]}.md"
+            rows.append((f"[`{name}`]({page})", f"`{face}`", kind_of(thing), first_line(thing)))
+    rows.sort(key=lambda row: row[0].lower())
     intro = "What the packages offer: `from <package> import <name>`. Everything else is inside, and may move."
-    return f"# Index of names\n\n{intro}\n\n" + table(("name", "from", "", "what it is"), [row[1:] for row in rows])
+    return f"# Index of names\n\n{intro}\n\n" + table(("name", "from", "", "what it is"), rows)
 
 
 def reference_pages() -> dict[str, str]:
@@ -362,7 +357,8 @@ def film(folder: Path) -> str:
         record.add()
         for _ in scenes:
             record.add()
-    return "![the seeker goes to the ball](go_to_ball.gif)\n\n`cprm-gym play --task GoToBall --controller cprm --record game.gif`; the cone is what the player sees."
+    command = "cprm-gym play --task GoToBall --controller cprm --record game.gif"
+    return f"![the seeker goes to the ball](go_to_ball.gif)\n\n`{command}`; the cone is what the player sees."
 
 
 def draw_net(folder: Path, name: str, unfold: int, caption: str) -> str:
@@ -387,7 +383,8 @@ def belief(folder: Path) -> str:
         scene = next(scenes)
     picture = Viewer("rgb_array").draw(scene.world, (scene.players[0].number,), scene.players[0].points)
     imwrite(folder / "belief.png", np.asarray(picture))
-    return "Where the striker believes the ball to be, twelve cycles after the start: `cprm-gym demo striker`\n\n![the striker's belief](belief.png)"
+    caption = "Where the striker believes the ball to be, twelve cycles after the start: `cprm-gym demo striker`"
+    return f"{caption}\n\n![the striker's belief](belief.png)"
 
 
 def model(folder: Path) -> str:

@@ -15,12 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cprm_gym.architecture.cprm import CPRM, Controller, Observe
+from cprm_gym.architecture.cprm import CPRM, CPRMRunner, Observe
 from cprm_gym.architecture.petri import Belief, Command, Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, prev
-from cprm_gym.architecture.prm.model.schema import Input as Given
+from cprm_gym.architecture.prm.model.schema import Attribute, Given, PRMClass, prev
 
 ARRIVES, HIT, FALSE = 0.06, 0.8, 0.2
 """A part arrives at an empty feeder; the eye sees a part that is there; it sees one that is not."""
@@ -118,7 +117,7 @@ def machine_net(believing: bool) -> PetriNet:
 
 FEEDER = PRMClass(
     "Feeder",
-    inputs=(Given("gripped", ("no", "yes"), default="no"),),
+    given=(Given("gripped", ("no", "yes"), default="no"),),
     attributes=(
         Attribute("part", ("no", "yes"), parents=(prev("part"), "gripped"), initial=Prior((1 - ARRIVES, ARRIVES)), cpd=Table({
             ("no", "*"): (1 - ARRIVES, ARRIVES),
@@ -147,7 +146,7 @@ GULLIBLE = CPRM("machine without belief", net=machine_net(believing=False))
 
 def run(cprm: CPRM, machines: int, cycles: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """(parts pressed, empty grips) of each machine."""
-    world, controller = Machines(machines, seed), Controller(cprm, machines)
+    world, controller = Machines(machines, seed), CPRMRunner(cprm, machines)
     gripped = np.zeros((machines, 2))
     for _ in range(cycles):
         seen = world.look()

@@ -32,7 +32,7 @@ def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     agent : str
         ``left_1``: the goalie, if the team has one with that number.
     **options
-        Of an outfield player's `Controller`.
+        Of an outfield player's `CPRMRunner`.
     """
     side, _, number = agent.partition("_")
     goalie, opponents = (task.left_goalie, task.right) if side == "left" else (task.right_goalie, task.left)

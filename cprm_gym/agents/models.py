@@ -8,7 +8,7 @@ from __future__ import annotations
 from ..architecture.prm.model.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
 from ..architecture.prm.model.domains import BOOL, Bins, Labels
 from ..architecture.prm.model.model import Model
-from ..architecture.prm.model.schema import Attribute, Input, PRMClass, Relation, Replace, prev
+from ..architecture.prm.model.schema import Attribute, Given, PRMClass, Relation, Replace, prev
 
 DISTANCE = Bins((0, 1, 2, 4, 7, 11, 16, 22, 30, 40, 60), unit="m", clip=True)
 """Ten bins, fine near the player: the eye's error grows with the distance (specification/simulator.md 6.1.4)."""
@@ -26,7 +26,7 @@ FELT = 3.0
 
 BALL = PRMClass(
     "Ball",
-    inputs=(Input("turned", TURNED, default=0.0), Input("advanced", ADVANCED, default=0.0)),
+    given=(Given("turned", TURNED, default=0.0), Given("advanced", ADVANCED, default=0.0)),
     attributes=(
         # hidden: where the ball is; what the player himself did moves it in his frame, the ball's own roll is the noise
         Attribute("dist", DISTANCE, parents=(prev("dist"), prev("dir"), "advanced"), initial=Uniform(),
@@ -192,9 +192,9 @@ def _read(mean: str, sd: str, blurred: str) -> Mixture:
 
 PASSED_BALL = PRMClass(
     "Ball",
-    inputs=(
-        Input("met", MET, default=0.0), Input("slid", SLID, default=0.0), Input("sent", SENT, default=-1.0),
-        Input("eyes", EYES, default=0.0),
+    given=(
+        Given("met", MET, default=0.0), Given("slid", SLID, default=0.0), Given("sent", SENT, default=-1.0),
+        Given("eyes", EYES, default=0.0),
     ),
     attributes=(
         # hidden: how it moves, and then where it is; distance and bearing are components of their own, so that both are cheap

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..architecture.cprm import CPRM, Controller
+from ..architecture.cprm import CPRM, CPRMRunner
 from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
 from ..errors import ControllerError
@@ -45,7 +45,7 @@ class SoccerAgent:
     needs : sequence of str
         Parts of the observation that the percepts read beyond what is always there (`observation_space`): ``memory``, ``landmarks``.
     **options
-        Passed on to `Controller`.
+        Passed on to `CPRMRunner`.
     """
 
     def __init__(
@@ -61,14 +61,14 @@ class SoccerAgent:
         self.percepts = percepts
         self.objects = objects
         self.options = options
-        self.controller: Controller | None = None
+        self.controller: CPRMRunner | None = None
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes; the copies are made at the first one."""
         count = len(observation["level"])
         if self.controller is None or self.controller.batch != count:
             exclusive = [[name for name in BODY_COMMANDS if name in _emitted(self.cprm)]]
-            self.controller = Controller(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
+            self.controller = CPRMRunner(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
             self._turned = np.zeros(count)
             worlds = None
         self.controller.reset(worlds)

@@ -4,7 +4,7 @@
 `expressions`  the one small language of math places, selections, formulas and conditions
 `petri`        extended Petri nets: written, run, drawn, saved
 `prm`          dynamic probabilistic relational models: written, grounded, filtered, learned, saved
-`cprm`         both coupled (`CPRM`), and run for many agents at once (`Controller`)
+`cprm`         both coupled (`CPRM`), and run for many agents at once (`CPRMRunner`)
 `analysis`     what a net can do, and whether a module keeps its contract
 =============  ==========================================================================================
 """
@@ -18,7 +18,7 @@ from ..lazy import lazy_face
 if TYPE_CHECKING:
     from .cprm import CPRM as CPRM
     from .cprm import Cluster as Cluster
-    from .cprm import Controller as Controller
+    from .cprm import CPRMRunner as CPRMRunner
     from .cprm import Decision as Decision
     from .cprm import Observe as Observe
     from .cprm import cprm_from_json as cprm_from_json
@@ -29,6 +29,6 @@ else:
     __all__, __getattr__, __dir__ = lazy_face(
         __name__,
         {
-            "cprm": "CPRM Cluster Controller Decision Observe cprm_from_json cprm_to_json load_cprm save_cprm",
+            "cprm": "CPRM CPRMRunner Cluster Decision Observe cprm_from_json cprm_to_json load_cprm save_cprm",
         },
     )

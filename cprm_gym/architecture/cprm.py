@@ -2,7 +2,7 @@
 
 The net sees variables as places (`Belief` places: a view of a posterior), the model sees places as variables (`Observe`: a variable whose
 reading is an expression over percepts and places), and relations follow object tokens (`Cluster`: while its object places hold objects,
-the relation is active on them). `CPRM` is the value; `Controller` runs it for many agents at once. Neither knows what is being
+the relation is active on them). `CPRM` is the value; `CPRMRunner` runs it for many agents at once. Neither knows what is being
 controlled.
 
 One cycle: percepts set input places -> every `period` cycles the relations that the object places ask for are switched, the model
@@ -271,7 +271,7 @@ class Decision:
     commands: Mapping[str, Mapping[str, float]]
 
 
-class Controller:
+class CPRMRunner:
     """A CPRM that runs for a batch of agents.
 
     Parameters
@@ -526,8 +526,8 @@ def _sights(
 
 __all__ = [
     "CPRM",
+    "CPRMRunner",
     "Cluster",
-    "Controller",
     "Decision",
     "Observe",
     "Percepts",

@@ -11,7 +11,7 @@ from cprm_gym.agents.seeker import SEEKER, make_controller
 from cprm_gym.agents.skills.go_to_ball import GO_TO_BALL
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.analysis.report import analyze
-from cprm_gym.architecture.cprm import Controller
+from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.petri import Executor
 from cprm_gym.envs.controller import Predict
 from cprm_gym.envs.core import SoccerCore
@@ -115,7 +115,7 @@ def test_the_seeker_acts_alike_in_a_batch_and_alone():
 
 
 def test_the_belief_follows_a_ball_that_leaves_the_view():
-    controller = Controller(SEEKER)
+    controller = CPRMRunner(SEEKER)
     seen = {**HERE, "body.turned": 0.0, "body.advanced": 0.0, "ball.direction": 20.0}
     for _ in range(6):
         controller.step(seen)

@@ -11,7 +11,7 @@ from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
 from cprm_gym.agents.skills.reposition import REPOSITION
 from cprm_gym.agents.skills.watch_ball import LOOKS, WATCH_BALL
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
-from cprm_gym.architecture.cprm import Controller
+from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks.goalie import CONCEDED, Goalie
@@ -134,7 +134,7 @@ FIRST_HAS_IT = {"Opponent": {"danger": np.array([0.6, 0.2, 0.1]), "ball_gap": np
 
 
 def test_relations_are_active_while_the_object_places_hold_objects():
-    controller = Controller(goalie_cprm(opponents=3))
+    controller = CPRMRunner(goalie_cprm(opponents=3))
     assert controller.relations(0) == ()
     controller.step(PERCEPTS, NOBODY_NEAR)
     assert controller.relations(0) == ("attendedOpponent(o1)", "attendedOpponent(o2)")
@@ -148,7 +148,7 @@ def test_relations_are_active_while_the_object_places_hold_objects():
 def test_a_possession_makes_a_shot_expected_before_it_is_seen():
     expected = []
     for candidates in (NOBODY_NEAR, FIRST_HAS_IT):
-        controller = Controller(goalie_cprm(opponents=3))
+        controller = CPRMRunner(goalie_cprm(opponents=3))
         for _ in range(4):
             controller.step(PERCEPTS, candidates)
         controller.step({**PERCEPTS, "body.fresh": 0.0, "ball.seen": 0.0, "ball.moving": 0.0}, candidates)
@@ -158,7 +158,7 @@ def test_a_possession_makes_a_shot_expected_before_it_is_seen():
 
 
 def test_beliefs_carry_the_ball_through_blind_cycles():
-    controller = Controller(goalie_cprm(opponents=0))
+    controller = CPRMRunner(goalie_cprm(opponents=0))
     x, v = -25.0, -2.0
     for cycle in range(8):
         blind = cycle % 2

@@ -15,7 +15,7 @@ from cprm_gym.agents.skills.kick import KICK
 from cprm_gym.agents.skills.pass_ball import PASS_BALL, TURNS
 from cprm_gym.agents.skills.receive import PATIENCE, RECEIVE
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
-from cprm_gym.architecture.cprm import CPRM, Controller
+from cprm_gym.architecture.cprm import CPRM, CPRMRunner
 from cprm_gym.architecture.equivalences import MachineRunner, RegionsRunner, Rule, StateMachine, machine_net, regions_cprm
 from cprm_gym.architecture.petri import Command, Executor
 from cprm_gym.benchmark.skills import TRIALS, measure
@@ -173,7 +173,7 @@ def test_a_machine_with_an_unknown_state_is_refused():
 
 def test_the_belief_region_policy_as_a_cprm_acts_alike():
     core = SoccerCore(make_task("GoToBall"), 1, seed=1)
-    walker, controller, runner = GoToBallMachine(), Controller(regions_cprm(GO_TO_BALL_REGIONS)), RegionsRunner(GO_TO_BALL_REGIONS)
+    walker, controller, runner = GoToBallMachine(), CPRMRunner(regions_cprm(GO_TO_BALL_REGIONS)), RegionsRunner(GO_TO_BALL_REGIONS)
     observation = {k: v[:, 0] for k, v in core.reset(1).items()}
     walker.reset(observation, 0)
     seen = set()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.cprm import CPRM, Cluster, Controller, Observe, cprm_from_json, cprm_to_json, load_cprm, save_cprm
+from cprm_gym.architecture.cprm import CPRM, Cluster, CPRMRunner, Observe, cprm_from_json, cprm_to_json, load_cprm, save_cprm
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
 from cprm_gym.architecture.prm.model.model import Model
@@ -60,7 +60,7 @@ def filtered(readings):
 
 def test_a_belief_place_holds_the_filtered_probability():
     readings = [True, True, None, None, False, None, True]
-    controller = Controller(COAT)
+    controller = CPRMRunner(COAT)
     for reading, expected in zip(readings, filtered(readings)):
         controller.step({"looked": float(reading is not None), "umbrella": float(bool(reading))})
         assert controller.executor.read("rain")[0] == pytest.approx(expected, abs=1e-12)
@@ -68,7 +68,7 @@ def test_a_belief_place_holds_the_filtered_probability():
 
 
 def test_the_net_acts_on_the_belief_and_reads_parameters_from_places():
-    controller = Controller(COAT)
+    controller = CPRMRunner(COAT)
     seen = []
     for reading in (True, True, False, False):
         commands = controller.step({"looked": 1.0, "umbrella": float(reading)})
@@ -82,13 +82,13 @@ def test_agents_in_a_batch_are_independent_and_can_begin_anew():
     draws = np.random.default_rng(4)
     readings = draws.integers(0, 2, (30, 5)).astype(float)
     looked = draws.integers(0, 2, (30, 5)).astype(float)
-    batch = Controller(COAT, batch=5)
-    alone = [Controller(COAT) for _ in range(5)]
+    batch = CPRMRunner(COAT, batch=5)
+    alone = [CPRMRunner(COAT) for _ in range(5)]
     for t in range(30):
         if t == 15:
             batch.reset(np.array([False, True, False, False, True]))
             for k in (1, 4):
-                alone[k] = Controller(COAT)
+                alone[k] = CPRMRunner(COAT)
         batch.step({"looked": looked[t], "umbrella": readings[t]})
         for k, one in enumerate(alone):
             one.step({"looked": looked[t, k], "umbrella": readings[t, k]})
@@ -98,7 +98,7 @@ def test_agents_in_a_batch_are_independent_and_can_begin_anew():
 def test_inference_every_second_cycle_leaves_the_belief_in_between():
     from dataclasses import replace
 
-    slow = Controller(replace(COAT, period=2))
+    slow = CPRMRunner(replace(COAT, period=2))
     beliefs = []
     for _ in range(6):
         slow.step({"looked": 1.0, "umbrella": 1.0})
@@ -108,7 +108,7 @@ def test_inference_every_second_cycle_leaves_the_belief_in_between():
 
 
 def test_a_decision_can_be_explained():
-    controller = Controller(COAT, trace=True)
+    controller = CPRMRunner(COAT, trace=True)
     controller.step({"looked": 1.0, "umbrella": 1.0})
     decision = controller.explain()
     assert decision.percepts == {"looked": 1.0, "umbrella": 1.0}
@@ -160,7 +160,7 @@ GUARD = CPRM(
 
 
 def test_a_relation_follows_the_object_in_its_place():
-    guard = Controller(GUARD, batch=2)
+    guard = CPRMRunner(GUARD, batch=2)
     importance = {"Door": {"importance": np.array([[1.0, 2.0], [5.0, 2.0]])}}
     lights = {"north": np.array([1.0, 1.0]), "south": np.array([1.0, 1.0])}
     guard.step(lights, importance)
@@ -175,7 +175,7 @@ def test_a_relation_follows_the_object_in_its_place():
         result = guard.bank.alone(copy).predict(1)
         assert set(result) >= {"north.open", "south.open"}
         assert guard.executor.read("target_open")[copy] > 0.9
-        posterior = guard.bank.alone(copy).step({"north.light": 1, "south.light": 1}, active=(f"watched({watched})",))
+        posterior = guard.bank.alone(copy).step({"north.light": 1, "south.light": 1}, relations=(f"watched({watched})",))
         assert posterior[f"{other}.open"][0, 1] == pytest.approx(unwatched, abs=1e-12)
 
 
@@ -206,14 +206,14 @@ def test_a_cluster_needs_object_places():
 
 def test_a_missing_percept_is_named():
     with pytest.raises(NetError, match="observes 'looked'; the percepts are umbrella"):
-        Controller(COAT).step({"umbrella": 1.0})
+        CPRMRunner(COAT).step({"umbrella": 1.0})
     with pytest.raises(NetError, match="'umbrella' is neither a percept nor a place"):
-        Controller(COAT).step({"looked": 1.0})
+        CPRMRunner(COAT).step({"looked": 1.0})
 
 
 def test_nothing_can_be_explained_before_the_first_cycle():
     with pytest.raises(NetError, match="no decision of agent 0"):
-        Controller(COAT).explain()
+        CPRMRunner(COAT).explain()
 
 
 @pytest.mark.parametrize("cprm", [COAT, GUARD], ids=["coat", "guard"])
@@ -242,3 +242,10 @@ def test_a_cprm_is_written_to_a_file_and_read_back(tmp_path):
 def test_other_texts_are_refused(text, message):
     with pytest.raises(FormatError, match=message):
         cprm_from_json(text, "file")
+
+
+def test_the_faces_of_nets_and_models_have_no_name_in_common():
+    import cprm_gym.architecture.petri as petri
+    import cprm_gym.architecture.prm as prm
+
+    assert not set(petri.__all__) & set(prm.__all__)

@@ -23,8 +23,8 @@ from cprm_gym.architecture.analysis.behaviour.state_space import explore  # noqa
 from cprm_gym.architecture.analysis.modules.contracts import check_contract  # noqa: E402
 from cprm_gym.architecture.analysis.net_arrays import System  # noqa: E402
 from cprm_gym.architecture.analysis.structure.invariants import flow_basis  # noqa: E402
-from cprm_gym.architecture.analysis.timed.properties import closed_system  # noqa: E402
-from cprm_gym.architecture.analysis.timed.state_space import explore_cycles  # noqa: E402
+from cprm_gym.architecture.analysis.timed.environment import closed_system  # noqa: E402
+from cprm_gym.architecture.analysis.timed.state_space import explore_timed  # noqa: E402
 from cprm_gym.architecture.petri import PetriNet  # noqa: E402
 from cprm_gym.architecture.petri.files.pnml_reader import read_pnml  # noqa: E402
 
@@ -129,7 +129,7 @@ def main() -> None:
     seconds, report = median_cpu(lambda: check_contract(module), 9)
     print(f"module contract, turn_to_ball: {seconds * 1e3:.1f} ms, {report.states} states, {report.nodes} steps")
     timed = closed_system(module)
-    seconds, space = median_cpu(lambda: explore_cycles(timed), 9)
+    seconds, space = median_cpu(lambda: explore_timed(timed), 9)
     print(f"its steps alone: {space.n_nodes / seconds / 1e3:.0f} k steps/s")
 
 

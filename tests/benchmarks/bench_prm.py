@@ -56,7 +56,7 @@ class Stepper:
             self(k)
 
     def __call__(self, k: int, active: Active | None = None) -> Any:
-        result = self.filter.step(self.readings[k % 20], active=active or self.active)
+        result = self.filter.step(self.readings[k % 20], relations=active or self.active)
         for name in self.names:
             result[name]
         return result
@@ -248,7 +248,7 @@ def others() -> None:
         rng = np.random.default_rng(3)
         given = [{n: s for n, s in scene.readings(rng).items() if s >= 0} for _ in range(8)]
         snapshot = stepper.filter.snapshot()
-        answers = stepper.filter.step(given[0], active=active)
+        answers = stepper.filter.step(given[0], relations=active)
         stepper.filter.restore(snapshot)
         for name, ask, times in (("pyAgrum LazyPropagation", ask_pyagrum, 12), ("pgmpy VariableElimination", ask_pgmpy, 4)):
             if name.startswith("pyAgrum") and pyagrum is None:

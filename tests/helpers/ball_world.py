@@ -6,7 +6,7 @@ from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.model.cpds import Chance, Noise, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Attribute, Input, PRMClass, Relation, Replace
+from cprm_gym.architecture.prm.model.schema import Attribute, Given, PRMClass, Relation, Replace
 
 
 def motion(role: str = "") -> dict[str, tuple[tuple[str, ...], Noise]]:
@@ -27,7 +27,7 @@ def soccer(bins: int = 6, conflict: str = "exclusive") -> Model:
     thing = PRMClass(
         "Thing",
         abstract=True,
-        inputs=(Input("turn", Bins.linear(-0.5, 0.5, 5, clip=True), default=0.0),),
+        given=(Given("turn", Bins.linear(-0.5, 0.5, 5, clip=True), default=0.0),),
         attributes=(
             Attribute("dist", dist),
             Attribute("dir", direction),

@@ -54,13 +54,13 @@ def static_slice(case: dict[str, Any]) -> GroundSlice:
 class Schedule:
     """The CPD sets of a case as a grounding: the active "relation" is the name of the set."""
 
-    def __init__(self, case: dict[str, Any], inputs: tuple[str, ...] = ()) -> None:
+    def __init__(self, case: dict[str, Any], given: tuple[str, ...] = ()) -> None:
         self.slices: dict[str, GroundSlice] = {}
         static: set[str] = set()
         for name, cpds in case["cpd_sets"].items():
-            made = tuple(cpd(c, case["variables"]) for c in cpds if c["child"] not in inputs)
+            made = tuple(cpd(c, case["variables"]) for c in cpds if c["child"] not in given)
             names = [c["child"] for c in cpds]
-            self.slices[name] = GroundSlice({n: variable(n, case["variables"][n]) for n in names}, made, inputs)
+            self.slices[name] = GroundSlice({n: variable(n, case["variables"][n]) for n in names}, made, given)
             static |= {p for c in made for p, lag in c.parents if lag == -1}
         self.static = tuple(sorted(static))
         self.first = case["schedule"][0]

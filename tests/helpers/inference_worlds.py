@@ -22,10 +22,10 @@ class RandomWorld:
     """Objects with hidden chains and readings, and relations that link them, each slice drawn once for a set of relations.
 
     The relation ``k`` (a number) makes some variables depend on variables of other objects, in the same slice or the one
-    before. Objects listed in ``("without", name)`` do not exist. There is an atemporal variable and an input.
+    before. Objects listed in ``("without", name)`` do not exist. There is a static variable and one that is given.
     """
 
-    def __init__(self, seed: int, objects: int = 3, zeros: float = 0.0, static: bool = True, with_input: bool = True) -> None:
+    def __init__(self, seed: int, objects: int = 3, zeros: float = 0.0, static: bool = True, with_given: bool = True) -> None:
         rng = np.random.default_rng(seed)
         self.rng, self.zeros = rng, zeros
         self.cards = {}
@@ -36,8 +36,8 @@ class RandomWorld:
             for a in ("p", "q", "seen", "obs"):
                 self.cards[f"{o}.{a}"] = 2 if a == "seen" else card if self.like else int(rng.integers(2, 4))
         self.static = ("bias",) if static else ()
-        self.inputs = ("turn",) if with_input else ()
-        self.cards.update(dict.fromkeys((*self.static, *self.inputs), 2))
+        self.given = ("turn",) if with_given else ()
+        self.cards.update(dict.fromkeys((*self.static, *self.given), 2))
         self.tables: dict[Any, np.ndarray] = {}
         self.slices: dict[Any, GroundSlice] = {}
 
@@ -66,8 +66,8 @@ class RandomWorld:
             begins = first or o in new
             parents[f"{o}.p"] = [] if begins else [(f"{o}.p", 1), (f"{o}.q", 1)]
             parents[f"{o}.q"] = [] if begins else [(f"{o}.q", 1)]
-            if self.inputs and o == live[0]:
-                parents[f"{o}.p"].append((self.inputs[0], 0))
+            if self.given and o == live[0]:
+                parents[f"{o}.p"].append((self.given[0], 0))
             if self.static and o == live[-1]:
                 parents[f"{o}.q"].append((self.static[0], 0 if first else -1))
             parents[f"{o}.seen"] = [(f"{o}.p", 0)]
@@ -83,12 +83,12 @@ class RandomWorld:
                     parents[f"{max(one, other)}.p"] = [(f"{min(one, other)}.p", 0)]
                 else:
                     parents[f"{one}.p"] = []
-        names = [*parents, *self.inputs]
+        names = [*parents, *self.given]
         variables = {n: GroundVariable(n, tuple(map(str, range(self.cards[n])))) for n in names}
         clean = {
             c: list(dict.fromkeys((p, lag) for p, lag in ps if lag != 1 or p.split(".")[0] not in new | gone)) for c, ps in parents.items()
         }
-        self.slices[key] = GroundSlice(variables, tuple(self.cpd(c, ps) for c, ps in clean.items()), self.inputs)
+        self.slices[key] = GroundSlice(variables, tuple(self.cpd(c, ps) for c, ps in clean.items()), self.given)
         return self.slices[key]
 
 

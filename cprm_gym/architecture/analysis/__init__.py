@@ -1,18 +1,30 @@
-"""What nets can do (structure, module contracts), what they will do in a modelled world, and what is proved.
+"""What nets can do, what they will do in a modelled world, and what is proved.
 
-Structural analysis, for all environments:
+One net, four forms of arrays
+=============================
 
-=================  ======================================================================================================
-`report`           one report on a net: ``cprm-gym analyze``
-`structure`        reachability, boundedness, deadlocks, liveness, home markings, soundness of the untimed view
-`timed`            the same with clocks, priorities and the environment, cycle by cycle; which modules may be active together
-`contracts`        whether a behaviour module keeps the promises of its interface; `composition`: whether a net uses them well
-`coverability`     unbounded nets (Karp and Miller)
-`invariants`       P- and T-invariants; `siphons`: siphons and traps
-`state_space`      the markings themselves, bit-packed; `cycles`: the steps of a timed net; `system`: a net as arrays
-=================  ======================================================================================================
+======================================  ============================================================================================
+`petri.CompiledNet`                     places and arcs of every kind, as the executor runs them: where every analysis begins
+`net_arrays.System`                     tokens only: one row per transition, one column per place; time and environment left out.
+                                        Needed by all that is structural (invariants, siphons, conservation), by coverability, and
+                                        by the untimed state space as its definition
+`behaviour.packing` (`PackedNet`)       the same as operations on words of bits, for one layout of the fields. Needed by the untimed
+                                        state space alone, for its millions of markings
+`timed.system` (`TimedNet`)             tokens, cells of what is observed, clocks, one phase. Needed by the timed state space, and so
+                                        by contracts, composition and co-activity
+======================================  ============================================================================================
 
-Every answer is yes, no or unknown, with the reason; a "no" comes with a run that shows it.
+Rooms
+=====
+
+==============  ====================================================================================================================
+`report`        one report on a net: ``cprm-gym analyze``
+`verdicts`      every answer: yes, no or unknown, why, and a run that shows it
+`structure`     true for every initial marking: P- and T-invariants, siphons and traps, conservation
+`behaviour`     reached from one marking, time left out: reachability, boundedness, deadlocks, liveness, coverability, bisimulation
+`timed`         the same with clocks, priorities and any environment, cycle by cycle; which modules may be active together
+`modules`       whether a behaviour module keeps the promises of its interface, and whether a net uses its modules well
+==============  ====================================================================================================================
 """
 
 from __future__ import annotations
@@ -33,19 +45,24 @@ if TYPE_CHECKING:
     from .modules.contracts import check_contract as check_contract
     from .report import Report as Report
     from .report import analyze as analyze
+    from .structure.conservation import conservative as conservative
     from .structure.invariants import Invariant as Invariant
     from .structure.invariants import flow_basis as flow_basis
     from .structure.invariants import semiflows as semiflows
     from .structure.siphons import minimal_siphons as minimal_siphons
     from .structure.siphons import minimal_traps as minimal_traps
     from .timed.properties import TimedStructure as TimedStructure
-    from .timed.properties import analyze_cycles as analyze_cycles
+    from .timed.properties import analyze_timed as analyze_timed
     from .timed.properties import may_reach as may_reach
+    from .verdicts import Step as Step
+    from .verdicts import Verdict as Verdict
 else:
     __all__, __getattr__, __dir__ = lazy_face(
         __name__,
         {
             "report": "Report analyze",
+            "verdicts": "Step Verdict",
+            "structure.conservation": "conservative",
             "modules.contracts": "ContractReport check_contract",
             "modules.composition": "CompositionReport check_composition",
             "behaviour.properties": "Structure analyze_structure",
@@ -54,6 +71,6 @@ else:
             "behaviour.bisimulation": "weakly_bisimilar",
             "structure.invariants": "Invariant flow_basis semiflows",
             "structure.siphons": "minimal_siphons minimal_traps",
-            "timed.properties": "TimedStructure analyze_cycles may_reach",
+            "timed.properties": "TimedStructure analyze_timed may_reach",
         },
     )

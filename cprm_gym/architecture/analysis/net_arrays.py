@@ -2,7 +2,7 @@
 
 `System` is the common ground of all structural methods: nets of the package, nets read from PNML and nets made up in a test all
 become one. It knows ordinary, test, inhibitor and set arcs, capacities and priority groups; time and the environment live in
-`cycles.py`.
+`timed/`.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class System:
         )
 
     @classmethod
-    def from_net(cls, net: PetriNet | CompiledNet, *, timing: bool = False) -> System:
+    def from_net(cls, net: PetriNet | CompiledNet, *, timing: bool = False, initial_values: bool = False) -> System:
         """The untimed view of a net: discrete and object places; continuous, input and belief places may be anything.
 
         A guard on a place that may be anything leaves a transition enabled if some value satisfies all its guards on that
@@ -144,9 +144,11 @@ class System:
         timing : bool
             Let immediate transitions pre-empt timed ones, and higher priorities lower ones. Nets without timed transitions and
             priorities are the same either way.
+        initial_values : bool
+            Continuous, input, belief and math places keep their initial values instead of being anything, and no selection is made.
         """
         c = net if isinstance(net, CompiledNet) else compile_net(net)
-        kept = np.flatnonzero(c.moved & ~selected_places(c))
+        kept = np.flatnonzero(c.moved if initial_values else c.moved & ~selected_places(c))
         system = cls.from_arrays(
             _dense(c, c.inputs, kept, 0),
             _dense(c, c.outputs, kept, 0),
@@ -166,6 +168,10 @@ class System:
         for t in range(c.n_transitions):
             least = {p: value for p, value in c.tests.of(t) if free[p]}
             below = {p: value for p, value in c.inhibitors.of(t) if free[p]}
+            if initial_values:
+                shut = any(c.initial[p] < v for p, v in least.items()) or any(c.initial[p] >= v for p, v in below.items())
+                system.inhibit[t] = NEVER if shut else system.inhibit[t]
+                continue
             if any(least.get(p, -np.inf) >= value for p, value in below.items()):
                 system.inhibit[t] = NEVER
             system.preempts[t] = not (least or below)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -19,15 +18,19 @@ from ...errors import FormatError, NetError, did_you_mean
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.files.json import load_net
 from ..petri.files.pnml_reader import read_pnml
-from .behaviour.properties import Structure, Verdict, analyze_structure
+from .behaviour.properties import Structure, analyze_structure
 from .behaviour.state_space import Budget, Progress
 from .modules.composition import CompositionReport, check_composition
 from .modules.contracts import ContractReport, check_contract
 from .net_arrays import System, selected_places
+from .structure.conservation import conservative
 from .structure.invariants import Invariants, flow_basis, semiflows, structural_bounds
-from .structure.siphons import PlaceSets, is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
-from .timed.properties import RunVerdict, TimedStructure, closed_system, judge_cycles
-from .timed.state_space import TimedSystem, explore_cycles
+from .structure.siphons import PlaceSets, minimal_siphons, minimal_traps, siphon_trap
+from .timed.environment import closed_system
+from .timed.properties import TimedStructure, judge_timed
+from .timed.state_space import explore_timed
+from .timed.system import TimedSystem
+from .verdicts import Verdict
 
 SIPHON_PLACES = 200
 """Siphons and traps are listed for nets of at most so many places."""
@@ -190,9 +193,9 @@ def analyze(
     is_module = bool(ports.begin and ports.ongoing and ports.outcomes)
     own = System.from_net(compiled)
     notes: list[str] = []
-    closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_cycles(compiled) else None
+    closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_timed(compiled) else None
     p_flows, t_flows = (semiflows(own, "P"), semiflows(own, "T")) if minimal else (flow_basis(own, "P"), flow_basis(own, "T"))
-    space = explore_cycles(closed, budget, progress) if closed else None
+    space = explore_timed(closed, budget, progress) if closed else None
     small = len(own.places) <= SIPHON_PLACES
     siphons = minimal_siphons(own, 500) if small else None
     return Report(
@@ -200,13 +203,13 @@ def analyze(
         places=len(own.places),
         transitions=len(own.transitions),
         untimed=analyze_structure(closed.untimed if closed and is_module else own, budget, progress),
-        timed=judge_cycles(compiled, space) if space else None,
+        timed=judge_timed(compiled, space) if space else None,
         p_invariants=p_flows,
         t_invariants=t_flows,
         conservative=conservative(own),
         siphons=siphons,
         traps=minimal_traps(own, 500) if small else None,
-        siphon_trap=_commoner(own, siphons),
+        siphon_trap=siphon_trap(own, siphons),
         contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and closed else None,
         composition=check_composition(compiled, space=space) if space and compiled.source.modules else None,
         notes=tuple(notes),
@@ -222,56 +225,11 @@ def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem |
         return None
 
 
-def _needs_cycles(c: CompiledNet) -> bool:
+def _needs_timed(c: CompiledNet) -> bool:
     """Whether clocks, priorities, the environment or modules make the running net differ from its untimed view."""
     priorities = bool(c.priority.any()) and len(set(c.priority.tolist())) > 1
     chosen = bool(selected_places(c).any()) or not c.moved.all()
     return bool(c.delay.any()) or priorities or chosen or bool(c.source.modules)
-
-
-def conservative(system: System) -> Verdict:
-    """Whether some positive weighting of all places never changes: then every place is bounded, whatever the initial marking."""
-    from scipy.optimize import linprog  # slow to import
-
-    if (system.sets >= 0).any():
-        return Verdict(None, "set arcs do not keep weighted sums")
-    if not len(system.places) or not len(system.transitions):
-        return Verdict(True)
-    p = len(system.places)
-    found = linprog(
-        np.ones(p), A_eq=system.incidence.astype(float), b_eq=np.zeros(len(system.transitions)), bounds=[(1, None)] * p, method="highs"
-    )
-    if found.status == 2:
-        return Verdict(False, "no positive weighting of all places is kept by every transition")
-    if found.status != 0:
-        return Verdict(None, found.message)
-    return _exact_weights(system, found.x)
-
-
-def _exact_weights(system: System, weights: Any) -> Verdict:
-    """The weighting found in floating point, confirmed in whole numbers."""
-    from fractions import Fraction
-    from math import lcm
-
-    parts = [Fraction(float(w)).limit_denominator(10_000) for w in weights]
-    scale = lcm(*(f.denominator for f in parts))
-    whole = [int(f * scale) for f in parts]
-    kept = all(sum(int(row[q]) * whole[q] for q in row.nonzero()[0]) == 0 for row in system.incidence)
-    if not kept or min(whole) < 1:
-        return Verdict(None, "a weighting was found, but could not be confirmed in whole numbers")
-    shown = [f"{name} {w}" for name, w in zip(system.places, whole)]
-    return Verdict(True, "weights " + ", ".join(shown[:8]) + (" ..." if len(shown) > 8 else ""))
-
-
-def _commoner(system: System, siphons: PlaceSets | None) -> Verdict:
-    if siphons is None or not is_ordinary(system):
-        return Verdict(None, "says nothing about nets with weights, inhibitor arcs, set arcs or capacities" if siphons else "too large")
-    bare = unprotected_siphon(system, siphons)
-    if bare is not None:
-        return Verdict(False, f"the siphon {{{', '.join(sorted(bare))}}} holds no marked trap: it may run empty")
-    if not siphons.complete:
-        return Verdict(None, "not every minimal siphon was found")
-    return Verdict(True, "every siphon holds a marked trap: no deadlock can be reached")
 
 
 def _invariants(found: Invariants) -> dict[str, Any]:
@@ -283,10 +241,10 @@ def _sets(found: PlaceSets | None) -> dict[str, Any] | None:
     return None if found is None else {"complete": found.complete, "sets": [sorted(s) for s in found.sets]}
 
 
-def _verdict_rows(table: Table, rows: list[tuple[str, Verdict | RunVerdict]]) -> None:
+def _verdict_rows(table: Table, rows: list[tuple[str, Verdict]], timed: bool) -> None:
     colour = {True: "green", False: "red", None: "yellow"}
     for name, verdict in rows:
-        shown = getattr(verdict, "witness", ()) or tuple(str(s) for s in getattr(verdict, "run", ()))
+        shown = tuple(str(s) for s in verdict.run) if timed else verdict.firings
         tail = " -> ".join(shown[:12]) + (f" ... ({len(shown)} steps)" if len(shown) > 12 else "")
         table.add_row(name, Text(str(verdict), style=colour[verdict.holds]), tail)
 
@@ -302,7 +260,7 @@ def _untimed_table(report: Report) -> Table:
     if s.sccs >= 0:
         table.add_row("components", f"{s.sccs:,} strongly connected", f"{s.bottom_sccs:,} of them never left")
         table.add_row("home markings", f"{s.home_markings:,}", "")
-    rows: list[tuple[str, Verdict | RunVerdict]] = [
+    rows: list[tuple[str, Verdict]] = [
         ("bounded", s.bounded),
         ("one-safe", s.one_safe),
         ("deadlock-free", s.deadlock_free),
@@ -317,7 +275,7 @@ def _untimed_table(report: Report) -> Table:
             (f"sound: option to complete ({s.soundness.source} to {s.soundness.sink})", s.soundness.option_to_complete),
             ("sound: proper completion", s.soundness.proper_completion),
         ]
-    _verdict_rows(table, rows)
+    _verdict_rows(table, rows, timed=False)
     return table
 
 
@@ -336,6 +294,7 @@ def _timed_table(t: TimedStructure) -> Table:
             ("becomes quiet in every instant", t.becomes_quiet),
             ("deterministic given its inputs", t.deterministic),
         ],
+        timed=True,
     )
     if t.dead_transitions:
         table.add_row("never fire", ", ".join(t.dead_transitions), "")

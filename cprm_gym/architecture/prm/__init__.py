@@ -39,7 +39,7 @@ from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, T
 from .model.diffusion import diffusion_report
 from .model.domains import BOOL, Bins, Labels
 from .model.model import Model
-from .model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace, prev
+from .model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace, prev
 
 __all__ = [
     "BOOL",
@@ -56,9 +56,9 @@ __all__ = [
     "Exists",
     "Filter",
     "FilterBank",
+    "Given",
     "GroundSlice",
     "Grounding",
-    "Input",
     "Labels",
     "Link",
     "Max",

@@ -10,7 +10,7 @@ from structure_nets import flexible_manufacturing, philosophers, producer, rando
 
 from cprm_gym.architecture.analysis.behaviour.state_space import Budget
 from cprm_gym.architecture.analysis.report import analyze, load
-from cprm_gym.architecture.analysis.timed.properties import analyze_cycles, may_reach
+from cprm_gym.architecture.analysis.timed.properties import analyze_timed, may_reach
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.petri.files.json import save_net
 from cprm_gym.architecture.petri.files.pnml_writer import write_pnml
@@ -43,7 +43,7 @@ def kick():
 
 
 def test_modules_that_may_be_active_together_are_found_with_a_run_and_the_others_excluded_with_an_invariant():
-    modules = analyze_cycles(kick()).modules
+    modules = analyze_timed(kick()).modules
     assert modules.instances == ("look", "aim", "shoot")
     together = modules.together["look", "aim"]
     assert together.holds is True
@@ -67,7 +67,7 @@ def test_exclusion_that_only_inputs_decide_is_found_by_exploration():
             Transition("forth", ("b.done",), ("go",)),
         ),
     )
-    assert analyze_cycles(net).modules.together["a", "b"].holds is False
+    assert analyze_timed(net).modules.together["a", "b"].holds is False
 
 
 def test_a_running_net_that_comes_to_a_standstill_is_shown_how():
@@ -80,7 +80,7 @@ def test_a_running_net_that_comes_to_a_standstill_is_shown_how():
             Transition("c", ("q",), ("end",), tests={"x": 5}),
         ),
     )
-    found = analyze_cycles(net)
+    found = analyze_timed(net)
     assert found.never_stops.holds is False
     assert [s.what for s in found.never_stops.run if s.kind == "fires"] == ["a", "c"]
     assert found.reversible.holds is False
@@ -91,43 +91,43 @@ def test_conflict_confusion_and_ties_are_told_apart():
     conflict = PetriNet(
         "conflict", (Place("p", tokens=1), Place("q"), Place("r")), (Transition("a", ("p",), ("q",)), Transition("b", ("p",), ("r",)))
     )
-    found = analyze_cycles(conflict)
+    found = analyze_timed(conflict)
     assert found.deterministic.holds is False
     assert {(c.first, c.second, c.kind) for c in found.conflicts} == {("a", "b", "conflict"), ("b", "a", "conflict")}
     free = PetriNet("free", (Place("p", tokens=1), Place("q", tokens=1)), (Transition("a", ("p",)), Transition("b", ("q",))))
-    assert analyze_cycles(free).deterministic.holds is True
+    assert analyze_timed(free).deterministic.holds is True
     confused = PetriNet(
         "confused",
         (Place("p", tokens=1), Place("q", tokens=1), Place("r", capacity=1)),
         (Transition("a", ("p",), sets={"r": 1}), Transition("b", ("q",), sets={"r": 0})),
     )
-    assert [(c.first, c.second, c.kind) for c in analyze_cycles(confused).conflicts] == [("a", "b", "confusion")]
+    assert [(c.first, c.second, c.kind) for c in analyze_timed(confused).conflicts] == [("a", "b", "confusion")]
     tie = PetriNet(
         "tie", (Place("p", tokens=1), Place("q", tokens=1)), (Transition("a", ("p",), delay=2), Transition("b", ("q",), delay=2))
     )
-    assert [(c.first, c.second, c.kind) for c in analyze_cycles(tie).conflicts] == [("a", "b", "tie")]
-    assert analyze_cycles(tie).deterministic.holds is True
+    assert [(c.first, c.second, c.kind) for c in analyze_timed(tie).conflicts] == [("a", "b", "tie")]
+    assert analyze_timed(tie).deterministic.holds is True
 
 
 def test_a_loop_of_immediate_transitions_is_shown():
     net = PetriNet("trap", (Place("p", tokens=1), Place("q")), (Transition("t", ("p",), ("q",)), Transition("u", ("q",), ("p",))))
-    found = analyze_cycles(net).becomes_quiet
+    found = analyze_timed(net).becomes_quiet
     assert (found.holds, found.why) == (False, "fires for ever in one instant: t -> u")
     assert [s.what for s in found.loop] == ["t", "u"]
 
 
 def test_an_unbounded_running_net_is_stopped_at_the_limit():
     net = PetriNet("grow", (Place("p", tokens=1), Place("n")), (Transition("t", ("p",), ("p", "n"), delay=1),))
-    found = analyze_cycles(net)
+    found = analyze_timed(net)
     assert (found.bounded.holds, found.complete, found.reason) == (False, False, "unbounded")
     assert found.bounded.run[-1].marking["n"] == 255
 
 
 def test_a_spent_budget_leaves_the_timed_view_unknown():
-    found = analyze_cycles(random_net(5), Budget(seconds=0.0))
+    found = analyze_timed(random_net(5), Budget(seconds=0.0))
     if not found.complete:
         assert found.never_stops.holds is None or found.never_stops.run
-    big = analyze_cycles(PetriNet(
+    big = analyze_timed(PetriNet(
         "clocks", tuple(Place(f"p{k}", tokens=1) for k in range(6)),
         tuple(Transition(f"t{k}", (f"p{k}",), (f"p{k}",), delay=d) for k, d in enumerate((7, 11, 13, 17, 19, 23))),
     ), Budget(states=5_000))  # fmt: skip

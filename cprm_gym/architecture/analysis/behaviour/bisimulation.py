@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ....errors import NetError
-from ...petri.execution.compiled_net import UNBOUNDED, CompiledNet, compile_net
-from ...petri.net.net import PetriNet
+import numpy as np
 
-Marking = tuple[float, ...]
+from ....errors import NetError
+from ...petri.net.net import PetriNet
+from ..net_arrays import System
+from .state_space import Budget, StateSpace, explore
+
+Marking = tuple[int, ...]
 Steps = list[tuple[str, int]]
 
 
-class StateSpace(NamedTuple):
-    """Every marking a net can reach, time left out: any timed transition may fire when no immediate one is enabled."""
-
-    markings: list[Marking]
-    steps: list[Steps]  # per marking: (transition, next marking)
-
-
-class Verdict(NamedTuple):
+class Comparison(NamedTuple):
     """The answer of `weakly_bisimilar`."""
 
     alike: bool
@@ -28,70 +24,15 @@ class Verdict(NamedTuple):
     reason: str  # empty when alike
 
 
-def explore(net: CompiledNet, limit: int = 100_000) -> StateSpace:
-    """The state space of a net under its firing rule, priorities respected, equal priorities in every order.
-
-    Raises
-    ------
-    NetError
-        When it has more than `limit` markings.
-    """
-    first: Marking = tuple(net.initial.tolist())
-    index = {first: 0}
-    markings, steps = [first], []
-    immediate = [t for t in range(net.n_transitions) if net.delay[t] == 0]
-    timed = [t for t in range(net.n_transitions) if net.delay[t] > 0]
-    position = 0
-    while position < len(markings):
-        marking = markings[position]
-        able = [t for t in immediate if is_enabled(net, marking, t)]
-        if able:
-            best = max(int(net.priority[t]) for t in able)
-            able = [t for t in able if net.priority[t] == best]
-        else:
-            able = [t for t in timed if is_enabled(net, marking, t)]
-        found: Steps = []
-        for t in able:
-            after = fire(net, marking, t)
-            if after not in index:
-                if len(markings) >= limit:
-                    raise NetError(f"net {net.net.name!r} has more than {limit} markings; they cannot be compared")
-                index[after] = len(markings)
-                markings.append(after)
-            found.append((net.transition_names[t], index[after]))
-        steps.append(found)
-        position += 1
-    return StateSpace(markings, steps)
+def _explored(net: PetriNet, limit: int) -> StateSpace:
+    """The state space under the firing rule: any timed transition may fire when no immediate one is enabled, priorities respected."""
+    space = explore(System.from_net(net, timing=True, initial_values=True), Budget(states=limit + 1), chunk=max(1, limit // 4))
+    if not space.complete or space.n_states > limit:
+        raise NetError(f"net {net.name!r} has more than {limit} markings; they cannot be compared")
+    return space
 
 
-def is_enabled(net: CompiledNet, marking: Sequence[float], t: int) -> bool:
-    """Whether `marking` enables transition `t`."""
-    consumed, produced = dict(net.inputs.of(t)), dict(net.outputs.of(t))
-    if any(marking[p] < w for p, w in consumed.items()) or any(marking[p] < w for p, w in net.tests.of(t)):
-        return False
-    if any(marking[p] >= w for p, w in net.inhibitors.of(t)):
-        return False
-    weak = net.net.semantics.capacity == "weak"
-    for p, amount in produced.items():
-        back = 0 if weak else consumed.get(p, 0)
-        if net.capacity[p] != UNBOUNDED and amount > back and marking[p] + amount - back > net.capacity[p]:
-            return False
-    return True
-
-
-def fire(net: CompiledNet, marking: Marking, t: int) -> Marking:
-    """The marking after `t`; of object places only whether they hold an object."""
-    after = list(marking)
-    for p, w in net.inputs.of(t):
-        after[p] -= w
-    for p, w in net.outputs.of(t):
-        after[p] += w
-    for p, value in net.sets.of(t):
-        after[p] = value
-    return tuple(after)
-
-
-def weakly_bisimilar(a: PetriNet, b: PetriNet, *, hidden: Callable[[str], bool], limit: int = 100_000) -> Verdict:
+def weakly_bisimilar(a: PetriNet, b: PetriNet, *, hidden: Callable[[str], bool], limit: int = 100_000) -> Comparison:
     """Whether `a` and `b` behave alike, steps of hidden transitions left out.
 
     Two markings are alike when, after hidden steps, they show the same markings of the visible places, and each visible
@@ -106,31 +47,37 @@ def weakly_bisimilar(a: PetriNet, b: PetriNet, *, hidden: Callable[[str], bool],
     hidden : callable
         Name of a place or transition -> whether it is hidden.
     limit : int
-        Markings of each beyond which the comparison is given up with `NetError`.
+        Markings of each beyond which the comparison is given up.
+
+    Raises
+    ------
+    NetError
+        When one has more than `limit` markings.
     """
-    nets = [compile_net(net) for net in (a, b)]
-    spaces = [explore(net, limit) for net in nets]
-    names = [[name for name in net.place_names if not hidden(name) and net.moved[net.place(name)]] for net in nets]
-    if sorted(names[0]) != sorted(names[1]):
-        return Verdict(False, (0, 0), f"their visible places differ: {sorted(set(names[0]) ^ set(names[1]))}")
+    spaces = [_explored(net, limit) for net in (a, b)]
+    names = [sorted(name for name in space.system.places if not hidden(name)) for space in spaces]
+    if names[0] != names[1]:
+        return Comparison(False, (0, 0), f"their visible places differ: {sorted(set(names[0]) ^ set(names[1]))}")
     shows: list[Marking | None] = []  # None: a hidden place is marked
     steps: list[Steps] = []
-    for net, space in zip(nets, spaces):
-        offset = len(shows)
-        visible = [net.place(name) for name in sorted(names[0])]
-        secret = [p for p, name in enumerate(net.place_names) if hidden(name)]
-        for marking, row in zip(space.markings, space.steps):
-            shows.append(None if any(marking[p] for p in secret) else tuple(marking[p] for p in visible))
-            steps.append([("" if hidden(t) else t, offset + target) for t, target in row])
+    for space in spaces:
+        offset, graph, system = len(shows), space.graph(), space.system
+        visible = [system.place(name) for name in names[0]]
+        secret = [p for p, name in enumerate(system.places) if hidden(name)]
+        for i, row in enumerate(space.markings()):
+            shows.append(None if row[secret].any() else tuple(row[visible].tolist()))
+            edges = np.arange(graph.offsets[i], graph.offsets[i + 1])
+            fired = [system.transitions[t] for t in graph.labels[edges]]
+            steps.append([("" if hidden(t) else t, offset + int(target)) for t, target in zip(fired, graph.targets[edges])])
     closure = [_closure(state, steps) for state in range(len(steps))]
     seen = [frozenset(shown for shown in (shows[s] for s in closure[state]) if shown is not None) for state in range(len(steps))]
     weak = [_weak_steps(closure[state], steps, closure) for state in range(len(steps))]
     block = _refine(seen, weak)
-    start = len(spaces[0].markings)
-    sizes = (start, len(spaces[1].markings))
+    start = spaces[0].n_states
+    sizes = (start, spaces[1].n_states)
     if block[0] == block[start]:
-        return Verdict(True, sizes, "")
-    return Verdict(False, sizes, _difference(0, start, seen, weak, block))
+        return Comparison(True, sizes, "")
+    return Comparison(False, sizes, _difference(0, start, seen, weak, block))
 
 
 def _closure(state: int, steps: Sequence[Steps]) -> frozenset[int]:

@@ -81,20 +81,19 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
     budget = budget or Budget(memory=512 * 1024**2)
     places = len(system.places)
     pumpable = system.pumpable
-    capacity, slots = 4096 + 2 * len(system.transitions), 1 << 14
-    while slots < 2 * capacity:
-        slots *= 2
+    capacity = 4096 + 2 * len(system.transitions)
+    bits = np.uint64(max(14, (2 * capacity - 1).bit_length()))
     nodes, parents, by = np.zeros((capacity, places), np.int64), np.full(capacity, -1, np.int64), np.full(capacity, -1, np.int64)
-    table = np.zeros(slots, np.int64)
+    table = np.zeros(1 << int(bits), np.uint32)
     nodes[0] = system.marking
-    rehash(nodes, 1, table)
+    rehash(nodes, 1, table, bits)
     state = np.array([0, 1], np.int64)
     arrays = [a.astype(np.int64) for a in (system.pre, system.post, system.need, system.inhibit, system.sets)]
     began = time.monotonic()
     complete = False
     try:
         while True:
-            code = kernels.grow(*arrays, pumpable, nodes, parents, by, table, state, np.empty(places, np.int64), 1000)
+            code = kernels.grow(*arrays, pumpable, nodes, parents, by, table, bits, state, np.empty((1, places), np.int64), 1000)
             if code == 0:
                 complete = True
                 break
@@ -104,9 +103,9 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
                 if 3 * (nodes.nbytes + parents.nbytes + by.nbytes + table.nbytes) > budget.memory:
                     break
                 nodes, parents, by = (np.concatenate((a, np.full_like(a, fill))) for a, fill in ((nodes, 0), (parents, -1), (by, -1)))
-                slots *= 2
-                table = np.zeros(slots, np.int64)
-                rehash(nodes, int(state[1]), table)
+                bits += np.uint64(1)
+                table = np.zeros(1 << int(bits), np.uint32)
+                rehash(nodes, int(state[1]), table, bits)
     except (KeyboardInterrupt, MemoryError):
         complete = False
     n = int(state[1])

@@ -1,8 +1,8 @@
-"""Structural analysis: what a net can do, whatever its environment does (§2.2.1, §3.1: PN-ANALYSIS).
+"""What a net can do from its initial marking, time left out (§2.2.1, §3.1: PN-ANALYSIS).
 
 Every answer is a `Verdict`: true, false or not known, with the reason and, where a run shows it, a firing sequence that was checked by
 replay. The untimed view lets every transition fire whenever its tokens are there; it holds all that the timed net does, so that
-what it excludes is excluded. The timed view (`analyze_cycles`) follows clocks, priorities and the environment cycle by cycle.
+what it excludes is excluded. The timed view (`analyze_timed`) follows clocks, priorities and the environment cycle by cycle.
 
 Words (Murata, *Petri nets: properties, analysis and applications*, 1989): a transition is *dead* if it never fires, *live* if from every
 reachable marking it can still fire; a *home* marking can be reached from every reachable one; a net is *reversible* if its
@@ -12,48 +12,17 @@ initial marking is one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...petri import CompiledNet, PetriNet
 from ..net_arrays import System
+from ..verdicts import Verdict, untimed_run
 from .coverability import karp_miller
 from .graphs import Components, can_reach, components
 from .state_space import Budget, Graph, Progress, StateSpace, explore
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """An answer, and what shows it.
-
-    Attributes
-    ----------
-    holds : bool or None
-        None: not known.
-    why : str
-    witness : tuple of str
-        A firing sequence from the initial marking that shows it.
-    marking : dict from place to tokens
-        Where the sequence ends.
-    repeat : tuple of str
-        A sequence that can be repeated for ever after it (for unbounded nets).
-    """
-
-    holds: bool | None
-    why: str = ""
-    witness: tuple[str, ...] = ()
-    marking: Mapping[str, int] = field(default_factory=dict)
-    repeat: tuple[str, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values; empty parts are left out."""
-        parts = {"why": self.why, "witness": list(self.witness), "marking": dict(self.marking), "repeat": list(self.repeat)}
-        return {"holds": self.holds, **{k: v for k, v in parts.items() if v}}
-
-    def __str__(self) -> str:
-        return {True: "yes", False: "no", None: "unknown"}[self.holds] + (f" ({self.why})" if self.why else "")
 
 
 @dataclass(frozen=True)
@@ -241,13 +210,17 @@ def _bounded(space: StateSpace, stopped: str) -> Verdict:
         prefix, repeat = space.pump
         space.system.run(prefix + repeat + repeat)
         return Verdict(
-            False, "a sequence adds tokens and can be repeated", prefix, space.system.describe(space.system.run(prefix)[-1]), repeat
+            False,
+            "a sequence adds tokens and can be repeated",
+            untimed_run(prefix),
+            untimed_run(repeat),
+            space.system.describe(space.system.run(prefix)[-1]),
         )
     return Verdict(None, stopped)
 
 
 def _at(space: StateSpace, node: int, holds: bool, why: str) -> Verdict:
-    return Verdict(holds, why, space.path(node), space.system.describe(space.marking(node)))
+    return Verdict(holds, why, untimed_run(space.path(node)), marking=space.system.describe(space.marking(node)))
 
 
 def _one_safe(space: StateSpace, most: np.ndarray, stopped: str) -> Verdict:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..kernels import packed
+from ..kernels import packed, table
 from ..net_arrays import System
 from .packing import Layout, compile_words, first_bits
 
@@ -125,7 +125,7 @@ class StateSpace:
         if (m < 0).any() or (m > self.layout.mask.astype(np.int64)).any():
             return -1
         row = self.layout.pack(m)[None]
-        return max(int(packed.find(self.words, self.table, self.bits, row, 0, np.uint64(packed.hash_row(row, 0)))), -1)
+        return max(int(table.find(self.words, self.table, self.bits, row, 0, np.uint64(table.hash_row(row, 0)))), -1)
 
     def path(self, i: int) -> tuple[str, ...]:
         """A shortest firing sequence from the initial marking to marking `i`, checked by replay."""
@@ -284,7 +284,7 @@ def _start(system: System, layout: Layout) -> StateSpace:
         bits,
         n_states=1,
     )
-    packed.rehash(space.words, 1, space.table, space.bits)
+    table.rehash(space.words, 1, space.table, space.bits)
     return space
 
 
@@ -311,14 +311,14 @@ def _grow(space: StateSpace, budget: Budget) -> bool:
         space.table = np.zeros(0, np.uint32)  # the old one goes before the new one comes
         space.table = np.zeros(slots, np.uint32)
         space.bits = np.uint64(int(space.bits) + 1)
-        packed.rehash(space.words, space.n_states, space.table, space.bits)
+        table.rehash(space.words, space.n_states, space.table, space.bits)
     return True
 
 
 def _mend(space: StateSpace, n_states: int) -> None:
     """Make the table whole again after a growth that was cut short."""
     space.table = np.zeros(1 << int(space.bits), np.uint32)
-    packed.rehash(space.words, n_states, space.table, space.bits)
+    table.rehash(space.words, n_states, space.table, space.bits)
 
 
 def _widen(space: StateSpace, i: int, k: int, budget: Budget) -> str:
@@ -341,7 +341,7 @@ def _widen(space: StateSpace, i: int, k: int, budget: Budget) -> str:
     space.words, space.layout = words, layout
     space.net = compile_words(system, layout, space.order)
     space.table[:] = 0
-    packed.rehash(space.words, space.n_states, space.table, space.bits)
+    table.rehash(space.words, space.n_states, space.table, space.bits)
     return ""
 
 

@@ -1,1 +1,1 @@
-"""Compiled kernels of the analysis: packed state spaces, cycle-accurate state spaces, graphs."""
+"""Compiled kernels of the analysis: packed state spaces, timed state spaces, hash table, graphs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ....compilation import kernel_group
-from .table import find
+from .table import enter, find, hash_row
 
 kernel = kernel_group()
 
@@ -35,16 +35,16 @@ def accelerate(nodes, parents, i, row, pumpable):
 
 
 @kernel
-def grow(pre, post, need, inhibit, sets, pumpable, nodes, parents, by, table, state, row, chunk):
+def grow(pre, post, need, inhibit, sets, pumpable, nodes, parents, by, table, bits, state, row, chunk):
     """Expand nodes until nothing is left (returns 0), `chunk` are done (1) or the arrays are full (2).
 
     Parameters
     ----------
     nodes : (capacity, P) int64; parents, by : (capacity,) int64, by which transition
-    table : (2 ** b,) int64
+    table : (2 ** bits,) uint32
     state : (2,) int64
         Next node to expand, number of nodes.
-    row : (P,) int64 scratch
+    row : (1, P) int64 scratch
     """
     room = min(nodes.shape[0], table.shape[0] // 2) - pre.shape[0]
     last = state[0] + chunk
@@ -70,13 +70,14 @@ def grow(pre, post, need, inhibit, sets, pumpable, nodes, parents, by, table, st
                     m = sets[t, p]
                 elif m < OMEGA:
                     m += post[t, p] - pre[t, p]
-                row[p] = m
-            accelerate(nodes, parents, i, row, pumpable)
-            at = find(nodes, table, row)
+                row[0, p] = m
+            accelerate(nodes, parents, i, row[0], pumpable)
+            h = hash_row(row, 0)
+            at = find(nodes, table, bits, row, 0, h)
             if at < 0:
-                table[-1 - at] = state[1] + 1
+                enter(table, bits, -1 - at, h, state[1])
                 for p in range(places):
-                    nodes[state[1], p] = row[p]
+                    nodes[state[1], p] = row[0, p]
                 parents[state[1]] = i
                 by[state[1]] = t
                 state[1] += 1

@@ -5,8 +5,7 @@ has a field of `b` value bits below one guard bit, so that all fields of a word 
 ``((m | high) - pre) & high == high`` says that every field of `pre` is covered, one addition fires a transition, and a set guard
 bit afterwards is an overflow (the caller widens the field and goes on from the same marking).
 
-Markings are numbered in the order of their discovery (breadth first). The hash table holds 32-bit slots: the number of the
-marking plus one in the low `bits` bits, as many bits of its hash as fit above. Comparison with the stored marking is exact.
+Markings are numbered in the order of their discovery (breadth first).
 """
 
 from __future__ import annotations
@@ -16,14 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compilation import kernel_group
+from .table import enter, find, hash_row
 
 kernel = kernel_group()
 
 DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
 """What `expand` returns: every marking expanded; as many as asked expanded; the arrays are full; a field is too narrow."""
 
-_MIX_A = np.uint64(0x9E3779B97F4A7C15)
-_MIX_B = np.uint64(0xD6E8FEB86659FD93)
 _DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)
 _LOW_BIT = np.zeros(64, np.int64)
 for _i in range(64):
@@ -31,7 +29,6 @@ for _i in range(64):
 
 _ONE = np.uint64(1)
 _ZERO = np.uint64(0)
-_S32 = np.uint64(32)
 _S58 = np.uint64(58)
 _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
@@ -53,16 +50,6 @@ class PackedNet(NamedTuple):
     field_of_bit: np.ndarray  # (W * 64,) which field a bit belongs to
     field_mask: np.ndarray  # (F,) uint64
     indexed: bool  # use the triggers
-
-
-@kernel
-def hash_row(words, i):
-    """64-bit hash of the packed marking in row `i`."""
-    h = words[i, 0] * _MIX_A
-    for w in range(1, words.shape[1]):
-        h = (h ^ (h >> _S32) ^ words[i, w]) * _MIX_B
-    h = (h ^ (h >> _S32)) * _MIX_B
-    return h ^ (h >> _S32)
 
 
 @kernel
@@ -137,26 +124,6 @@ def successors(net, states, i, out, which):
 
 
 @kernel
-def find(states, table, bits, out, k, h):
-    """Number of the packed marking in row `k` of `out`, or -1 - slot where it belongs in the table."""
-    mask = (_ONE << bits) - _ONE
-    tag = h >> (_S32 + bits)  # 32 - bits bits of the upper half
-    slot = h & mask
-    while True:
-        entry = np.uint64(table[slot])
-        if entry == _ZERO:
-            return -1 - np.int64(slot)
-        if entry >> bits == tag:
-            i = np.int64(entry & mask) - 1
-            equal = True
-            for w in range(out.shape[1]):
-                equal &= states[i, w] == out[k, w]
-            if equal:
-                return i
-        slot = (slot + _ONE) & mask
-
-
-@kernel
 def expand(net, states, parents, table, bits, fired, out, which, hashes, progress, chunk):
     """Expand markings in order until nothing is left, `chunk` are done, the arrays are full or a field overflows.
 
@@ -203,7 +170,7 @@ def expand(net, states, parents, table, bits, fired, out, which, hashes, progres
             h = hashes[k]
             at = find(states, table, bits, out, k, h)
             if at < 0:
-                table[-1 - at] = np.uint32(((h >> (_S32 + bits)) << bits) | np.uint64(n_states + 1))
+                enter(table, bits, -1 - at, h, n_states)
                 for w in range(words):
                     states[n_states, w] = out[k, w]
                 parents[n_states] = i
@@ -220,18 +187,6 @@ def expand(net, states, parents, table, bits, fired, out, which, hashes, progres
     progress[1] = n_states
     progress[2] = edges
     return code
-
-
-@kernel
-def rehash(states, n, table, bits):
-    """Fill an empty table with the first `n` markings."""
-    mask = np.int64((_ONE << bits) - _ONE)
-    for i in range(n):
-        h = hash_row(states, i)
-        slot = np.int64(h & np.uint64(mask))
-        while table[slot] != 0:
-            slot = (slot + 1) & mask
-        table[slot] = np.uint32(((h >> (_S32 + bits)) << bits) | np.uint64(i + 1))
 
 
 @kernel

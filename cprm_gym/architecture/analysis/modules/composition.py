@@ -16,9 +16,10 @@ import numpy as np
 from ...petri import CompiledNet, Instance, PetriNet, compile_net, instances
 from ..behaviour.graphs import can_reach, closure, components
 from ..behaviour.state_space import Budget
-from ..kernels import cycles as kernels
-from ..timed.properties import closed_system
-from ..timed.state_space import CycleSpace, Step, explore_cycles
+from ..kernels import timed as kernels
+from ..timed.environment import closed_system
+from ..timed.state_space import TimedStateSpace, explore_timed
+from ..verdicts import Step
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def check_composition(
     *,
     budget: Budget | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    space: CycleSpace | None = None,
+    space: TimedStateSpace | None = None,
 ) -> CompositionReport:
     """Whether `net` uses every behaviour module in it as the module's contract assumes, in every environment.
 
@@ -93,7 +94,7 @@ def check_composition(
     net : PetriNet or CompiledNet
     budget, bounds
         As for `check_contract`.
-    space : CycleSpace, optional
+    space : TimedStateSpace, optional
         The exploration of `closed_system(net)`, if it is there already.
     """
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
@@ -101,7 +102,7 @@ def check_composition(
     behaviours = {path: i for path, i in hierarchy.items() if path and i.net.ports.begin and i.net.ports.ongoing and i.net.ports.outcomes}
     if not behaviours:
         return CompositionReport(compiled.net.name, (), True)
-    space = space or explore_cycles(closed_system(compiled, bounds), budget)
+    space = space or explore_timed(closed_system(compiled, bounds), budget)
     found: list[Misuse] = []
     for path, instance in behaviours.items():
         found += _by_arcs(compiled, space, path, instance)
@@ -109,7 +110,7 @@ def check_composition(
     return CompositionReport(compiled.net.name, tuple(found), space.complete)
 
 
-def _by_arcs(c: CompiledNet, space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
+def _by_arcs(c: CompiledNet, space: TimedStateSpace, path: str, instance: Instance) -> list[Misuse]:
     """What the arcs of the flat net say. An outcome that comes in no run, of all runs, needs nobody to take it."""
     own = set(instance.transitions.values())
     others = [t for t in c.net.transitions if t.name not in own]
@@ -129,7 +130,7 @@ def _by_arcs(c: CompiledNet, space: CycleSpace, path: str, instance: Instance) -
     return found
 
 
-def _by_runs(space: CycleSpace, path: str, instance: Instance) -> list[Misuse]:
+def _by_runs(space: TimedStateSpace, path: str, instance: Instance) -> list[Misuse]:
     """What some run shows."""
     ports = instance.net.ports
     assert ports.begin
@@ -160,7 +161,7 @@ def handovers(
     *,
     budget: Budget | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    space: CycleSpace | None = None,
+    space: TimedStateSpace | None = None,
 ) -> dict[tuple[str, str], tuple[tuple[str, str], ...]]:
     """What each outcome of each instance may lead to: the question that Algorithm 3.1 puts to PN-ANALYSIS.
 
@@ -177,7 +178,7 @@ def handovers(
         outcome of the net itself. Where modules run at once, what another thread begins meanwhile is listed too.
     """
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
-    space = space or explore_cycles(closed_system(compiled, bounds), budget)
+    space = space or explore_timed(closed_system(compiled, bounds), budget)
     inner = {path: i for path, i in instances(compiled.source).items() if path and i.net.ports.begin}
     goals: dict[tuple[str, str], np.ndarray] = {}
     for path, instance in inner.items():
@@ -199,6 +200,6 @@ def handovers(
     return found
 
 
-def _marked(space: CycleSpace, place: str) -> np.ndarray:
+def _marked(space: TimedStateSpace, place: str) -> np.ndarray:
     """The nodes in which a place is marked, (N,) bool."""
     return np.asarray(space.markings[:, space.system.place(place)] > 0)

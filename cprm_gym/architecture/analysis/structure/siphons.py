@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..net_arrays import KEEP, System
+from ..verdicts import Verdict
 
 
 @dataclass(frozen=True)
@@ -136,3 +137,15 @@ def is_ordinary(system: System) -> bool:
         and not system.inhibit.any()
         and (system.sets == KEEP).all()
     )
+
+
+def siphon_trap(system: System, siphons: PlaceSets | None) -> Verdict:
+    """Commoner's condition for ordinary nets: every siphon holds a trap that is marked from the start, so no deadlock is reached."""
+    if siphons is None or not is_ordinary(system):
+        return Verdict(None, "says nothing about nets with weights, inhibitor arcs, set arcs or capacities" if siphons else "too large")
+    bare = unprotected_siphon(system, siphons)
+    if bare is not None:
+        return Verdict(False, f"the siphon {{{', '.join(sorted(bare))}}} holds no marked trap: it may run empty")
+    if not siphons.complete:
+        return Verdict(None, "not every minimal siphon was found")
+    return Verdict(True, "every siphon holds a marked trap: no deadlock can be reached")

@@ -247,12 +247,12 @@ class Grounding:
         return tuple(f"{o}.{a.name}" for o, c in self.objects.items() for a in classes[c].attributes.values() if a.static)
 
     def with_defaults(self, ground: GroundSlice, evidence: Mapping[str, Any]) -> dict[str, Any]:
-        """The evidence for a slice, with the defaults of inputs that it leaves out.
+        """The evidence for a slice, with the defaults of what is given and left out.
 
         Raises
         ------
         EvidenceError
-            If an input has neither value nor default.
+            If something given has neither value nor default.
         """
         known = self._defaults.get(ground)
         if known is None:
@@ -264,16 +264,16 @@ class Grounding:
         for name, state in known.items():
             if out.get(name) is None:
                 if state is None:
-                    raise EvidenceError(f"input {name!r} is not given and has no default")
+                    raise EvidenceError(f"{name!r} must be given: it has no default")
                 out[name] = state
         return out
 
     def _defaults_of(self, ground: GroundSlice) -> dict[str, int | None]:
         classes = self.model.checked.classes
         out: dict[str, int | None] = {}
-        for name in ground.inputs:
+        for name in ground.given:
             variable = ground.variables[name]
-            default = classes[self.objects[variable.object_name]].inputs[variable.attribute].default
+            default = classes[self.objects[variable.object_name]].given[variable.attribute].default
             out[name] = None if default is None else variable.index(default)
         return out
 
@@ -281,7 +281,7 @@ class Grounding:
 def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
     """One static net of several slices; variable x of slice t is called ``"x#t"``.
 
-    A static variable is the one of the last slice that defines it. Inputs stay inputs.
+    A static variable is the one of the last slice that defines it. What is given stays given.
 
     Parameters
     ----------
@@ -299,14 +299,14 @@ def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
     """
     variables: dict[str, GroundVariable] = {}
     cpds: list[GroundCPD] = []
-    inputs: list[str] = []
+    given: list[str] = []
     latest: dict[str, int] = {}
     for t, ground in enumerate(slices):
         for name, v in ground.variables.items():
             latest[name] = t
             full = f"{name}#{t}"
             variables[full] = GroundVariable(full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit)
-        inputs += [f"{name}#{t}" for name in ground.inputs]
+        given += [f"{name}#{t}" for name in ground.given]
         for cpd in ground.cpds:
             parents = []
             for parent, lag in cpd.parents:
@@ -315,4 +315,4 @@ def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
                     raise ModelError(f"slice {t}: {cpd.child!r} needs {parent!r} of slice {at}, which does not have it")
                 parents.append((f"{parent}#{at}", SAME))
             cpds.append(GroundCPD(f"{cpd.child}#{t}", tuple(parents), cpd.table, cpd.key, cpd.checked))
-    return GroundSlice(variables, tuple(cpds), tuple(inputs))
+    return GroundSlice(variables, tuple(cpds), tuple(given))

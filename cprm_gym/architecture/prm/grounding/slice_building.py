@@ -74,7 +74,7 @@ class SliceBuilder:
         self.entering = entering
         self.variables: dict[str, GroundVariable] = {}
         self.cpds: list[GroundCPD] = []
-        self.inputs: list[str] = []
+        self.given: list[str] = []
         self.selectors: dict[tuple[str, tuple[str, ...]], str] = {}
 
     def build(self) -> GroundSlice:
@@ -90,7 +90,7 @@ class SliceBuilder:
             for group in relation.relation.keep_joint:
                 clusters.append(tuple(self._role_attribute(text, context) for text in group))
         try:
-            return GroundSlice(self.variables, tuple(self.cpds), tuple(self.inputs), tuple(self.active), tuple(clusters))
+            return GroundSlice(self.variables, tuple(self.cpds), tuple(self.given), tuple(self.active), tuple(clusters))
         except ModelError as error:
             raise ModelError(f"{self.where} with {', '.join(self.active) or 'no active relation'}: {error}") from None
 
@@ -132,9 +132,9 @@ class SliceBuilder:
 
     def _add_object(self, name: str, info: ClassInfo, claims: Mapping[str, list[Claim]]) -> None:
         context = Context(name, {"": name})
-        for label, given in info.inputs.items():
+        for label, given in info.given.items():
             self._variable(f"{name}.{label}", given.domain, info.name, name, label)
-            self.inputs.append(f"{name}.{label}")
+            self.given.append(f"{name}.{label}")
         for label, attribute in info.attributes.items():
             full = f"{name}.{label}"
             if attribute.static and name not in self.entering:

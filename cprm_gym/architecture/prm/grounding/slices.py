@@ -1,7 +1,7 @@
 """The flat Bayes net of one time slice.
 
 A `GroundSlice` is what every inference engine reads: the variables of slice ``t``, one CPD for each hidden or
-observed variable, and the inputs, which are always observed and have no CPD. A sequence of slices is the unrolled,
+observed variable, and what is given, which is always observed and has no CPD. A sequence of slices is the unrolled,
 non-homogeneous net; switching a relation on or off means that the next slice has other CPDs.
 """
 
@@ -19,7 +19,7 @@ from ..model.domains import Bins, Domain, Labels, state_index
 from ..model.resolved import topological_order
 
 SAME, PREVIOUS, STATIC = 0, 1, -1
-"""Lags of a parent: in the same slice, in the previous one, or atemporal (defined in the first slice)."""
+"""Lags of a parent: in the same slice, in the previous one, or static (defined in the first slice)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,10 +125,10 @@ class GroundSlice:
     Attributes
     ----------
     variables : dict of str to GroundVariable
-        Every variable of the slice, inputs among them.
+        Every variable of the slice, those given among them.
     cpds : tuple of GroundCPD
-        One for each variable that is not an input.
-    inputs : tuple of str
+        One for each variable that is not given.
+    given : tuple of str
         Variables that are always observed (ego motion, places of a net): context of the CPDs, never in the tree, without
         a prior and so without a part in the likelihood.
     relations : tuple of str
@@ -139,7 +139,7 @@ class GroundSlice:
 
     variables: dict[str, GroundVariable]
     cpds: tuple[GroundCPD, ...]
-    inputs: tuple[str, ...] = ()
+    given: tuple[str, ...] = ()
     relations: tuple[str, ...] = ()
     clusters: tuple[tuple[str, ...], ...] = ()
     by_child: dict[str, GroundCPD] = field(init=False, repr=False)
@@ -152,8 +152,8 @@ class GroundSlice:
             by_child[cpd.child] = cpd
             self._check(cpd)
         for name in self.variables:
-            if (name in by_child) == (name in self.inputs):
-                what = "is an input and has a CPD" if name in by_child else "has no CPD and is not an input"
+            if (name in by_child) == (name in self.given):
+                what = "is given and has a CPD" if name in by_child else "has no CPD and is not given"
                 raise ModelError(f"variable {name!r} {what}")
         object.__setattr__(self, "by_child", by_child)
         self.order()
@@ -174,7 +174,7 @@ class GroundSlice:
             check_rows(cpd.table, f"CPD of {cpd.child!r}")
 
     def order(self) -> tuple[str, ...]:
-        """Variables in a topological order of the same-slice parents, inputs first.
+        """Variables in a topological order of the same-slice parents, what is given first.
 
         Raises
         ------

@@ -35,7 +35,7 @@ class JunctionTree:
     Parameters
     ----------
     factors : sequence of Factor
-    width : int
+    batch : int
         Number of agents.
 
     Attributes
@@ -45,15 +45,15 @@ class JunctionTree:
         long chains do not underflow.
     """
 
-    def __init__(self, factors: Sequence[Factor], width: int = 1) -> None:
+    def __init__(self, factors: Sequence[Factor], batch: int = 1) -> None:
         self.factors = list(factors)
-        self.width = width
+        self.batch = batch
         self.cards: dict[Any, int] = {}
         for f in factors:
             self.cards.update(f.cards)
         scopes = [frozenset(f.scope) for f in factors if f.scope]
         self.tree = join_tree(scopes, self.cards)
-        self.log_total = np.zeros(width)
+        self.log_total = np.zeros(batch)
         self._pots: dict[int, list[Factor]] = {i: [] for i in range(len(self.tree.cliques))}
         for f in factors:
             if f.scope:
@@ -125,7 +125,7 @@ class JunctionTree:
             linked = connected([tuple(nodes), *(f.scope for f in self.factors)])[0]
             chosen = [self.factors[i - 1].scaled()[0] for i in linked if i > 0]
             table = normalised(contract_all(chosen, nodes)).over(nodes)
-        return np.broadcast_to(table, (self.width, *table.shape[1:]))
+        return np.broadcast_to(table, (self.batch, *table.shape[1:]))
 
     def marginal(self, node: Any) -> np.ndarray:
         """Marginal of one node, (W, card)."""
@@ -139,13 +139,13 @@ def normalised(factor: Factor) -> Factor:
     return Factor(factor.scope, np.divide(factor.table, total, out=np.zeros(factor.table.shape), where=total > 0))
 
 
-def maximise(factors: Sequence[Factor], width: int) -> tuple[dict[Any, np.ndarray], np.ndarray]:
+def maximise(factors: Sequence[Factor], batch: int) -> tuple[dict[Any, np.ndarray], np.ndarray]:
     """The assignment that makes a product of factors largest.
 
     Parameters
     ----------
     factors : sequence of Factor
-    width : int
+    batch : int
 
     Returns
     -------
@@ -159,7 +159,7 @@ def maximise(factors: Sequence[Factor], width: int) -> tuple[dict[Any, np.ndarra
         cards.update(f.cards)
     graph = neighbours([f.scope for f in pool])
     order = best_order(graph, cards)
-    log_value = np.zeros(width)
+    log_value = np.zeros(batch)
     trace: list[tuple[Any, Factor]] = []
     for v in order:
         inside = sorted((f for f in pool if v in f.scope), key=lambda f: f.size)
@@ -175,10 +175,10 @@ def maximise(factors: Sequence[Factor], width: int) -> tuple[dict[Any, np.ndarra
         with np.errstate(divide="ignore"):
             log_value = log_value + np.log(f.table)
     assignment: dict[Any, np.ndarray] = {}
-    rows = np.arange(width)
+    rows = np.arange(batch)
     for v, joined in reversed(trace):
         others = [u for u in joined.scope if u != v]
-        table = np.broadcast_to(joined.over([*others, v]), (width, *(cards[u] for u in others), cards[v]))
+        table = np.broadcast_to(joined.over([*others, v]), (batch, *(cards[u] for u in others), cards[v]))
         index = (rows, *(assignment[u] for u in others))
         assignment[v] = table[index].argmax(axis=-1)
     return assignment, log_value
@@ -193,10 +193,10 @@ class Answer(Mapping[str, np.ndarray]):
         ln P(evidence), likelihood vectors included as given.
     """
 
-    def __init__(self, net: BayesNet, readings: Readings, width: int) -> None:
-        self._net, self._readings, self._width = net, readings, width
-        self._tree = JunctionTree(net.factors(readings), width)
-        self.log_evidence: np.ndarray = np.broadcast_to(self._tree.log_total, (width,))
+    def __init__(self, net: BayesNet, readings: Readings, batch: int) -> None:
+        self._net, self._readings, self._batch = net, readings, batch
+        self._tree = JunctionTree(net.factors(readings), batch)
+        self.log_evidence: np.ndarray = np.broadcast_to(self._tree.log_total, (batch,))
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.joint(name)
@@ -215,14 +215,14 @@ class Answer(Mapping[str, np.ndarray]):
         for name in names:
             self._net.check(name)
         hidden = [n for n in names if n in self._tree.cards]
-        table = self._tree.joint(hidden) if hidden else np.ones(self._width)
+        table = self._tree.joint(hidden) if hidden else np.ones(self._batch)
         for axis, name in enumerate(names):
             if name in hidden:
                 continue
             row = self._net.info.row[name]
-            one = np.zeros((self._width, int(self._net.info.cards[row])))
-            one[np.arange(self._width), self._readings.hard[row]] = 1.0
-            shape = [self._width] + [1] * table.ndim
+            one = np.zeros((self._batch, int(self._net.info.cards[row])))
+            one[np.arange(self._batch), self._readings.hard[row]] = 1.0
+            shape = [self._batch] + [1] * table.ndim
             shape[axis + 1] = one.shape[1]
             table = np.expand_dims(table, axis + 1) * one.reshape(shape)
         return table
@@ -254,18 +254,18 @@ class BayesNet:
         if name not in self.info.row:
             raise ModelError(f"no variable {name!r}.{did_you_mean(name, self.info.names)}")
 
-    def read(self, evidence: Mapping[str, Any] | None, soft: Mapping[str, Any] | None, width: int) -> Readings:
+    def read(self, evidence: Mapping[str, Any] | None, soft: Mapping[str, Any] | None, batch: int) -> Readings:
         """Evidence as arrays; see `evidence.py`."""
         info = self.info
-        hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, width)
-        for row in np.flatnonzero(info.inputs & (hard < 0).any(axis=1)):
-            raise EvidenceError(f"input {info.names[row]!r} must be observed")
-        return Readings(hard, read_soft(info.variables, soft, width))
+        hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, batch)
+        for row in np.flatnonzero(info.given & (hard < 0).any(axis=1)):
+            raise EvidenceError(f"{info.names[row]!r} must be given")
+        return Readings(hard, read_soft(info.variables, soft, batch))
 
     def factors(self, readings: Readings) -> list[Factor]:
         """The net at the evidence; variables observed for every agent are gone."""
         info = self.info
-        width = readings.hard.shape[1]
+        batch = readings.hard.shape[1]
         held = np.asarray((readings.hard >= 0).all(axis=1))
         out = []
         for cpd in info.slice.cpds:
@@ -276,7 +276,7 @@ class BayesNet:
         for name, likelihood in readings.soft.items():
             row = info.row[name]
             if held[row]:
-                out.append(Factor((), likelihood[np.arange(width), readings.hard[row]]))
+                out.append(Factor((), likelihood[np.arange(batch), readings.hard[row]]))
             else:
                 out.append(Factor((name,), likelihood))
         return out
@@ -385,7 +385,7 @@ class BayesNet:
         info = self.info
         agent = int(agents[0])
         part = readings.rows(np.array([agent]))
-        names = [n for n, r in info.row.items() if (part.hard[r, 0] >= 0 or n in part.soft) and not info.inputs[r]]
+        names = [n for n, r in info.row.items() if (part.hard[r, 0] >= 0 or n in part.soft) and not info.given[r]]
         kept = list(names)
         for name in names:
             left = [n for n in kept if n != name]

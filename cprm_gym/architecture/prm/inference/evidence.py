@@ -125,7 +125,7 @@ def read_hard(
     cards: np.ndarray,
     row: Mapping[str, int],
     evidence: Mapping[str, Any] | np.ndarray | None,
-    width: int,
+    batch: int,
 ) -> np.ndarray:
     """Evidence as an array of state indices.
 
@@ -137,7 +137,7 @@ def read_hard(
     cards : (V,) int array
     row : dict of str to int
     evidence : dict of name to value, or (V, W) int array, or None
-    width : int
+    batch : int
         Number of agents.
 
     Returns
@@ -149,13 +149,13 @@ def read_hard(
     EvidenceError
     """
     if isinstance(evidence, np.ndarray):
-        if evidence.shape != (len(names), width) or evidence.dtype.kind not in "iu":
+        if evidence.shape != (len(names), batch) or evidence.dtype.kind not in "iu":
             raise EvidenceError(
-                f"an evidence array has shape (variables, agents) = {(len(names), width)} and integers, got {evidence.shape}"
+                f"an evidence array has shape (variables, agents) = {(len(names), batch)} and integers, got {evidence.shape}"
             )
         hard = evidence.astype(np.int64, copy=True)
     else:
-        hard = np.full((len(names), width), UNOBSERVED, np.int64)
+        hard = np.full((len(names), batch), UNOBSERVED, np.int64)
         items = () if _all_at_once(hard, row, evidence) else (evidence or {}).items()
         for name, value in items:
             at = row.get(name)
@@ -165,8 +165,8 @@ def read_hard(
                 hard[at] = value
                 continue
             state = state_of(variables[name], value)
-            if isinstance(state, np.ndarray) and state.shape not in ((), (1,), (width,)):
-                raise EvidenceError(f"evidence for {name!r} has shape {state.shape} for {width} agents")
+            if isinstance(state, np.ndarray) and state.shape not in ((), (1,), (batch,)):
+                raise EvidenceError(f"evidence for {name!r} has shape {state.shape} for {batch} agents")
             hard[at] = state
     bad = (hard < UNOBSERVED) | (hard >= cards[:, None])
     if bad.any():
@@ -191,14 +191,14 @@ def _all_at_once(hard: np.ndarray, row: Mapping[str, int], evidence: Mapping[str
     return True
 
 
-def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] | None, width: int) -> dict[str, np.ndarray]:
+def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] | None, batch: int) -> dict[str, np.ndarray]:
     """Likelihood vectors as arrays.
 
     Parameters
     ----------
     variables : dict of str to GroundVariable
     soft : dict of name to (card,) or (W, card) array, or None
-    width : int
+    batch : int
 
     Returns
     -------
@@ -215,9 +215,9 @@ def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] |
             raise EvidenceError(f"soft evidence for unknown variable {name!r}.{did_you_mean(name, variables)}")
         likelihood = np.asarray(value, dtype=np.float64)
         card = variables[name].card
-        if likelihood.shape not in ((card,), (width, card)):
+        if likelihood.shape not in ((card,), (batch, card)):
             raise EvidenceError(f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states")
         if not np.isfinite(likelihood).all() or (likelihood < 0).any():
             raise EvidenceError(f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}")
-        read[name] = np.broadcast_to(likelihood, (width, card))
+        read[name] = np.broadcast_to(likelihood, (batch, card))
     return read

@@ -29,7 +29,7 @@ from ....errors import ModelError, did_you_mean
 from ..grounding.grounding import Grounding, Situation
 from ..model.schema import canonical_tuple, parse_tuple
 from .compiled.steps import Layout, Node, Piece, Recent
-from .engines.exact import Belief
+from .engines.exact import FactoredBelief
 from .evidence import UNOBSERVED, read_hard
 from .filter import Filter
 from .posterior import Past, Result, Snapshot
@@ -106,7 +106,7 @@ class FilterBank:
         alike: bool = False,
     ) -> None:
         self.grounding = grounding
-        self.width = batch
+        self.batch = batch
         self._pilot = Filter(grounding, batch, engine, on_impossible=on_impossible, seed=seed)
         base = grounding.ground((), first=True)
         self.variables = base.variables
@@ -114,12 +114,12 @@ class FilterBank:
         self._names = tuple(base.variables)
         self._row = {name: i for i, name in enumerate(self._names)}
         self._cards = np.array([v.card for v in base.variables.values()], np.int64)
-        self._inputs = set(base.inputs)
+        self._given = set(base.given)
         self.members: dict[str, tuple[str, ...]] = {}
         """Class -> its objects, without those of its subclasses."""
         for name, class_name in grounding.objects.items():
             self.members[class_name] = (*self.members.get(class_name, ()), name)
-        self._factored = isinstance(self._pilot.belief, Belief) and not hasattr(self._pilot.engine, "snapshot")
+        self._factored = isinstance(self._pilot.belief, FactoredBelief) and not hasattr(self._pilot.engine, "snapshot")
         self._alike = alike
         if self._factored and not alike:
             self._pilot.foresee(*self._examples())
@@ -163,7 +163,7 @@ class FilterBank:
         agents : (W,) bool array or indices, optional
             Which; all if not given.
         """
-        chosen = np.zeros(self.width, bool)
+        chosen = np.zeros(self.batch, bool)
         chosen[slice(None) if agents is None else agents] = True
         self.log_likelihood[chosen] = 0.0
         for orders in (self.object_in, self._place_of):
@@ -180,8 +180,8 @@ class FilterBank:
     def _reset_samples(self, chosen: NDArray[np.bool_]) -> None:
         """As `reset`, for a belief that cannot be divided among agents: one cohort of all, or one for each."""
         if not self._cohorts:
-            cohorts = [self._beginners(np.arange(self.width))] if self._alike else []
-            for k in range(0 if self._alike else self.width):
+            cohorts = [self._beginners(np.arange(self.batch))] if self._alike else []
+            for k in range(0 if self._alike else self.batch):
                 self._pilot.engine.branch()
                 cohorts.append(self._beginners(np.array([k])))
             self._settle(cohorts)
@@ -199,7 +199,7 @@ class FilterBank:
     def _beginners(self, agents: Indices) -> _Cohort:
         """A cohort that has made no step."""
         pilot = self._pilot
-        pilot.width = len(agents)
+        pilot.batch = len(agents)
         pilot.impossible_count = np.zeros(len(agents), np.int64)
         pilot.reset()
         return _Cohort(agents, pilot.snapshot())
@@ -219,8 +219,8 @@ class FilterBank:
             same[0] if len(same) == 1 else _Cohort(np.concatenate([c.agents for c in same]), joined([c.state for c in same]))
             for same in by_form.values()
         ]
-        self._cohort_of = np.empty(self.width, np.int64)
-        self._position = np.empty(self.width, np.int64)
+        self._cohort_of = np.empty(self.batch, np.int64)
+        self._position = np.empty(self.batch, np.int64)
         for k, cohort in enumerate(self._cohorts):
             self._cohort_of[cohort.agents] = k
             self._position[cohort.agents] = np.arange(len(cohort.agents))
@@ -229,8 +229,8 @@ class FilterBank:
         """What two beliefs must share to be one; nothing does for beliefs that are not factors."""
         if not self._factored:
             return id(state)
-        relations = state.active.relations if isinstance(state.active, Situation) else ()
-        return state.belief.layout, relations, state.step == 0, tuple(state.atemporal), state.owners
+        relations = state.relations.relations if isinstance(state.relations, Situation) else ()
+        return state.belief.layout, relations, state.step == 0, tuple(state.static), state.owners
 
     # ------------------------------------------------------------------------------------------------- steps
 
@@ -240,7 +240,7 @@ class FilterBank:
         Parameters
         ----------
         evidence : dict of name to observation
-            Of variables and inputs of objects, as for `Filter.step`, for all W agents.
+            Of variables, and of what is given, as for `Filter.step`, for all W agents.
         links : sequence of Link
             Which relations hold for whom in this slice.
         due : (W,) bool array, optional
@@ -251,8 +251,8 @@ class FilterBank:
         EvidenceError, ImpossibleEvidence, CostError
             As `Filter.step`; every belief is as it was.
         """
-        due = np.ones(self.width, bool) if due is None else due
-        hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.width)
+        due = np.ones(self.batch, bool) if due is None else due
+        hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.batch)
         told = [name for name in self._names if name in evidence]
         ties = [self._tie(link, due) for link in links]
         self._turn(self._engaged(ties, told), due)
@@ -266,7 +266,7 @@ class FilterBank:
                 continue
             self._pilot.restore(cohort.state)
             readings = self._readings(hard[:, cohort.agents], told, relations)
-            answers.append((cohort.agents, self._pilot.step(readings, active=relations)))
+            answers.append((cohort.agents, self._pilot.step(readings, relations=relations)))
             after.append(_Cohort(cohort.agents, self._pilot.snapshot()))
         for agents, result in answers:
             self.log_likelihood[agents] += result.increment
@@ -282,7 +282,7 @@ class FilterBank:
                 class_name = self.grounding.objects.get(role)
                 if class_name is None:
                     raise ModelError(f"a link names the unknown object {role!r}.{did_you_mean(role, self.grounding.objects)}")
-                role = Role(class_name, np.full(self.width, self.members[class_name].index(role)))
+                role = Role(class_name, np.full(self.batch, self.members[class_name].index(role)))
             roles.append(role)
         return _Tie(link.relation, tuple(roles), due & np.logical_and.reduce([role.index >= 0 for role in roles]))
 
@@ -292,7 +292,7 @@ class FilterBank:
         for tie in ties:
             for role in tie.roles:
                 if self._are_alike(role.class_name, told):
-                    marks = engaged.setdefault(role.class_name, np.zeros((self.width, len(self.members[role.class_name])), bool))
+                    marks = engaged.setdefault(role.class_name, np.zeros((self.batch, len(self.members[role.class_name])), bool))
                     marks[tie.held, role.index[tie.held]] = True
         return engaged
 
@@ -320,7 +320,7 @@ class FilterBank:
         if not renamed:
             return
         parts: dict[Any, list[int]] = {}
-        for k in range(self.width):
+        for k in range(self.batch):
             parts.setdefault((self._cohort_of[k], tuple(renamed.get(k, {}).items())), []).append(k)
         cohorts = []
         for (number, pairs), members in parts.items():
@@ -331,9 +331,9 @@ class FilterBank:
     def _codes(self, ties: Sequence[_Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
         """For each kind of tie the tuples that hold for an agent, as sorted numbers (W, k) that `_tuples` reads; -1 fills up."""
         kinds: dict[tuple[str, ...], list[NDArray[np.int64]]] = {}
-        everybody = np.arange(self.width)
+        everybody = np.arange(self.batch)
         for tie in ties:
-            code = np.zeros(self.width, np.int64)
+            code = np.zeros(self.batch, np.int64)
             for role in tie.roles:
                 index = np.maximum(role.index, 0)
                 if role.class_name in self._place_of:
@@ -344,25 +344,25 @@ class FilterBank:
         return {kind: _sets(np.stack(columns, axis=1)) for kind, columns in kinds.items()}
 
     def _are_alike(self, class_name: str, told: Sequence[str]) -> bool:
-        """Whether the several objects of a class differ in their names only: nothing refers to them, an input is told of all or none."""
+        """Whether the several objects of a class differ in their names only: nothing refers to them, givens are told of all or none."""
         known = self._likenesses.get(class_name)
         if known is None:
             model, members = self.grounding.model, {*self.members[class_name]}
-            inputs: dict[str, set[str]] = {}
-            for owner, _, attribute in (name.partition(".") for name in told if name in self._inputs):
-                inputs.setdefault(attribute, set()).add(owner)
+            given: dict[str, set[str]] = {}
+            for owner, _, attribute in (name.partition(".") for name in told if name in self._given):
+                given.setdefault(attribute, set()).add(owner)
             known = self._likenesses[class_name] = (
                 self._factored
                 and len(members) > 1
                 and not any(c.references for c in model.classes)
                 and not self.grounding.static
-                and all(not owners & members or owners >= members for owners in inputs.values())
+                and all(not owners & members or owners >= members for owners in given.values())
             )
         return known
 
     def _readings(self, hard: NDArray[np.int64], told: Sequence[str], relations: tuple[str, ...]) -> dict[str, Any] | NDArray[np.int64]:
-        """Readings as the next slice wants them: an array in its own order, or by name where inputs may take their defaults."""
-        if not self._inputs <= set(told):
+        """Readings as the next slice wants them: an array in its own order, or by name where what is given may take its default."""
+        if not self._given <= set(told):
             return {name: hard[self._row[name]] for name in told}
         names = self._pilot.variables(relations)
         rows = self._rows_in.fetch(names, lambda: np.array([names.index(name) for name in self._names]))
@@ -395,7 +395,7 @@ class FilterBank:
 
     def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[tuple[_Cohort, tuple[str, ...] | None]]:
         """Agents who can step together, and with which relations; None: they are not due."""
-        if self.width == 1:
+        if self.batch == 1:
             (cohort,) = self._cohorts
             return [(cohort, tuple(self._named(tie) for tie in ties if tie.held[0]) if due[0] else None)]
         codes = self._codes(ties)
@@ -441,16 +441,16 @@ class FilterBank:
         """A belief in which objects have other names."""
         if state.step == 0:
             return state
-        situation = state.active
+        situation = state.relations
         relations = tuple(sorted(_rename_tuple(r, names) for r in situation.relations))
         key = state.belief.layout, tuple(sorted(names.items()))
         layout, rows, objects = self._renamings.fetch(key, lambda: self._new_layout(state.belief.layout, relations, names))
-        width = state.belief.hard.shape[1]
+        batch = state.belief.hard.shape[1]
         messages = tuple(
-            m if at is None else m.reshape(len(at), width, m.shape[1])[at].reshape(m.shape) for m, at in zip(state.belief.messages, objects)
+            m if at is None else m.reshape(len(at), batch, m.shape[1])[at].reshape(m.shape) for m, at in zip(state.belief.messages, objects)
         )
-        belief = Belief(layout, messages, state.belief.hard[rows])
-        return replace(state, belief=belief, active=self.grounding.situation(relations), history=())
+        belief = FactoredBelief(layout, messages, state.belief.hard[rows])
+        return replace(state, belief=belief, relations=self.grounding.situation(relations), history=())
 
     def _new_layout(self, old: Layout, relations: tuple[str, ...], names: Mapping[str, str]) -> _Renaming:
         """A layout for other names; like objects stand in the order of their new names."""
@@ -493,19 +493,19 @@ class FilterBank:
         owner, _, attribute = variable.partition(".")
         class_name = self.grounding.objects.get(owner, "")
         if class_name not in self._answered_for:
-            out = np.full(self.width, np.nan)
+            out = np.full(self.batch, np.nan)
             for agents, result in self.answers:
                 out[agents] = view(result[variable], result.variables[variable])
             return out
-        return self.view_of(view, Role(class_name, np.full(self.width, self.members[class_name].index(owner))), attribute)
+        return self.view_of(view, Role(class_name, np.full(self.batch, self.members[class_name].index(owner))), attribute)
 
     def view_of(self, view: View, whom: Role, attribute: str) -> NDArray[np.float64]:
         """As `view`, of the object that each agent means; NaN for those who mean nobody."""
-        out = np.full(self.width, np.nan)
+        out = np.full(self.batch, np.nan)
         names = self.members[whom.class_name]
         place_of = self._answered_for.get(whom.class_name)
-        where = whom.index if place_of is None else place_of[np.arange(self.width), np.maximum(whom.index, 0)]
-        if self.width == 1 and self.answers and whom.index[0] >= 0:
+        where = whom.index if place_of is None else place_of[np.arange(self.batch), np.maximum(whom.index, 0)]
+        if self.batch == 1 and self.answers and whom.index[0] >= 0:
             ((_, result),) = self.answers
             variable = f"{names[where[0]]}.{attribute}"
             return np.asarray(view(result[variable], result.variables[variable]))
@@ -562,7 +562,7 @@ class FilterBank:
 def select(state: Snapshot, agents: Indices) -> Snapshot:
     """The state of a filter for some of its agents."""
     history = state.history if state.step == 1 else ()  # what a first slice kept may still have to be changed
-    history = tuple(Past(_selected(p.before, agents), p.info, p.readings.rows(agents), p.fresh[agents], p.active) for p in history)
+    history = tuple(Past(_selected(p.before, agents), p.info, p.readings.rows(agents), p.fresh[agents], p.relations) for p in history)
     return replace(
         state,
         belief=_selected(state.belief, agents),
@@ -573,9 +573,9 @@ def select(state: Snapshot, agents: Indices) -> Snapshot:
     )
 
 
-def _selected(belief: Belief, agents: Indices) -> Belief:
-    width, objects = belief.hard.shape[1], belief.layout.counts
-    blocks = (m.reshape(n, width, m.shape[1])[:, agents] for m, n in zip(belief.messages, objects))
+def _selected(belief: FactoredBelief, agents: Indices) -> FactoredBelief:
+    batch, objects = belief.hard.shape[1], belief.layout.counts
+    blocks = (m.reshape(n, batch, m.shape[1])[:, agents] for m, n in zip(belief.messages, objects))
     messages = tuple(b.reshape(b.shape[0] * b.shape[1], b.shape[2]) for b in blocks)
     return belief._replace(messages=messages, hard=belief.hard[:, agents])
 
@@ -595,14 +595,14 @@ def joined(states: Sequence[Snapshot]) -> Snapshot:
     )
 
 
-def _joined(beliefs: Sequence[Belief]) -> Belief:
+def _joined(beliefs: Sequence[FactoredBelief]) -> FactoredBelief:
     layout = beliefs[0].layout
     widths = [b.hard.shape[1] for b in beliefs]
     messages = []
     for g, columns in enumerate(layout.widths):
         blocks = [b.messages[g].reshape(layout.counts[g], w, columns) for b, w in zip(beliefs, widths)]
         messages.append(np.concatenate(blocks, axis=1).reshape(layout.counts[g] * sum(widths), columns))
-    return Belief(layout, tuple(messages), np.concatenate([b.hard for b in beliefs], axis=1))
+    return FactoredBelief(layout, tuple(messages), np.concatenate([b.hard for b in beliefs], axis=1))
 
 
 def _fronted(engaged: Sequence[bool]) -> list[int]:

@@ -200,7 +200,7 @@ def _expect(world: Grounding, episodes: Sequence[Episode]) -> tuple[_Tally, floa
         tracked = Filter(world, batch=episode.batch, window=len(episode.steps))
         for t, (step, situation) in enumerate(zip(episode.steps, _situations(world, episode))):
             ground = world.ground(situation, first=t == 0)
-            tracked.step(world.with_defaults(ground, step.evidence), active=situation)
+            tracked.step(world.with_defaults(ground, step.evidence), relations=situation)
         total += float(tracked.log_likelihood.sum())
         for key, table in tracked.expected_counts().items():
             tally.add(key, table)

@@ -20,7 +20,7 @@ class Past(NamedTuple):
     info: SliceInfo
     readings: Readings
     fresh: np.ndarray
-    active: Any
+    relations: Any
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,10 @@ class Snapshot:
     log_likelihood: np.ndarray
     fresh: np.ndarray
     history: tuple[Past, ...]
-    active: Any
+    relations: Any
     impossible: np.ndarray
     exact: bool
-    atemporal: dict[str, GroundVariable]
+    static: dict[str, GroundVariable]
     owners: frozenset[str]
     engine: Any
 
@@ -50,7 +50,7 @@ class Result(Mapping[str, np.ndarray]):
     increment : (W,) float array
         ln P(readings of this slice | earlier ones).
     log_likelihood : (W,) float array
-        Sum of the increments. Inputs have no prior and no part in it.
+        Sum of the increments. What is given has no prior and no part in it.
     loss : (W,) float array
         Kullback-Leibler divergence, in nats, of what a projection threw away in this step; 0 if nothing was projected.
     exact : bool

@@ -11,13 +11,13 @@ from .factors import Factor, multiply
 from .join_tree import best_order, neighbours
 
 
-def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.random.Generator) -> dict[Any, np.ndarray]:
+def sample_factors(factors: Sequence[Factor], batch: int, count: int, rng: np.random.Generator) -> dict[Any, np.ndarray]:
     """Samples of all variables, in proportion to the product of the factors.
 
     Parameters
     ----------
     factors : sequence of Factor
-    width : int
+    batch : int
         Number of agents.
     count : int
         Samples for each agent.
@@ -44,13 +44,13 @@ def sample_factors(factors: Sequence[Factor], width: int, count: int, rng: np.ra
         trace.append((v, joined))
         pool.append(joined.sum_onto([u for u in joined.scope if u != v]))
     found: dict[Any, np.ndarray] = {}
-    agents = np.arange(width)[:, None]
+    agents = np.arange(batch)[:, None]
     for v, joined in reversed(trace):
         others = [u for u in joined.scope if u != v]
-        table = np.broadcast_to(joined.over([*others, v]), (width, *(cards[u] for u in others), cards[v]))
-        index = (np.broadcast_to(agents, (width, count)), *(found[u] for u in others))
+        table = np.broadcast_to(joined.over([*others, v]), (batch, *(cards[u] for u in others), cards[v]))
+        index = (np.broadcast_to(agents, (batch, count)), *(found[u] for u in others))
         rows = table[index]
         cumulative = np.cumsum(rows, axis=-1)
-        draws = rng.random((width, count, 1)) * cumulative[..., -1:]
+        draws = rng.random((batch, count, 1)) * cumulative[..., -1:]
         found[v] = (cumulative <= draws).sum(axis=-1).clip(max=cards[v] - 1)
     return found

@@ -1,7 +1,7 @@
 """Looking back: posteriors, best path and expected counts of a window of slices, given all its readings.
 
 The window is unrolled to one net, with the belief before its first slice in front, and solved by junction tree. A node is
-(variable, slice) with slice -1 before the window; an atemporal one is (variable, None, slice that drew it).
+(variable, slice) with slice -1 before the window; a static one is (variable, None, slice that drew it).
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....errors import ModelError, did_you_mean
-from ..grounding.slices import PREVIOUS, SAME
+from ..grounding.slices import PREVIOUS, SAME, STATIC
 from .bayes_net import JunctionTree, maximise, one_hot, sliced
-from .compiled.steps import ATEMPORAL, SliceInfo
-from .engines.exact import Belief, belief_factors
+from .compiled.steps import SliceInfo
+from .engines.exact import FactoredBelief, belief_factors
 from .evidence import Readings
 from .factors import Factor
 
@@ -23,7 +23,7 @@ from .factors import Factor
 class Slice(NamedTuple):
     """One slice of the window: belief before it, its variables, its readings."""
 
-    before: Belief
+    before: FactoredBelief
     info: SliceInfo
     readings: Readings
 
@@ -38,13 +38,13 @@ class Family(NamedTuple):
     observed: dict[Any, np.ndarray]
 
 
-def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[list[Factor], list[Family], set[Any]]:
+def unroll(window: Sequence[Slice], batch: int, barren: bool = True) -> tuple[list[Factor], list[Family], set[Any]]:
     """Factors of the unrolled window.
 
     Parameters
     ----------
     window : sequence of Slice
-    width : int
+    batch : int
     barren : bool
         Whether to keep unobserved variables without children that have two parents or more.
 
@@ -55,9 +55,7 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
     left_out : set of nodes
     """
     before = window[0].before
-    out = [
-        Factor(tuple((n, -1) if lag != ATEMPORAL else (n, None, -1) for n, lag in f.scope), f.table) for f in belief_factors(before, width)
-    ]
+    out = [Factor(tuple((n, -1) if lag != STATIC else (n, None, -1) for n, lag in f.scope), f.table) for f in belief_factors(before, batch)]
     known: dict[Any, np.ndarray] = {(n, -1): before.hard[row] for n, row in before.layout.held.items()}
     families: list[Family] = []
     tables: list[np.ndarray] = []
@@ -65,14 +63,14 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
     for t, (_, info, readings) in enumerate(window):
         for name, row in info.row.items():
             values = readings.hard[row]
-            if (values >= 0).all() and not info.fixed[row]:
+            if (values >= 0).all() and not info.static[row]:
                 known[name, t] = values
             elif (values >= 0).any():
                 out.append(Factor((_node(drawn, name, SAME, t),), one_hot(values, int(info.cards[row]))))
         for name, likelihood in readings.soft.items():
             node = _node(drawn, name, SAME, t)
             if node in known:
-                out.append(Factor((), likelihood[np.arange(width), known[node]]))
+                out.append(Factor((), likelihood[np.arange(batch), known[node]]))
             else:
                 out.append(Factor((node,), likelihood))
         for cpd in info.slice.cpds:
@@ -86,14 +84,14 @@ def unroll(window: Sequence[Slice], width: int, barren: bool = True) -> tuple[li
 
 
 def origins(window: Sequence[Slice]) -> list[dict[str, int]]:
-    """For each slice, the slice in which each atemporal variable was drawn; -1 for before the window.
+    """For each slice, the slice in which each static variable was drawn; -1 for before the window.
 
     The variable of an object that left and came back is another one.
     """
     found: list[dict[str, int]] = []
     for t, (_, info, _) in enumerate(window):
         last = found[-1] if found else {}
-        fixed = [n for n, row in info.row.items() if info.fixed[row]]
+        fixed = [n for n, row in info.row.items() if info.static[row]]
         found.append({n: t if n in info.slice.variables else last.get(n, -1) for n in fixed})
     return found
 
@@ -126,8 +124,8 @@ def _childless(families: Sequence[Family], weights: Sequence[Factor]) -> set[Any
 class Smoothed(Mapping[str, np.ndarray]):
     """Posteriors of one slice given the whole window: a mapping from variable to (W, card) array."""
 
-    def __init__(self, tree: JunctionTree, extended: list[JunctionTree], window: Sequence[Slice], t: int, width: int) -> None:
-        self._tree, self._extended, self._window, self._t, self._width = tree, extended, window, t, width
+    def __init__(self, tree: JunctionTree, extended: list[JunctionTree], window: Sequence[Slice], t: int, batch: int) -> None:
+        self._tree, self._extended, self._window, self._t, self._batch = tree, extended, window, t, batch
 
     def __getitem__(self, name: str) -> np.ndarray:
         info, readings = self._window[self._t].info, self._window[self._t].readings
@@ -140,7 +138,7 @@ class Smoothed(Mapping[str, np.ndarray]):
         if (readings.hard[row] >= 0).all():
             return one_hot(readings.hard[row], int(info.cards[row]))
         if not self._extended:
-            self._extended.append(JunctionTree(unroll(self._window, self._width)[0], self._width))
+            self._extended.append(JunctionTree(unroll(self._window, self._batch)[0], self._batch))
         return self._extended[0].marginal(node)
 
     def __contains__(self, name: object) -> bool:
@@ -153,34 +151,34 @@ class Smoothed(Mapping[str, np.ndarray]):
         return len(self._window[self._t].info.names)
 
 
-def smooth(window: Sequence[Slice], width: int) -> list[Smoothed]:
+def smooth(window: Sequence[Slice], batch: int) -> list[Smoothed]:
     """Posteriors of every slice given all readings of the window."""
-    tree = JunctionTree(unroll(window, width, barren=False)[0], width)
+    tree = JunctionTree(unroll(window, batch, barren=False)[0], batch)
     extended: list[JunctionTree] = []
-    return [Smoothed(tree, extended, window, t, width) for t in range(len(window))]
+    return [Smoothed(tree, extended, window, t, batch) for t in range(len(window))]
 
 
-def most_probable_path(window: Sequence[Slice], width: int) -> list[dict[str, np.ndarray]]:
+def most_probable_path(window: Sequence[Slice], batch: int) -> list[dict[str, np.ndarray]]:
     """The most probable joint values of all variables of the window."""
-    found, _ = maximise(unroll(window, width)[0], width)
+    found, _ = maximise(unroll(window, batch)[0], batch)
     path, drawn = [], origins(window)
     for t, (_, info, readings) in enumerate(window):
         values = {}
         for name, row in info.row.items():
             node = _node(drawn, name, SAME, t)
-            values[name] = np.broadcast_to(found[node], (width,)) if node in found else readings.hard[row]
+            values[name] = np.broadcast_to(found[node], (batch,)) if node in found else readings.hard[row]
         path.append(values)
     return path
 
 
-def expected_counts(window: Sequence[Slice], width: int) -> dict[Hashable, np.ndarray]:
+def expected_counts(window: Sequence[Slice], batch: int) -> dict[Hashable, np.ndarray]:
     """Expected counts of every row and state of each class-level CPD, summed over slices, objects and agents."""
-    factors, families, _ = unroll(window, width)
-    tree = JunctionTree(factors, width)
+    factors, families, _ = unroll(window, batch)
+    tree = JunctionTree(factors, batch)
     counts: dict[Hashable, np.ndarray] = {}
     for family in families:
         hidden = [v for v in family.nodes if v not in family.observed]
-        joint = tree.joint(hidden) if hidden else np.ones(width)
+        joint = tree.joint(hidden) if hidden else np.ones(batch)
         axes = [k for k, v in enumerate(family.nodes) if v in family.observed]
         rest = [k for k in range(len(family.nodes)) if k not in axes]
         total = counts.setdefault(family.key, np.zeros(family.shape))
@@ -192,14 +190,14 @@ def expected_counts(window: Sequence[Slice], width: int) -> dict[Hashable, np.nd
     return counts
 
 
-def sample_belief(belief: Belief, width: int, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def sample_belief(belief: FactoredBelief, batch: int, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Joint samples of the hidden variables of a belief, dict of name to (W, count) int array."""
     from .sampling import sample_factors
 
     info = belief.layout.info
     found: dict[str, np.ndarray] = {}
-    factors = belief_factors(belief, width)
-    for node, values in sample_factors(factors, width, count, rng).items():
+    factors = belief_factors(belief, batch)
+    for node, values in sample_factors(factors, batch, count, rng).items():
         found[node[0]] = values
     if info is not None:
         for name, row in belief.layout.held.items():

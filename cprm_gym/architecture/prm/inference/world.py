@@ -181,7 +181,7 @@ class Tracker:
             if self.deep is not None:
                 self.deep.reset()
         elif self.deep is not None:
-            chosen = np.zeros(self.filter.width, bool) if self._resets is None else self._resets.copy()
+            chosen = np.zeros(self.filter.batch, bool) if self._resets is None else self._resets.copy()
             chosen[agents] = True
             self._resets = chosen
 
@@ -198,8 +198,8 @@ class Tracker:
         Parameters
         ----------
         evidence : mapping of str to value, optional
-            Variable -> state name, index, number, or an array with one value per agent; None or -1 where missing. Inputs
-            that are left out take their default.
+            Variable -> state name, index, number, or an array with one value per agent; None or -1 where missing. What is given
+            and left out takes its default.
         relations : iterable of str or tuple of str
             In force in this slice, ``"possesses(o3,ball)"``.
         objects : iterable of str, optional
@@ -214,7 +214,7 @@ class Tracker:
         Raises
         ------
         EvidenceError
-            For a value that is none of its variable, or an input without value and default; the belief is as it was.
+            For a value that is none of its variable, or something given without value and default; the belief is as it was.
         ImpossibleEvidence
             For evidence of probability zero under the policy "raise"; the belief is as it was.
         ModelError
@@ -224,7 +224,7 @@ class Tracker:
         situation = self.world.situation(relations, objects, self.situation)
         ground = self.world.ground(situation, first=self.filter.step_count == 0)
         readings = self.world.with_defaults(ground, evidence or {})
-        result = self.filter.step(readings, soft=soft, active=situation)
+        result = self.filter.step(readings, soft=soft, relations=situation)
         self.situation = situation
         if self.deep is not None:
             kept = {n: v.copy() if isinstance(v, np.ndarray) else v for n, v in readings.items()}
@@ -254,7 +254,7 @@ class Tracker:
         for readings, soft, situation, resets in self._remembered:
             if resets is not None:
                 self.deep.reset(resets)
-            result = self.deep.step(readings, soft=soft, active=situation)
+            result = self.deep.step(readings, soft=soft, relations=situation)
         self._remembered.clear()
         counted = self.filter.impossible_count
         self.filter.restore(replace(self.deep.snapshot(), engine=None))
@@ -262,7 +262,7 @@ class Tracker:
         self.filter.exact = self.deep.exact
         return Posterior(result, situation, 1e3 * (time.perf_counter() - begun))
 
-    def predict(self, steps: int = 1, relations: Relations | None = None, inputs: Mapping[str, Any] | None = None) -> Posterior:
+    def predict(self, steps: int = 1, relations: Relations | None = None, given: Mapping[str, Any] | None = None) -> Posterior:
         """The belief some slices ahead; the tracker stays where it is.
 
         Parameters
@@ -270,7 +270,7 @@ class Tracker:
         steps : int
         relations : iterable, optional
             In force on the way; default those of the last step. Tuples that are new count as new in the first of the steps.
-        inputs : mapping of str to value, optional
+        given : mapping of str to value, optional
             On the way; what is left out takes its default.
 
         Returns
@@ -285,7 +285,7 @@ class Tracker:
         answer = None
         try:
             for _ in range(max(1, steps)):
-                answer = self.step(inputs, active, objects=live)
+                answer = self.step(given, active, objects=live)
         finally:
             self.filter.restore(kept)
             self.situation, self.deep = situation, deep

@@ -48,7 +48,7 @@ def to_bif(ground: GroundSlice, name: str = "net") -> str:
     Parameters
     ----------
     ground : GroundSlice
-        Without lags. Inputs become roots with a uniform distribution and a property that says so.
+        Without lags. What is given becomes a root with a uniform distribution and a property that says so.
     name : str
         Of the network.
 
@@ -64,11 +64,11 @@ def to_bif(ground: GroundSlice, name: str = "net") -> str:
     for n, v in ground.variables.items():
         out.append(f"variable {labels[n]} {{")
         out.append(f"  type discrete [ {v.card} ] {{ {', '.join(states[n])} }};")
-        out += [f"  property {key} = {json.dumps(value)} ;" for key, value in _properties(v, n in ground.inputs).items()]
+        out += [f"  property {key} = {json.dumps(value)} ;" for key, value in _properties(v, n in ground.given).items()]
         out.append("}")
     for n in ground.order():
         v = ground.variables[n]
-        if n in ground.inputs:
+        if n in ground.given:
             out += [f"probability ( {labels[n]} ) {{", f"  table {', '.join([repr(1.0 / v.card)] * v.card)};", "}"]
             continue
         cpd = ground.by_child[n]
@@ -145,7 +145,7 @@ def plain_names(names: Iterable[str]) -> list[str]:
     return out
 
 
-def _properties(v: GroundVariable, is_input: bool) -> dict[str, Any]:
+def _properties(v: GroundVariable, is_given: bool) -> dict[str, Any]:
     """What a variable is beyond its plain name and states."""
     every: dict[str, Any] = {
         "cprm_name": v.name,
@@ -157,7 +157,7 @@ def _properties(v: GroundVariable, is_input: bool) -> dict[str, Any]:
         "cprm_class": v.class_name,
         "cprm_object": v.object_name,
         "cprm_attribute": v.attribute,
-        "cprm_input": "yes" if is_input else "",
+        "cprm_given": "yes" if is_given else "",
     }
     if _PLAIN.match(v.name):
         del every["cprm_name"]
@@ -356,7 +356,7 @@ class _Reader:
 
     def net(self) -> GroundSlice:
         names = {n: self.properties[n].get("cprm_name", n) for n in self.states}
-        variables, inputs = {}, []
+        variables, given = {}, []
         for n, full in names.items():
             p = self.properties[n]
             states = tuple(_unescaped(s) for s in p["cprm_states"].split("|")) if "cprm_states" in p else tuple(self.states[n])
@@ -369,11 +369,11 @@ class _Reader:
                 p.get("cprm_attribute", ""), p.get("cprm_clip") == "yes", p.get("cprm_unit", ""),
             )  # fmt: skip
             _ = variables[full].domain  # refuses edges that do not increase
-            if p.get("cprm_input") == "yes":
-                inputs.append(full)
+            if "yes" in (p.get("cprm_given"), p.get("cprm_input")):
+                given.append(full)
         cpds = []
         for n, (parents, table) in self.tables.items():
-            if names[n] not in inputs:
+            if names[n] not in given:
                 table.flags.writeable = False
                 cpds.append(GroundCPD(names[n], tuple((names[p], SAME) for p in parents), table, ("bif", names[n])))
-        return GroundSlice(variables, tuple(cpds), tuple(inputs))
+        return GroundSlice(variables, tuple(cpds), tuple(given))

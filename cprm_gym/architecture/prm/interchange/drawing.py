@@ -20,7 +20,7 @@ CHARACTER, LINE, PAD, GAP, BEND = 7.5, 18.0, 10.0, 60.0, 20.0
 _STYLE = (
     "text{font-family:'DejaVu Sans Mono',monospace;font-size:12px;fill:#222}.title{font-weight:bold}.note{fill:#666}"
     ".class{fill:#eef4fb;stroke:#35618f}.relation{fill:#fdf3e3;stroke:#b07a21;stroke-dasharray:5 3}"
-    ".node{fill:#fff;stroke:#35618f}.seen{fill:#d5dbe3;stroke:#35618f}.input{fill:#e6f2df;stroke:#5b8a3c}"
+    ".node{fill:#fff;stroke:#35618f}.seen{fill:#d5dbe3;stroke:#35618f}.given{fill:#e6f2df;stroke:#5b8a3c}"
     ".past{fill:#fafafa;stroke:#bbb;stroke-dasharray:3 2}.object{fill:#f7f9fc;stroke:#c3d0df}"
     ".arc{stroke:#444;fill:none}"
     ".lag{stroke:#999;fill:none;stroke-dasharray:5 3}.static{stroke:#999;fill:none;stroke-dasharray:1 3}"
@@ -37,7 +37,7 @@ def _attribute_line(a: Attribute) -> str:
 
 
 def _class_lines(c: PRMClass) -> list[str]:
-    lines = [f"input {i.name} [{len(i.domain)}]" for i in c.inputs]
+    lines = [f"given {i.name} [{len(i.domain)}]" for i in c.given]
     lines += [_attribute_line(a) for a in c.attributes]
     return lines + [f"-> {r.name}: {r.target}{' *' if r.many else ''}" for r in c.references]
 
@@ -99,7 +99,7 @@ def ground_net_dot(ground: GroundSlice, observed: Collection[str] = ()) -> str:
     for k, (owner, names) in enumerate(_owners(ground).items()):
         out.append(f"  subgraph cluster_{k} {{ label={_quote(owner)}; color=gray70;")
         for name in names:
-            shape = ", shape=box, fillcolor=palegreen" if name in ground.inputs else ""
+            shape = ", shape=box, fillcolor=palegreen" if name in ground.given else ""
             fill = ', style=filled, fillcolor="gray85"' if name in observed else (", style=filled" if shape else "")
             out.append(f"    {_quote(name)} [label={_quote(_short(ground, name))}{fill}{shape}];")
         out.append("  }")
@@ -246,8 +246,8 @@ def ground_net_svg(ground: GroundSlice, observed: Collection[str] = (), columns:
         for row, name in enumerate(names):
             at = y + LINE + PAD + 2 * LINE * row
             left = x + block - PAD - BEND - wide
-            kind = "input" if name in ground.inputs else "seen" if name in observed else "node"
-            picture.box(kind, left, at, wide, LINE + 4, 3.0 if kind == "input" else 11.0)
+            kind = "given" if name in ground.given else "seen" if name in observed else "node"
+            picture.box(kind, left, at, wide, LINE + 4, 3.0 if kind == "given" else 11.0)
             picture.text(_short(ground, name), left + wide / 2, at + LINE - 3, anchor="middle")
             place[name] = (left, at + LINE / 2 + 2, wide)
             if name in past:

@@ -33,10 +33,13 @@ _TYPES: dict[str, type] = {
         cpds.Uniform, cpds.Prior, cpds.Table, cpds.Dense, cpds.Noise, cpds.Chance, cpds.Switch, cpds.Mixture, cpds.NoisyOr,
         aggregates.Exists, aggregates.All, aggregates.Count, aggregates.Min, aggregates.Max, aggregates.Mean,
         aggregates.AnyCause,
-        schema.Attribute, schema.Input, schema.Reference, schema.PRMClass, schema.Replace, schema.Add, schema.Relation,
+        schema.Attribute, schema.Given, schema.Reference, schema.PRMClass, schema.Replace, schema.Add, schema.Relation,
         Model,
     )
 }  # fmt: skip
+
+_FORMER = {"Input": "Given", "inputs": "given"}
+"""Words of older files and what they are called now."""
 
 _MAKERS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "Mixture": lambda fields: cpds.Mixture(*((weight, part) for weight, part in fields["parts"])),
@@ -199,9 +202,10 @@ def _decode(value: Any, where: str) -> Any:
         return tuple(_decode(v, f"{where}[{k}]") for k, v in enumerate(value))
     if not isinstance(value, dict):
         return value
-    name = value.get("is")
-    if not isinstance(name, str) or name not in _TYPES:
-        hint = did_you_mean(str(name), _TYPES)
+    name = str(value.get("is"))
+    name = _FORMER.get(name, name)
+    if name not in _TYPES:
+        hint = did_you_mean(name, _TYPES)
         raise FormatError(f"{where}: 'is' must name a part of a model, got {name!r}.{hint}")
     made = _TYPES[name]
     allowed = {f.name for f in dataclasses.fields(made)}
@@ -211,6 +215,7 @@ def _decode(value: Any, where: str) -> Any:
     for key, item in value.items():
         if key == "is":
             continue
+        key = key if key in allowed else str(_FORMER.get(key, key))
         if key not in allowed:
             raise FormatError(f"{here}: unknown field {key!r}.{did_you_mean(key, allowed)}")
         fields[key] = _decode(item, f"{here}.{key}")

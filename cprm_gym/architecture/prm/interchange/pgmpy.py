@@ -20,7 +20,7 @@ def to_pgmpy(ground: GroundSlice) -> Any:
     Parameters
     ----------
     ground : GroundSlice
-        Without lags (see `grounding.unroll`). Inputs become roots with a uniform distribution.
+        Without lags (see `grounding.unroll`). What is given becomes a root with a uniform distribution.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def to_pgmpy(ground: GroundSlice) -> Any:
     for cpd in ground.cpds:
         net.add_edges_from((p, cpd.child) for p, _ in cpd.parents)
     for name, variable in ground.variables.items():
-        if name in ground.inputs:
+        if name in ground.given:
             parents: list[str] = []
             table = np.full(variable.card, 1.0 / variable.card)
         else:

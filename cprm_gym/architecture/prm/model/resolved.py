@@ -12,7 +12,7 @@ from ....errors import ModelError, did_you_mean
 from .aggregates import Aggregate
 from .cpds import CPD, Dense, Uniform, check_rows
 from .domains import Domain
-from .schema import Add, Attribute, Input, Parent, PRMClass, Reference, Relation, Replace
+from .schema import Add, Attribute, Given, Parent, PRMClass, Reference, Relation, Replace
 
 Key = tuple[str, str, str, str]
 
@@ -39,7 +39,7 @@ class Slot:
         What the child sees (of the result, for an aggregate).
     source : Labels or Bins
         Domain of the attribute at the end of the chain.
-    is_input, is_static : bool
+    is_given, is_static : bool
     aggregate : Aggregate or None
     """
 
@@ -51,7 +51,7 @@ class Slot:
     owner: str
     domain: Domain
     source: Domain
-    is_input: bool
+    is_given: bool
     is_static: bool
     aggregate: Aggregate | None
 
@@ -96,7 +96,7 @@ class ClassInfo:
     attributes: dict[str, Attribute]
     declared_in: dict[str, str]
     references: dict[str, Reference]
-    inputs: dict[str, Input]
+    given: dict[str, Given]
     rules: dict[str, Rules]
     abstract: bool
 
@@ -203,9 +203,9 @@ class Checked:
             if old is not None and (old.domain != a.domain or old.static != a.static):
                 above = parent.declared_in[a.name]
                 raise ModelError(f"{where}: {a.name!r} overrides an attribute of {above!r} with other states")
-        taken = {"attribute": set(parent.attributes), "reference": set(parent.references), "input": set(parent.inputs)}
+        taken = {"attribute": set(parent.attributes), "reference": set(parent.references), "given": set(parent.given)}
         mine = [("attribute", a.name) for a in c.attributes]
-        mine += [("reference", r.name) for r in c.references] + [("input", i.name) for i in c.inputs]
+        mine += [("reference", r.name) for r in c.references] + [("given", i.name) for i in c.given]
         for kind, label in mine:
             for other, inherited in taken.items():
                 if label in inherited and not (kind == other == "attribute"):
@@ -216,7 +216,7 @@ class Checked:
             {**parent.attributes, **{a.name: a for a in c.attributes}},
             {**parent.declared_in, **{a.name: name for a in c.attributes}},
             {**parent.references, **{r.name: r for r in c.references}},
-            {**parent.inputs, **{i.name: i for i in c.inputs}},
+            {**parent.given, **{i.name: i for i in c.given}},
             {},
             c.abstract,
         )
@@ -300,19 +300,19 @@ class Checked:
 
     def _end_slot(self, parts: list[str], owner: str, text: str, lag: int, role: str, where: str, aggregate: Aggregate | None) -> Slot:
         info, name = self._class(owner, where), parts[-1]
-        found = info.attributes.get(name) or info.inputs.get(name)
+        found = info.attributes.get(name) or info.given.get(name)
         if found is None:
-            known = [*info.attributes, *info.inputs]
+            known = [*info.attributes, *info.given]
             hint = f"{did_you_mean(name, known)} Known: {', '.join(known)}"
             raise ModelError(f"{where}: parent {text!r}: class {owner!r} has no attribute {name!r}.{hint}")
-        is_input = name in info.inputs
+        is_given = name in info.given
         is_static = name in info.attributes and info.attributes[name].static
-        if lag and is_input:
-            raise ModelError(f"{where}: parent {text!r}: an input has no previous value; declare a second input for it")
+        if lag and is_given:
+            raise ModelError(f"{where}: parent {text!r}: what is given has no previous value; declare a second `Given` for it")
         if lag and is_static:
             raise ModelError(f"{where}: parent {text!r}: a static attribute is the same in every slice; leave out 'prev.'")
         domain = found.domain if aggregate is None else aggregate.domain(found.domain, where)
-        return Slot(text, lag, role, tuple(parts[:-1]), name, owner, domain, found.domain, is_input, is_static, aggregate)
+        return Slot(text, lag, role, tuple(parts[:-1]), name, owner, domain, found.domain, is_given, is_static, aggregate)
 
     def _own_slot(self, name: str, text: str, lag: int, where: str, heads: dict[str, str], own: dict[str, Attribute]) -> Slot:
         if name not in own:
@@ -367,17 +367,17 @@ class Checked:
             edges = {}
             for name, rules in info.rules.items():
                 rule = rules.main if part == "main" or rules.initial is None else rules.initial
-                edges[name] = [s.attribute for s in rule.parents if not s.lag and not s.references and not s.is_input]
+                edges[name] = [s.attribute for s in rule.parents if not s.lag and not s.references and not s.is_given]
             _ordered(edges, f"{self.where}, class {info.name!r}")
 
     def _no_relation_cycle(self, info: RelationInfo) -> None:
         edges: dict[str, list[str]] = {}
         for role, name in info.relation.roles:
             for attribute, rules in self.classes[name].rules.items():
-                same = [s for s in rules.main.parents if not s.lag and not s.references and not s.is_input]
+                same = [s for s in rules.main.parents if not s.lag and not s.references and not s.is_given]
                 edges[f"{role}.{attribute}"] = [f"{role}.{s.attribute}" for s in same]
         for label, rules in [*info.rules.items(), *info.changes.items()]:
-            same = [s for s in rules.main.parents if not s.lag and not s.references and not s.is_input]
+            same = [s for s in rules.main.parents if not s.lag and not s.references and not s.is_given]
             edges[label] = [f"{s.role}.{s.attribute}" if s.role else s.attribute for s in same]
         _ordered(edges, f"{self.where}, relation {info.relation.name!r}")
 
@@ -390,7 +390,7 @@ class Checked:
             into = edges.setdefault(child, [])
             for rule in (rules.main, *([rules.initial] if rules.initial else [])):
                 for s in rule.parents:
-                    if s.lag or s.is_input:
+                    if s.lag or s.is_given:
                         continue
                     if not s.references and not s.role:
                         into.append(f"{own}.{s.attribute}")

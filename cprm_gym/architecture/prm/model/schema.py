@@ -2,7 +2,7 @@
 
 Words
 -----
-A *class* has *attributes* (random variables of each of its objects), *references* to objects, and *inputs* (always observed).
+A *class* has *attributes* (random variables of each of its objects), *references* to objects, and what is *given* (always observed).
 A *parent* is written as text: ``"zone"`` of the same object, ``"ball.zone"`` along a slot chain of references, with the prefix
 ``prev.`` in the previous slice; or it is an aggregate over a chain that leads to many objects. A *relation* is over a tuple of
 objects, its roles; while it is active on a tuple it *replaces* the CPD of some attributes of these objects, or *adds* parents.
@@ -131,7 +131,7 @@ class Attribute:
 
 
 @dataclass(frozen=True)
-class Input:
+class Given:
     """A quantity that is always observed (the agent's own motion, a place of a net): context of CPDs, without a prior.
 
     Attributes
@@ -139,7 +139,7 @@ class Input:
     name : str
     domain : Labels, Bins or tuple of str
     default : str or float, optional
-        Taken when a step does not say; without it a missing input is an error.
+        Taken when a step does not say; without it a missing value is an error.
     """
 
     name: str
@@ -147,13 +147,13 @@ class Input:
     default: str | float | None = None
 
     def __post_init__(self) -> None:
-        _name(self.name, "input")
-        object.__setattr__(self, "domain", as_domain(self.domain, f"input {self.name!r}"))
+        _name(self.name, "given")
+        object.__setattr__(self, "domain", as_domain(self.domain, f"given {self.name!r}"))
         if self.default is not None:
             try:
                 state_index(self.domain, self.default, "default")
             except CprmError as error:
-                raise ModelError(f"input {self.name!r}: {error}") from None
+                raise ModelError(f"given {self.name!r}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -177,9 +177,9 @@ class PRMClass:
     name : str
     attributes : tuple of Attribute
     references : tuple of Reference
-    inputs : tuple of Input
+    given : tuple of Given
     extends : str
-        Name of the class whose attributes, references and inputs it inherits; an attribute of the same name overrides
+        Name of the class whose attributes, references and givens it inherits; an attribute of the same name overrides
         (with the same states).
     abstract : bool
         Has no objects of its own.
@@ -188,20 +188,20 @@ class PRMClass:
     name: str
     attributes: tuple[Attribute, ...] = ()
     references: tuple[Reference, ...] = ()
-    inputs: tuple[Input, ...] = ()
+    given: tuple[Given, ...] = ()
     extends: str = ""
     abstract: bool = False
 
     def __post_init__(self) -> None:
         where = f"class {self.name!r}"
         _name(self.name, "class")
-        for what, kind in (("attributes", Attribute), ("references", Reference), ("inputs", Input)):
+        for what, kind in (("attributes", Attribute), ("references", Reference), ("given", Given)):
             items = as_tuple(getattr(self, what), where, what)
             for item in items:
                 if not isinstance(item, kind):
                     raise ModelError(f"{where}: `{what}` holds {kind.__name__} values, got {item!r}")
             object.__setattr__(self, what, items)
-        _unique([*(a.name for a in self.attributes), *(r.name for r in self.references), *(i.name for i in self.inputs)], where)
+        _unique([*(a.name for a in self.attributes), *(r.name for r in self.references), *(i.name for i in self.given)], where)
 
 
 @dataclass(frozen=True)

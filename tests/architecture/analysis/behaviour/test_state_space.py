@@ -74,18 +74,18 @@ def test_every_witness_leads_where_it_says():
         found = analyze_structure(net)
         for verdict in (found.deadlock_free, found.one_safe, found.live, found.reversible):
             if verdict.holds is False:
-                end = system.run(verdict.witness)[-1]
+                end = system.run(verdict.firings)[-1]
                 assert system.describe(end) == verdict.marking
                 seen += 1
         if found.deadlock_free.holds is False:
-            assert not system.enabled(system.run(found.deadlock_free.witness)[-1]).any()
+            assert not system.enabled(system.run(found.deadlock_free.firings)[-1]).any()
     assert seen > 50
 
 
 def test_philosophers_starve_unless_one_is_polite():
     rude = analyze_structure(philosophers(4))
     assert rude.deadlock_free.holds is False
-    assert sorted(rude.deadlock_free.witness) == [f"first{i}" for i in range(4)]
+    assert sorted(rude.deadlock_free.firings) == [f"first{i}" for i in range(4)]
     polite = analyze_structure(philosophers(4, polite=True))
     assert (polite.deadlock_free.holds, polite.live.holds, polite.reversible.holds) == (True, True, True)
     assert polite.home_markings == polite.states
@@ -96,7 +96,7 @@ def test_an_unbounded_net_is_recognised_with_a_sequence_that_can_be_repeated():
     system = System.from_net(net)
     found = analyze_structure(net, Budget(states=100_000))
     assert (found.bounded.holds, found.complete, found.reason) == (False, False, "unbounded")
-    before, after = (system.run(found.bounded.witness + found.bounded.repeat * k)[-1] for k in (1, 2))
+    before, after = (system.run(found.bounded.firings + tuple(step.what for step in found.bounded.loop) * k)[-1] for k in (1, 2))
     assert (after >= before).all()
     assert after.sum() > before.sum()
     assert analyze_structure(producer(3)).bounded.holds is True
@@ -136,7 +136,7 @@ def test_a_deadlock_found_before_the_budget_is_spent_is_reported():
     )
     found = analyze_structure(net, Budget(states=2_000))
     assert (found.complete, found.reason) == (False, "states")
-    assert (found.deadlock_free.holds, found.deadlock_free.witness) == (False, ("stop",))
+    assert (found.deadlock_free.holds, found.deadlock_free.firings) == (False, ("stop",))
     assert (found.live.holds, found.reversible.holds, found.bounded.holds) == (False, False, None)
 
 

@@ -8,8 +8,10 @@ from contract_modules import added, broken, changed, turn_to_ball, without
 from run_replay import Replay
 
 from cprm_gym.architecture.analysis.behaviour.state_space import Budget
-from cprm_gym.architecture.analysis.modules.contracts import TITLES, caller, check_contract
-from cprm_gym.architecture.analysis.timed.state_space import timed_system
+from cprm_gym.architecture.analysis.modules.contracts import check_contract
+from cprm_gym.architecture.analysis.timed.environment import caller
+from cprm_gym.architecture.analysis.timed.system import timed_system
+from cprm_gym.architecture.analysis.verdicts import TITLES
 from cprm_gym.architecture.petri import Belief, PetriNet, Place, Ports, Transition, flatten
 from cprm_gym.errors import NetError
 

@@ -10,7 +10,7 @@ from structure_oracle import Oracle
 from cprm_gym.architecture.analysis.behaviour.coverability import OMEGA, karp_miller
 from cprm_gym.architecture.analysis.behaviour.state_space import Budget, explore
 from cprm_gym.architecture.analysis.net_arrays import System
-from cprm_gym.architecture.analysis.report import conservative
+from cprm_gym.architecture.analysis.structure.conservation import conservative
 from cprm_gym.architecture.analysis.structure.invariants import flow_basis, semiflows, structural_bounds
 from cprm_gym.architecture.analysis.structure.siphons import is_ordinary, minimal_siphons, minimal_traps, unprotected_siphon
 from cprm_gym.architecture.petri import PetriNet, Place, Transition

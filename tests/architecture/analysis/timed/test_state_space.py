@@ -7,15 +7,16 @@ import pytest
 from reference_interpreter import Reference
 from structure_nets import random_net
 
-from cprm_gym.architecture.analysis.kernels import cycles as kernels
-from cprm_gym.architecture.analysis.timed.state_space import explore_cycles, timed_system
+from cprm_gym.architecture.analysis.kernels import timed as kernels
+from cprm_gym.architecture.analysis.timed.state_space import explore_timed
+from cprm_gym.architecture.analysis.timed.system import timed_system
 from cprm_gym.architecture.petri import INFINITE, Executor, Input, Math, ObjectPlace, PetriNet, Place, Selection, Semantics, Transition
 from cprm_gym.errors import LivelockError, NetError
 
 
 def firings(net, transition):
     """Cycles at which a transition fires in some run, over the first 20 cycles, following a shortest run to each of its firings."""
-    space = explore_cycles(net)
+    space = explore_timed(net)
     label = [t.name for t in space.system.transitions].index(transition)
     found = set()
     for edge in np.flatnonzero(space.graph.labels == label):
@@ -35,7 +36,7 @@ def test_figure_2_5_fires_a_b_d_c_d():
             Transition("D", ("d",), ("end",)),
         ),
     )
-    space = explore_cycles(net)
+    space = explore_timed(net)
     last = int(np.flatnonzero(space.markings[:, -1] == 2)[0])
     assert [(s.cycle, s.what) for s in space.run(last)] == [(0, "A"), (2, "B"), (2, "D"), (5, "C"), (5, "D")]
 
@@ -88,7 +89,7 @@ def test_two_delays_due_at_once_follow_the_declared_order_and_are_reported():
         (Place("p", tokens=1), Place("q")),
         (Transition("first", ("p",), ("q",), delay=6), Transition("second", ("p",), ("q",), delay=6)),
     )
-    space = explore_cycles(net)
+    space = explore_timed(net)
     assert firings(net, "first") == {6}
     assert firings(net, "second") == set()
     assert space.ties[0, 1]
@@ -110,7 +111,7 @@ def test_test_and_inhibitor_arc_of_one_threshold_leave_no_gap_and_no_overlap():
             Transition("run", ("p",), ("far",), tests={"distance": 0.7}),
         ),
     )
-    space = explore_cycles(net)
+    space = explore_timed(net)
     ends = {tuple(space.marking(i)) for i in range(space.n_nodes) if space.kinds[i] == kernels.OVER}
     assert ends == {("near",), ("far",)}
 
@@ -143,8 +144,8 @@ def test_math_places_with_one_expression_of_the_same_things_agree():
 
 def test_bounds_cut_away_what_cannot_be():
     net = PetriNet("bounds", (Place("p", tokens=1), Input("x")), (Transition("t", ("p",), tests={"x": 5}),))
-    assert "t" in {s.what for i in range(explore_cycles(net).n_nodes) for s in explore_cycles(net).run(i)}
-    space = explore_cycles(timed_system(net, bounds={"x": (0, 4)}))
+    assert "t" in {s.what for i in range(explore_timed(net).n_nodes) for s in explore_timed(net).run(i)}
+    space = explore_timed(timed_system(net, bounds={"x": (0, 4)}))
     assert not (space.graph.labels == 0).any()
 
 
@@ -156,7 +157,7 @@ def test_a_math_place_stays_within_what_its_expression_can_give():
     )
     assert firings(net, "strong") == set()
     assert 0 in firings(net, "weak")
-    space = explore_cycles(timed_system(net, bounds={"x": (0, 50)}))
+    space = explore_timed(timed_system(net, bounds={"x": (0, 50)}))
     assert not (space.graph.labels == 1).any()
 
 
@@ -171,13 +172,13 @@ def test_bounds_that_contradict_each_other_are_refused():
 def test_more_clocks_than_a_number_of_servers_can_be_are_refused_by_name():
     net = PetriNet("servers", (Place("p", tokens=3),), (Transition("slow", ("p",), delay=2, servers=INFINITE),))
     with pytest.raises(NetError, match=r"'slow'.*up to 64 clocks.*it may have 256; give its input places capacities"):
-        explore_cycles(net)
+        explore_timed(net)
 
 
 @pytest.mark.parametrize(("servers", "cycles"), [(1, [5, 10, 15]), (2, [5, 5, 10]), (INFINITE, [5, 5, 5])])
 def test_servers_work_at_once(servers, cycles):
     net = PetriNet("queue", (Place("p", tokens=3, capacity=3), Place("q")), (Transition("t", ("p",), ("q",), delay=5, servers=servers),))
-    space = explore_cycles(net)
+    space = explore_timed(net)
     last = int(np.flatnonzero(space.markings[:, 1] == 3)[0])
     assert [s.cycle for s in space.run(last)] == cycles
 
@@ -225,7 +226,7 @@ def test_a_clock_restarts_when_a_firing_enables_what_the_environment_had_disable
             Transition("t", ("p",), ("q",), tests={"m": 1}, delay=3),
         ),
     )  # fmt: skip
-    space, executor = explore_cycles(net), Executor(net)
+    space, executor = explore_timed(net), Executor(net)
     columns = [executor.net.place(name) for name in space.system.places]
     here = np.arange(space.n_nodes) == 0
     for cycle in range(5):
@@ -240,7 +241,7 @@ def test_clocks_of_several_servers_are_those_of_the_reference_interpreter():
     seen = set()
     for seed in range(200):
         net = random_net(seed, inputs=False, immediate=False)
-        space = explore_cycles(net)
+        space = explore_timed(net)
         assert space.complete
         reference = Reference(net)
         node, ends = 0, np.flatnonzero(space.kinds == kernels.OVER)
@@ -262,7 +263,7 @@ def test_every_run_of_random_nets_is_among_those_explored():
     followed = 0
     for seed in range(150):
         net = random_net(seed)
-        space = explore_cycles(net)
+        space = explore_timed(net)
         assert space.complete
         executor = Executor(net)
         draw = random.Random(seed)
@@ -316,7 +317,7 @@ def test_runs_with_selected_and_carried_objects_are_among_those_explored():
             Transition("wait", (), (), inhibitors=("mate",), sets={"passes": 0}, tests=("passes",), delay=2),
         ),
     )
-    space = explore_cycles(net)
+    space = explore_timed(net)
     assert space.complete
     assert [v.is_object for v in space.system.variables] == [True, False]
     executor = Executor(net, objects={"Teammate": 2})

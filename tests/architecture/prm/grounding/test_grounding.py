@@ -15,7 +15,7 @@ from cprm_gym.architecture.prm.model.aggregates import All, AnyCause, Count, Exi
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError
 
 FLIP = Table({"yes": (0.2, 0.8), "no": (0.7, 0.3)})
@@ -26,7 +26,7 @@ def test_one_variable_for_every_object_and_attribute():
     assert len(ground.variables) == 3 * 8 + 2
     assert ground.by_child["ball.dist"].parents == (("ball.dist", 1), ("ball.vdist", 1))
     assert ground.by_child["o1.dist"].parents == ()
-    assert ground.inputs == ("ball.turn", "o1.turn", "o2.turn")
+    assert ground.given == ("ball.turn", "o1.turn", "o2.turn")
 
 
 def test_objects_of_a_class_share_the_table_and_its_key():
@@ -282,14 +282,14 @@ def test_an_aggregate_over_many_objects_is_a_chain_of_small_tables():
     assert "judge.count(players.x=yes)#12" in ground.variables
 
 
-def test_inputs_have_no_cpd_and_take_their_defaults():
+def test_what_is_given_has_no_cpd_and_takes_its_default():
     world = scene(opponents=1)
     ground = world.ground()
     assert "ball.turn" not in ground.by_child
     assert world.with_defaults(ground, {"o1.turn": -0.5}) == {"o1.turn": -0.5, "ball.turn": 2}
-    needy = PRMClass("C", (Attribute("x", BOOL),), inputs=(Input("act", BOOL),))
+    needy = PRMClass("C", (Attribute("x", BOOL),), given=(Given("act", BOOL),))
     world = Grounding(Model("m", (needy,)), {"c": "C"})
-    with pytest.raises(EvidenceError, match=r"input 'c.act' is not given and has no default"):
+    with pytest.raises(EvidenceError, match=r"'c.act' must be given: it has no default"):
         world.with_defaults(world.ground(), {})
 
 
@@ -319,7 +319,7 @@ def test_evidence_for_a_ground_variable_is_refused_by_its_name():
         (lambda: slice_(cpd("a", (("a", 0),), [[0.5, 0.5]] * 2)), "cycle: a -> a"),
         (lambda: slice_(cpd("a", (), [0.2, 0.3, 0.5])), "3 probabilities for 2 states"),
         (lambda: slice_(cpd("a", (("a", 2),), [[0.5, 0.5]] * 2)), "lag of parent 'a' is 2"),
-        (lambda: GroundSlice({"a": GroundVariable("a", ("x", "y"))}, ()), "'a' has no CPD and is not an input"),
+        (lambda: GroundSlice({"a": GroundVariable("a", ("x", "y"))}, ()), "'a' has no CPD and is not given"),
     ],
 )
 def test_a_slice_that_is_no_net_is_refused(build, message):
@@ -353,8 +353,8 @@ def test_grounding_any_set_of_attended_opponents_gives_a_valid_net(bits, possess
     assert all(abs(c.table.sum(axis=-1) - 1).max() < 1e-12 for c in ground.cpds)
 
 
-def test_the_corridor_with_an_input_equals_the_recorded_case():
-    """d15: where the action is an input instead of a variable with a prior."""
+def test_the_corridor_with_a_given_action_equals_the_recorded_case():
+    """d15: where the action is given instead of a variable with a prior."""
     case = load("d15")
     step = filter_slices(case)["step"]
     cell = Labels(tuple(str(k) for k in range(12)))
@@ -364,7 +364,7 @@ def test_the_corridor_with_an_input_equals_the_recorded_case():
             Attribute("pos", cell, Dense(step.by_child["pos"].table), parents=("prev.pos", "act"), initial=Uniform()),
             Attribute("door", BOOL, Dense(step.by_child["door"].table), parents=("pos",)),
         ),
-        inputs=(Input("act", Labels(("stay", "left", "right"))),),
+        given=(Given("act", Labels(("stay", "left", "right"))),),
     )
     world = Grounding(Model("corridor", (robot,)), {"r": "Robot"})
     belief = marginal(world.ground(first=True), "r.pos", {"r.door": case["steps"][0]["evidence"]["door"], "r.act": 0})

@@ -66,10 +66,10 @@ def test_filter_gives_the_recorded_posteriors(name):
         if step.get("impossible"):
             before = filter_.snapshot()
             with pytest.raises(ImpossibleEvidence):
-                filter_.step(step["evidence"], step["soft"], active=relations)
+                filter_.step(step["evidence"], step["soft"], relations=relations)
             assert filter_.belief is before.belief
             continue
-        result = filter_.step(step["evidence"], step["soft"], active=relations)
+        result = filter_.step(step["evidence"], step["soft"], relations=relations)
         assert result.exact
         assert result.increment[0] == pytest.approx(step["log_evidence_increment"], abs=EXACT)
         assert result.log_likelihood[0] == pytest.approx(step["log_evidence"], abs=EXACT)
@@ -80,7 +80,7 @@ def test_filter_gives_the_recorded_posteriors(name):
         for joint in step["joints"]:
             np.testing.assert_allclose(result.joint(*joint["vars"])[0].ravel(), joint["table"], atol=EXACT)
     for ahead in case.get("predict", []):
-        result = filter_.predict(ahead["horizon"], active=ahead["cpds"])
+        result = filter_.predict(ahead["horizon"], relations=ahead["cpds"])
         for variable, posterior in ahead["posterior"].items():
             np.testing.assert_allclose(result[variable][0], posterior, atol=EXACT)
     if "smoothed" in case:
@@ -103,19 +103,19 @@ def test_a_batch_of_agents_with_different_readings_missing_is_each_agent_alone(n
         for variable, state in step["evidence"].items():
             kept = rng.random(width) < 0.7 if "obs" in variable else np.ones(width, bool)
             evidence[variable] = np.where(kept, state, -1)
-        together = batch.step(evidence, step["soft"], active=relations)
+        together = batch.step(evidence, step["soft"], relations=relations)
         for w, one in enumerate(alone):
-            single = one.step({v: int(s[w]) for v, s in evidence.items()}, step["soft"], active=relations)
+            single = one.step({v: int(s[w]) for v, s in evidence.items()}, step["soft"], relations=relations)
             assert together.log_likelihood[w] == pytest.approx(single.log_likelihood[0], abs=EXACT)
             for variable in step["posterior"]:
                 np.testing.assert_allclose(together[variable][w], single[variable][0], atol=EXACT)
 
 
-def test_a_place_as_an_input_gives_the_posteriors_without_its_prior():
+def test_a_place_that_is_given_gives_the_posteriors_without_its_prior():
     case = load("d10_places_observed")
-    filter_ = Filter(Schedule(case, inputs=("pl", "tok")))
+    filter_ = Filter(Schedule(case, given=("pl", "tok")))
     for step, relations in zip(case["steps"], case["schedule"]):
-        result = filter_.step(step["evidence"], step["soft"], active=relations)
+        result = filter_.step(step["evidence"], step["soft"], relations=relations)
         for variable, posterior in step["posterior"].items():
             np.testing.assert_allclose(result[variable][0], posterior, atol=EXACT)
         prior = -(result.step + 1) * np.log(6.0)
@@ -131,7 +131,7 @@ def test_log_likelihood_of_a_long_chain_does_not_underflow():
     later = GroundSlice(names, (GroundCPD("x", (("x", 1),), move, "x"), reading))
 
     class Chain:
-        def ground(self, active=(), first=False, slices=(later, first)):
+        def ground(self, relations=(), first=False, slices=(later, first)):
             return slices[first]
 
     filter_ = Filter(Chain())

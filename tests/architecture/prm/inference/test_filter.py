@@ -25,7 +25,7 @@ class Fixed:
     def __init__(self, first: GroundSlice, later: GroundSlice) -> None:
         self.slices = {True: first, False: later}
 
-    def ground(self, active=(), first=False):
+    def ground(self, relations=(), first=False):
         return self.slices[first]
 
 
@@ -45,12 +45,12 @@ def test_missing_readings_never_compile_a_new_plan():
     rng = np.random.default_rng(0)
     active = scene.all_attended()
     for _ in range(4):
-        filter_.step(scene.readings(rng, 3), active=active)
+        filter_.step(scene.readings(rng, 3), relations=active)
     compiled = filter_.engine.compiler.compiled
     for _ in range(20):
         evidence = scene.readings(rng, 3)
         evidence = {n: np.where(rng.random(3) < 0.5, v, -1) if "obs" in n else v for n, v in evidence.items()}
-        filter_.step(evidence, active=active)
+        filter_.step(evidence, relations=active)
     assert filter_.engine.compiler.compiled == compiled
 
 
@@ -59,7 +59,7 @@ def test_objects_of_the_same_class_run_as_one_batch():
     filter_ = Filter(scene)
     rng = np.random.default_rng(0)
     for _ in range(3):
-        filter_.step(scene.readings(rng), active=scene.all_attended())
+        filter_.step(scene.readings(rng), relations=scene.all_attended())
     costs = filter_.cost(scene.all_attended())
     assert sorted(c.objects for c in costs) == [11, 12, 12]
 
@@ -73,15 +73,15 @@ def test_a_relation_that_was_on_before_needs_no_new_plan():
     def around():
         for active in pattern:
             for _ in range(3):
-                filter_.step(scene.readings(rng), active=active)
+                filter_.step(scene.readings(rng), relations=active)
 
     filter_.step(scene.readings(rng))
     around()
     around()
-    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.transitions)
+    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.slice_steps)
     around()
     assert filter_.engine.compiler.compiled == compiled
-    assert len(filter_.engine.compiler.transitions) == made
+    assert len(filter_.engine.compiler.slice_steps) == made
 
 
 def test_cost_grows_linearly_with_unattended_opponents():
@@ -103,15 +103,15 @@ def test_cost_is_known_before_the_step_and_a_step_beyond_the_memory_is_refused()
     held = Active(("o1",), "o1")
     filter_.step(scene.readings(rng))
     for _ in range(2):
-        filter_.step(scene.readings(rng), active=held)
+        filter_.step(scene.readings(rng), relations=held)
     before = filter_.snapshot()
     costs = filter_.cost(Active(("o1",)))
     assert costs[0].largest >= 8e8
     assert costs[0].bytes > 6e9
     with pytest.raises(CostError, match="GiB"):
-        filter_.step(scene.readings(rng), active=Active(("o1",)))
+        filter_.step(scene.readings(rng), relations=Active(("o1",)))
     assert filter_.belief is before.belief
-    filter_.step(scene.readings(rng), active=held)
+    filter_.step(scene.readings(rng), relations=held)
 
 
 def test_a_variable_that_becomes_a_parent_in_time_later_is_brought_back():
@@ -149,7 +149,7 @@ def test_a_model_with_classes_is_filtered_and_new_relations_need_no_telling():
     grounding = goalie_scene(bins=4, opponents=2)
     filter_ = Filter(grounding, batch=2, window=4)
     for relations in ((), ("attended(o1)",), ("attended(o1)", "possesses(o1,ball)"), ("attended(o1)",)):
-        result = filter_.step({"ball.seen": "yes", "ball.obs_dist": np.array([3.0, 12.0])}, active=relations)
+        result = filter_.step({"ball.seen": "yes", "ball.obs_dist": np.array([3.0, 12.0])}, relations=relations)
     assert result.exact
     np.testing.assert_allclose(result["ball.dist"].sum(axis=1), 1.0, atol=1e-12)
     np.testing.assert_allclose(filter_.smooth()[-1]["o1.dist"], result["o1.dist"], atol=1e-10)
@@ -167,15 +167,15 @@ def test_agents_that_begin_anew_are_new_filters(engine):
     alone = [Filter(world) for _ in range(width)]
     for t in range(8):
         active = (int(t % 5),) if t else ()
-        evidence = {n: rng.integers(0, v.card, width) for n, v in world.ground().variables.items() if "obs" in n or n in world.inputs}
+        evidence = {n: rng.integers(0, v.card, width) for n, v in world.ground().variables.items() if "obs" in n or n in world.given}
         if t in (3, 5):
             mask = rng.random(width) < 0.5
             batch.reset(mask)
             for w in np.flatnonzero(mask):
                 alone[w].reset()
-        result = batch.step(evidence, active=active)
+        result = batch.step(evidence, relations=active)
         for w, one in enumerate(alone):
-            single = one.step({n: int(v[w]) for n, v in evidence.items()}, active=active)
+            single = one.step({n: int(v[w]) for n, v in evidence.items()}, relations=active)
             assert result.log_likelihood[w] == pytest.approx(single.log_likelihood[0], abs=1e-10)
             for name in result:
                 np.testing.assert_allclose(result[name][w], single[name][0], atol=1e-10)
@@ -184,13 +184,13 @@ def test_agents_that_begin_anew_are_new_filters(engine):
 
 def test_a_snapshot_is_the_whole_state():
     filter_ = umbrella(batch=2, window=3)
-    filter_.step(active="prior")
-    filter_.step({"umb": [0, 1]}, active="step")
+    filter_.step(relations="prior")
+    filter_.step({"umb": [0, 1]}, relations="step")
     kept = filter_.snapshot()
-    first = filter_.step({"umb": 1}, active="step")
-    filter_.step({"umb": 0}, active="step")
+    first = filter_.step({"umb": 1}, relations="step")
+    filter_.step({"umb": 0}, relations="step")
     filter_.restore(kept)
-    again = filter_.step({"umb": 1}, active="step")
+    again = filter_.step({"umb": 1}, relations="step")
     np.testing.assert_array_equal(first["rain"], again["rain"])
     np.testing.assert_array_equal(first.log_likelihood, again.log_likelihood)
     assert again.step == 2
@@ -198,10 +198,10 @@ def test_a_snapshot_is_the_whole_state():
 
 def test_prediction_leaves_the_filter_where_it_is():
     filter_ = umbrella()
-    filter_.step(active="prior")
-    filter_.step({"umb": 1}, active="step")
+    filter_.step(relations="prior")
+    filter_.step({"umb": 1}, relations="step")
     belief = filter_.belief
-    ahead = filter_.predict(50, active="step")
+    ahead = filter_.predict(50, relations="step")
     np.testing.assert_allclose(ahead["rain"], 0.5, atol=1e-12)
     assert filter_.belief is belief
     assert filter_.step_count == 2
@@ -233,7 +233,7 @@ def test_a_number_falls_into_its_bin_and_an_angle_goes_round():
 
 def test_wrong_observations_are_refused_by_name_and_change_nothing():
     filter_ = umbrella(batch=2)
-    filter_.step(active="prior")
+    filter_.step(relations="prior")
     before = filter_.snapshot()
     wrong = [
         ({"umb": 2}, "'umb': 2 is no state"),
@@ -247,7 +247,7 @@ def test_wrong_observations_are_refused_by_name_and_change_nothing():
     ]
     for evidence, match in wrong:
         with pytest.raises(EvidenceError, match=match):
-            filter_.step(evidence, active="step")
+            filter_.step(evidence, relations="step")
     for soft, match in [
         ({"umb": [1.0]}, "shape"),
         ({"umb": [-1.0, 1.0]}, "negative"),
@@ -255,7 +255,7 @@ def test_wrong_observations_are_refused_by_name_and_change_nothing():
         ({"u": [1, 1]}, "'u'"),
     ]:
         with pytest.raises(EvidenceError, match=match):
-            filter_.step({}, soft, active="step")
+            filter_.step({}, soft, relations="step")
     assert filter_.belief is before.belief
     assert filter_.step_count == 1
 
@@ -263,17 +263,17 @@ def test_wrong_observations_are_refused_by_name_and_change_nothing():
 def test_evidence_may_be_an_array_in_the_order_of_the_variables():
     one, other = umbrella(batch=3), umbrella(batch=3)
     for filter_ in (one, other):
-        filter_.step(active="prior")
+        filter_.step(relations="prior")
     hard = np.full((2, 3), -1)
     hard[one.variables("step").index("umb")] = [0, 1, -1]
-    np.testing.assert_array_equal(one.step(hard, active="step")["rain"], other.step({"umb": [0, 1, None]}, active="step")["rain"])
+    np.testing.assert_array_equal(one.step(hard, relations="step")["rain"], other.step({"umb": [0, 1, None]}, relations="step")["rain"])
     with pytest.raises(EvidenceError, match="shape"):
-        one.step(hard[:1], active="step")
+        one.step(hard[:1], relations="step")
 
 
 def test_an_unknown_name_in_a_question_is_answered_with_the_nearest():
     filter_ = umbrella()
-    result = filter_.step(active="prior")
+    result = filter_.step(relations="prior")
     with pytest.raises(ModelError, match=r"'rian'.*'rain'"):
         result["rian"]
     with pytest.raises(ModelError, match="'um'"):
@@ -292,23 +292,23 @@ def test_wrong_settings_are_refused(wrong):
 
 def test_jeffrey_demands_a_posterior_and_pearl_weighs_it():
     filter_ = umbrella(batch=2)
-    filter_.step(active="prior")
+    filter_.step(relations="prior")
     soft = filter_.jeffrey({"rain": [0.3, 0.7]})
-    np.testing.assert_allclose(filter_.step({}, soft, active="step")["rain"], [[0.3, 0.7]] * 2, atol=1e-12)
+    np.testing.assert_allclose(filter_.step({}, soft, relations="step")["rain"], [[0.3, 0.7]] * 2, atol=1e-12)
     pearl = umbrella()
-    pearl.step(active="prior")
-    doubled = pearl.step({}, {"rain": [0.6, 1.4]}, active="step")
+    pearl.step(relations="prior")
+    doubled = pearl.step({}, {"rain": [0.6, 1.4]}, relations="step")
     np.testing.assert_allclose(doubled["rain"], [[0.3, 0.7]], atol=1e-12)
     assert doubled.increment[0] == pytest.approx(np.log(0.5 * 0.6 + 0.5 * 1.4))
 
 
-def test_an_input_must_be_observed():
+def test_what_is_given_must_be_told():
     case = load("d10_places_observed")
-    filter_ = Filter(Schedule(case, inputs=("pl", "tok")))
-    with pytest.raises(EvidenceError, match="input 'tok'"):
-        filter_.step({"pl": 1}, active="prior")
+    filter_ = Filter(Schedule(case, given=("pl", "tok")))
+    with pytest.raises(EvidenceError, match="'tok' must be given"):
+        filter_.step({"pl": 1}, relations="prior")
     with pytest.raises(EvidenceError, match="soft evidence for 'pl'"):
-        filter_.step({"pl": 1, "tok": 0}, {"pl": [1.0, 2.0]}, active="prior")
+        filter_.step({"pl": 1, "tok": 0}, {"pl": [1.0, 2.0]}, relations="prior")
 
 
 # ------------------------------------------------------------------------------------------------------ impossible evidence
@@ -395,9 +395,7 @@ def test_no_policy_ever_gives_a_nan(policy, seed):
     filter_ = Filter(world, batch=3, on_impossible=policy)
     for t in range(6):
         evidence = {
-            n: rng.integers(0, v.card, 3)
-            for n, v in world.ground(first=t == 0).variables.items()
-            if n in world.inputs or rng.random() < 0.6
+            n: rng.integers(0, v.card, 3) for n, v in world.ground(first=t == 0).variables.items() if n in world.given or rng.random() < 0.6
         }
         result = filter_.step(evidence)
         assert np.isfinite(result.log_likelihood).all()
@@ -445,11 +443,11 @@ def test_what_is_remembered_stays_bounded_when_names_come_and_go():
     old = ["a"]
     for t in range(1500):
         new = ["a", f"n{t}", f"n{t - 1}"][: 3 if t else 2]
-        result = filter_.step(active=slice_of(new, old))
+        result = filter_.step(relations=slice_of(new, old))
         old = new
     assert result["a"].sum() == pytest.approx(1.0)
     compiler = filter_.engine.compiler
-    assert len(compiler.transitions) <= 512
+    assert len(compiler.slice_steps) <= 512
     assert len(compiler.layouts) <= 512
     assert compiler.compiled < 10
 
@@ -459,13 +457,13 @@ def test_what_is_remembered_stays_bounded_when_names_come_and_go():
 
 def test_a_window_does_not_reach_back_over_agents_that_began_anew():
     filter_ = umbrella(batch=2, window=10)
-    filter_.step(active="prior")
-    filter_.step({"umb": 1}, active="step")
+    filter_.step(relations="prior")
+    filter_.step({"umb": 1}, relations="step")
     filter_.reset([0])
-    filter_.step({"umb": 1}, active="step")
+    filter_.step({"umb": 1}, relations="step")
     with pytest.raises(ParameterError, match="went on"):
         filter_.smooth()
-    result = filter_.step({"umb": 0}, active="step")
+    result = filter_.step({"umb": 0}, relations="step")
     smoothed = filter_.smooth()
     assert len(smoothed) == 1
     np.testing.assert_allclose(smoothed[0]["rain"], result["rain"], atol=1e-12)
@@ -476,14 +474,14 @@ def test_the_last_step_is_done_again_with_the_agents_that_began_anew():
     world = RandomWorld(3, static=False)
     batch, alone = Filter(world, batch=2), [Filter(world), Filter(world)]
     rng = np.random.default_rng(0)
-    names = [n for n in world.ground().variables if "obs" in n or n in world.inputs]
+    names = [n for n in world.ground().variables if "obs" in n or n in world.given]
     for t in range(5):
         evidence = {n: rng.integers(0, 2, 2) for n in names}
         if t == 3:
             batch.reset([1])
             alone[1].reset()
             batch.engine.temporal = frozenset()
-            batch.engine.compiler.transitions.clear()
+            batch.engine.compiler.slice_steps.clear()
             for info in batch._infos.values():
                 info._statuses.clear()
         result = batch.step(evidence)
@@ -496,12 +494,12 @@ def test_a_belief_is_projected_on_demand_and_says_what_it_lost():
     case = load("d07_entangle_min")
     filter_ = Filter(Schedule(case))
     for step, relations in list(zip(case["steps"], case["schedule"]))[:5]:
-        result = filter_.step(step["evidence"], active=relations)
+        result = filter_.step(step["evidence"], relations=relations)
     joint = result.joint("A", "B")[0]
     product = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
     loss = filter_.project([("A",), ("B",)])
     assert loss[0] == pytest.approx((joint * np.log(joint / product)).sum(), abs=1e-12)
-    result = filter_.step({}, active="off")
+    result = filter_.step({}, relations="off")
     assert not result.exact
     after = result.joint("A", "B")[0]
     np.testing.assert_allclose(after, after.sum(axis=1, keepdims=True) * after.sum(axis=0, keepdims=True), atol=1e-14)
@@ -531,7 +529,7 @@ def test_possession_that_passes_on_entangles_both_players_through_the_ball():
     made = {(a, f): slice_of(a, f) for a in ("", "p", "q") for f in (False, True)}
 
     class Passing:
-        def ground(self, active="", first=False):
+        def ground(self, relations="", first=False):
             return made[active or "", first]
 
     filter_ = Filter(Passing())
@@ -541,7 +539,7 @@ def test_possession_that_passes_on_entangles_both_players_through_the_ball():
         evidence = {f"s{n}": int(rng.integers(0, 3)) for n in "bpq" if rng.random() < 0.6}
         slices.append(made[active, t == 0])
         hard.append(evidence)
-        result = filter_.step(evidence, active=active)
+        result = filter_.step(evidence, relations=active)
         joint = unrolled_joint(slices, hard, [{}] * 7, [("p", t), ("q", t)])
         np.testing.assert_allclose(result.joint("p", "q")[0], joint / joint.sum(), atol=1e-12)
         pq = joint / joint.sum()
@@ -620,12 +618,12 @@ def test_every_engine_stays_a_distribution_through_beginnings_and_impossible_rea
         evidence = {}
         for name, variable in world.ground(active, first=t == 0).variables.items():
             chance = 0.7 if name.split(".")[-1] in ("obs", "seen") else 0.15
-            if name in world.inputs or rng.random() < chance:
-                evidence[name] = np.where((rng.random(width) < 0.8) | (name in world.inputs), rng.integers(0, variable.card, width), -1)
+            if name in world.given or rng.random() < chance:
+                evidence[name] = np.where((rng.random(width) < 0.8) | (name in world.given), rng.integers(0, variable.card, width), -1)
         mask = rng.random(width) < (0.3 if t else 0.0)
         for filter_ in filters:
             filter_.reset(mask)
-            result = filter_.step(evidence, active=active)
+            result = filter_.step(evidence, relations=active)
             assert np.isfinite(result.log_likelihood).all()
             for name in result:
                 np.testing.assert_allclose(result[name].sum(axis=1), 1.0, atol=1e-9)
@@ -635,13 +633,13 @@ def test_every_engine_stays_a_distribution_through_beginnings_and_impossible_rea
 def test_jeffrey_moves_one_variable_after_the_other():
     filter_ = Filter(Schedule(load("d07_entangle_min")))
     for relations in ("prior", "off", "on"):
-        filter_.step({"oA": 1}, active=relations)
-    soft = filter_.jeffrey({"A": [0.2, 0.8], "B": [0.6, 0.4]}, active="on")
-    result = filter_.step({}, soft, active="on")
+        filter_.step({"oA": 1}, relations=relations)
+    soft = filter_.jeffrey({"A": [0.2, 0.8], "B": [0.6, 0.4]}, relations="on")
+    result = filter_.step({}, soft, relations="on")
     np.testing.assert_allclose(result["B"], [[0.6, 0.4]], atol=1e-12)
     assert abs(result["A"][0, 0] - 0.2) > 1e-3
     with pytest.raises(EvidenceError, match="distribution"):
-        filter_.jeffrey({"A": [0.2, 0.9]}, active="on")
+        filter_.jeffrey({"A": [0.2, 0.9]}, relations="on")
 
 
 def test_plans_of_steps_to_come_can_be_made_beforehand():
@@ -650,16 +648,16 @@ def test_plans_of_steps_to_come_can_be_made_beforehand():
     rng = np.random.default_rng(0)
     path = [Active(("o1",)), Active(("o1",)), Active(("o1",), "o1"), Active(("o1",), "o1")]
     for _ in range(3):
-        filter_.step(scene.readings(rng), active=path[0])
+        filter_.step(scene.readings(rng), relations=path[0])
     before = filter_.snapshot()
     assert filter_.prepare(path) > 0
     assert filter_.prepare(path) == 0
     assert filter_.belief is before.belief
-    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.transitions)
+    compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.slice_steps)
     for active in path:
-        filter_.step(scene.readings(rng), active=active)
+        filter_.step(scene.readings(rng), relations=active)
     assert filter_.engine.compiler.compiled == compiled
-    assert len(filter_.engine.compiler.transitions) == made
+    assert len(filter_.engine.compiler.slice_steps) == made
 
 
 def test_an_atemporal_variable_that_is_first_used_late_can_be_named():
@@ -671,15 +669,15 @@ def test_an_atemporal_variable_that_is_first_used_late_can_be_named():
     biased = GroundSlice({"coin": names["coin"]}, (GroundCPD("coin", (("bias", -1),), toss, "c"),))
     filter_ = Filter(Fixed(first, quiet), static=["bias"])
     for slice_ in (first, quiet, quiet):
-        filter_.step({"coin": 0}, active=slice_)
-    result = filter_.step({"coin": 0}, active=biased)
+        filter_.step({"coin": 0}, relations=slice_)
+    result = filter_.step({"coin": 0}, relations=biased)
     expected = prior * toss[:, 0]
     np.testing.assert_allclose(result["bias"][0], expected / expected.sum(), atol=1e-12)
     unnamed = Filter(Fixed(first, quiet))
     for slice_ in (first, quiet, quiet):
-        unnamed.step({"coin": 0}, active=slice_)
+        unnamed.step({"coin": 0}, relations=slice_)
     with pytest.raises(ModelError, match="bias"):
-        unnamed.step({"coin": 0}, active=biased)
+        unnamed.step({"coin": 0}, relations=biased)
 
 
 def test_threads_share_the_agents_and_change_nothing():
@@ -688,7 +686,7 @@ def test_threads_share_the_agents_and_change_nothing():
     one, three = Filter(scene, batch=7), Filter(scene, batch=7, threads=3)
     for active in (Active(), Active(("o1",)), Active(("o1",), "o1"), Active(("o1",), "o1")):
         readings = scene.readings(rng, 7)
-        mine, theirs = one.step(readings, active=active), three.step(readings, active=active)
+        mine, theirs = one.step(readings, relations=active), three.step(readings, relations=active)
         np.testing.assert_array_equal(mine.log_likelihood, theirs.log_likelihood)
         for name in scene.hidden(active):
             np.testing.assert_array_equal(mine[name], theirs[name])

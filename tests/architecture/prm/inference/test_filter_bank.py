@@ -11,13 +11,13 @@ from cprm_gym.architecture.prm.inference.views import View
 from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
 from cprm_gym.architecture.prm.model.domains import Bins
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Attribute, Input, PRMClass, Reference, Relation, Replace, prev
+from cprm_gym.architecture.prm.model.schema import Attribute, Given, PRMClass, Reference, Relation, Replace, prev
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
 
 PLACE = Bins((0.0, 1.0, 2.0, 3.0, 4.0), clip=True)
 BALL = PRMClass(
     "Ball",
-    inputs=(Input("push", ("no", "yes"), default="no"),),
+    given=(Given("push", ("no", "yes"), default="no"),),
     attributes=(
         Attribute("at", PLACE, parents=(prev("at"), "push"),
                   cpd=Switch("push", {"no": Noise("prev.at", sd=0.5), "yes": Noise("prev.at + 1", sd=0.7)}), initial=Noise("2", sd=2.0)),
@@ -91,7 +91,7 @@ def test_a_bank_answers_as_one_filter_for_each_agent_does(engine):
                 own[k].reset()
         bank.step(evidence, links(first, second, holder), due)
         for k in np.flatnonzero(due):
-            expected = own[k].step({name: int(values[k]) for name, values in evidence.items()}, active=named(first, second, holder, k))
+            expected = own[k].step({name: int(values[k]) for name, values in evidence.items()}, relations=named(first, second, holder, k))
             for name in HIDDEN:
                 np.testing.assert_allclose(bank.marginal(name, k), expected[name][0], atol=1e-12)
             assert bank.log_likelihood[k] == pytest.approx(own[k].log_likelihood[0], abs=1e-9)
@@ -120,7 +120,7 @@ def test_an_object_that_all_agents_mean_is_given_by_name():
     for t in range(4):
         whom = np.array([0, 2, 3])
         bank.step({"p2.seen_at": np.array([t % 4, 1, 2])}, (Link("watched", ("p2",)), Link("watched", (Role("Player", whom),))))
-        expected = one.step({"p2.seen_at": np.array([t % 4, 1, 2])}, active=("watched(p2)",))
+        expected = one.step({"p2.seen_at": np.array([t % 4, 1, 2])}, relations=("watched(p2)",))
         for k in range(width):
             np.testing.assert_allclose(bank.marginal("p2.at", k), expected["p2.at"][k], atol=1e-12)
     with pytest.raises(ModelError, match=r"unknown object 'p9'"):
@@ -152,7 +152,7 @@ def test_objects_that_others_refer_to_keep_their_names():
         bank.step({"p3.seen_at": np.full(3, 2)}, links(whom, nobody, nobody))
         for k, one in enumerate(own):
             np.testing.assert_allclose(
-                bank.marginal("p3.at", k), one.step({"p3.seen_at": 2}, active=named(whom, nobody, nobody, k))["p3.at"][0], atol=1e-12
+                bank.marginal("p3.at", k), one.step({"p3.seen_at": 2}, relations=named(whom, nobody, nobody, k))["p3.at"][0], atol=1e-12
             )
     assert not bank.object_in
 

@@ -145,7 +145,7 @@ def draw_evidence(ground, rng, width):
     evidence, soft = {}, {}
     for name, variable in ground.variables.items():
         chance = rng.random()
-        if name in ground.inputs:
+        if name in ground.given:
             evidence[name] = rng.integers(0, variable.card, width)
         elif (name.endswith("obs") and chance < 0.7) or (name.endswith("seen") and chance < 0.6) or chance < 0.1:
             state = rng.integers(0, variable.card, width)
@@ -176,11 +176,11 @@ def test_filtering_with_relations_that_switch_equals_the_unrolled_net(seed, zero
         totals = [unrolled_joint(slices, hard[w], soft[w], [], world.static) for w in range(width)]
         if min(totals) == 0.0:
             with pytest.raises(ImpossibleEvidence) as caught:
-                filter_.step(evidence, likelihoods, active=active)
+                filter_.step(evidence, likelihoods, relations=active)
             assert list(caught.value.agents) == [w for w in range(width) if totals[w] == 0.0]
             return
-        result = filter_.step(evidence, likelihoods, active=active)
-        names = [n for n in ground.variables if n not in ground.inputs]
+        result = filter_.step(evidence, likelihoods, relations=active)
+        names = [n for n in ground.variables if n not in ground.given]
         pair = [str(n) for n in rng.choice(names, 2, replace=False)]
         for w in range(width):
             total = totals[w]
@@ -193,6 +193,6 @@ def test_filtering_with_relations_that_switch_equals_the_unrolled_net(seed, zero
     smoothed = filter_.smooth()
     for t, ground in enumerate(slices):
         for name in list(ground.variables)[:4]:
-            if name not in ground.inputs:
+            if name not in ground.given:
                 joint = unrolled_joint(slices, hard[0], soft[0], [(name, t)], world.static)
                 np.testing.assert_allclose(smoothed[t][name][0], joint / joint.sum(), atol=1e-10)

@@ -30,7 +30,7 @@ class HiddenMarkov:
             False: GroundSlice(names, (GroundCPD("x", (("x", 1),), self.move, "move"), reading)),
         }
 
-    def ground(self, active=(), first=False):
+    def ground(self, relations=(), first=False):
         return self.slices[first]
 
     def paths(self, readings):
@@ -102,7 +102,7 @@ def test_counts_of_a_class_are_summed_over_its_objects_and_agents():
     case = load("d13_object_enter_leave")
     filter_ = Filter(Schedule(case), batch=2, window=4)
     for step, relations in list(zip(case["steps"], case["schedule"]))[:4]:
-        filter_.step(step["evidence"], active=relations)
+        filter_.step(step["evidence"], relations=relations)
     counts = filter_.expected_counts()
     assert sum(c.sum() for c in counts.values()) == pytest.approx(2 * sum(len(case["cpd_sets"][s]) for s in case["schedule"][:4]))
 
@@ -131,12 +131,12 @@ def test_smoothing_of_a_switching_world_equals_the_unrolled_net():
     for t in range(5):
         active = (int(rng.integers(0, 30)),) if t else ()
         slices.append(world.ground(active, first=t == 0))
-        evidence = {n: int(rng.integers(0, v.card)) for n, v in slices[-1].variables.items() if n in world.inputs or "obs" in n}
+        evidence = {n: int(rng.integers(0, v.card)) for n, v in slices[-1].variables.items() if n in world.given or "obs" in n}
         hard.append(evidence)
-        filter_.step(evidence, active=active)
+        filter_.step(evidence, relations=active)
     for t, answer in zip((2, 3, 4), filter_.smooth()):
         for name in answer:
-            if name not in world.inputs:
+            if name not in world.given:
                 joint = unrolled_joint(slices, hard, [{}] * 5, [(name, t)], world.static)
                 np.testing.assert_allclose(answer[name][0], joint / joint.sum(), atol=1e-10)
 
@@ -153,7 +153,7 @@ def test_samples_of_a_belief_follow_it():
     case = load("d06_possession_on_off")
     filter_ = Filter(Schedule(case), batch=2)
     for step, relations in list(zip(case["steps"], case["schedule"]))[:7]:
-        result = filter_.step(step["evidence"], active=relations)
+        result = filter_.step(step["evidence"], relations=relations)
     drawn = filter_.sample(20_000, seed=3)
     joint = np.zeros((3, 3))
     np.add.at(joint, (drawn["b.dist"][1], drawn["o1.dist"][1]), 1 / 20_000)

@@ -17,7 +17,7 @@ from cprm_gym.architecture.prm import (
     Dense,
     Exists,
     Filter,
-    Input,
+    Given,
     Labels,
     Model,
     Noise,
@@ -107,7 +107,7 @@ def test_a_mixture_of_two_possessors_is_tracked_exactly_with_its_selector():
 
 def test_ten_lines_from_model_to_numbers():
     dist, speed = Bins.linear(0, 40, 20, "m", clip=True), Bins.linear(-3, 3, 13)
-    ball = PRMClass("Ball", inputs=(Input("dash", Bins.linear(-1, 1, 5), default=0.0),), attributes=(
+    ball = PRMClass("Ball", given=(Given("dash", Bins.linear(-1, 1, 5), default=0.0),), attributes=(
         Attribute("speed", speed, Noise("0.94 * prev.speed", 0.2), parents=(prev("speed"),), initial=Noise("0", 1.0)),
         Attribute("dist", dist, Noise("prev.dist + prev.speed - dash", 0.3), ("prev.dist", "prev.speed", "dash"), Uniform()),
         Attribute("seen_dist", dist, Noise("dist", "0.2 + 0.03 * dist"), parents=("dist",))))  # fmt: skip
@@ -126,7 +126,7 @@ def test_ten_lines_from_model_to_numbers():
 
 
 def test_own_motion_is_not_taken_for_motion_of_the_ball():
-    """d15's lesson: the turn is an input, so turning by half a radian moves the belief by that, with no more doubt."""
+    """d15's lesson: the turn is given, so turning by half a radian moves the belief by that, with no more doubt."""
     world = World(soccer(24), {"ball": "Ball"})
     still, turned = world.tracker(), world.tracker()
     for tracker, turn in ((still, 0.0), (turned, 0.5)):
@@ -151,7 +151,7 @@ def test_reading_a_belief_through_a_view():
     assert seen.milliseconds > 0.0
 
 
-def test_a_place_of_a_net_is_an_input_and_has_no_part_in_the_likelihood():
+def test_a_place_of_a_net_is_given_and_has_no_part_in_the_likelihood():
     """d10: places select the motion; the recorded likelihood counts their root priors, ours leaves them out."""
     case = load("d10")
     slices = filter_slices(case)
@@ -165,7 +165,7 @@ def test_a_place_of_a_net_is_an_input_and_has_no_part_in_the_likelihood():
                       initial=Dense(slices["prior"].by_child["pos"].table)),
             Attribute("obs", pos, Dense(step.by_child["obs"].table), parents=("pos",)),
         ),
-        inputs=(Input("pl", marked), Input("tok", token)),
+        given=(Given("pl", marked), Given("tok", token)),
     )  # fmt: skip
     tracker = World(Model("places", (thing,)), {"x": "Thing"}).tracker()
     priors = 0.0
@@ -227,7 +227,7 @@ def test_prediction_leaves_the_tracker_where_it_is():
     tracker = small().tracker()
     tracker.step({"ball.seen": 1, "ball.obs_dist": 2})
     before = tracker.step({}, ["attended(o1)"])["ball.dist"].copy()
-    tracker.predict(3, relations=["possesses(o1,ball)"], inputs={"ball.turn": 1})
+    tracker.predict(3, relations=["possesses(o1,ball)"], given={"ball.turn": 1})
     assert tracker.filter.step_count == 2
     assert tracker.situation.relations == ("attended(o1)",)
     again = small().tracker()
@@ -267,9 +267,9 @@ def test_impossible_evidence_is_counted_or_raised():
 def test_the_filter_alone_takes_a_grounding_and_active_relations():
     world = scene(3, 2)
     plain, tracked = Filter(world), small().tracker()
-    inputs = {f"{o}.turn": 2 for o in OBJECTS}
+    given = {f"{o}.turn": 2 for o in OBJECTS}
     for given, relations, _ in SCRIPT[:2]:
-        a = plain.step({**inputs, **given}, active=relations)
+        a = plain.step({**given, **given}, relations=relations)
         b = tracked.step(given, relations)
     assert np.array_equal(a["ball.dist"], b["ball.dist"])
 

@@ -19,7 +19,7 @@ from cprm_gym.errors import CprmError, FormatError, ModelError
 def same(a: GroundSlice, b: GroundSlice) -> None:
     """Equal names, states, bins, parents and tables."""
     assert set(a.variables) == set(b.variables)
-    assert set(a.inputs) == set(b.inputs)
+    assert set(a.given) == set(b.given)
     for name, v in a.variables.items():
         w = b.variables[name]
         kept = ("states", "circular", "class_name", "object_name", "attribute", "clip", "unit")
@@ -65,10 +65,10 @@ def test_pyagrum_reads_our_bif_as_the_same_distribution(two_slices, tmp_path):
     net = gum.loadBN(str(path))
     labels = dict(zip(two_slices.variables, plain_names(two_slices.variables)))
     engine = gum.LazyPropagation(net)
-    turn = {f"{labels[n]}": 2 for n in two_slices.inputs}
+    turn = {f"{labels[n]}": 2 for n in two_slices.given}
     engine.setEvidence(turn)
     for v in ("ball.dist#1", "o1.seen#1", "possesses(o1,ball).shoot#1"):
-        ours = marginal(two_slices, v, dict.fromkeys(two_slices.inputs, 2))
+        ours = marginal(two_slices, v, dict.fromkeys(two_slices.given, 2))
         assert np.abs(engine.posterior(labels[v]).toarray() - ours).max() < 1e-6
 
 
@@ -97,7 +97,7 @@ def test_pgmpy_eliminates_our_unrolled_scene_to_our_marginal():
 
     world = scene(3, 1)
     net = unroll([world.ground(first=True), world.ground(["possesses(o1,ball)"], entering=["possesses(o1,ball)"])])
-    evidence = dict.fromkeys(net.inputs, 2) | {"ball.seen#1": 1, "ball.obs_dist#1": 2, "o1.obs_dist#1": 1, "o1.seen#1": 1}
+    evidence = dict.fromkeys(net.given, 2) | {"ball.seen#1": 1, "ball.obs_dist#1": 2, "o1.obs_dist#1": 1, "o1.seen#1": 1}
     named = {n: net.variables[n].states[k] for n, k in evidence.items()}
     answer = VariableElimination(to_pgmpy(net)).query(["ball.dist#1"], named, show_progress=False)
     assert np.abs(answer.values - marginal(net, "ball.dist#1", evidence)).max() < 1e-12

@@ -47,7 +47,7 @@ def test_ground_net_has_a_node_for_every_variable_and_an_arrow_for_every_parent(
     picture = fromstring(ground_net_svg(ground, observed=["ball.seen"]))
     kinds = [r.get("class") for r in picture.iter(f"{SVG}rect")]
     past = {p for c in ground.cpds for p, lag in c.parents if lag == 1}
-    assert kinds.count("node") + kinds.count("seen") + kinds.count("input") == len(ground.variables)
+    assert kinds.count("node") + kinds.count("seen") + kinds.count("given") == len(ground.variables)
     assert kinds.count("past") == len(past)
     assert kinds.count("seen") == 1
     arrows = [p.get("class") for p in picture.iter(f"{SVG}path") if p.get("class")]

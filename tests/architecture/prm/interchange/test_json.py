@@ -15,7 +15,7 @@ from cprm_gym.architecture.prm.model.aggregates import AnyCause, Count, Mean
 from cprm_gym.architecture.prm.model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Given, PRMClass, Reference, Relation
 from cprm_gym.errors import CprmError, FormatError, ModelError
 
 
@@ -40,7 +40,7 @@ def everything() -> Model:
             Attribute("n", BOOL, NoisyOr((0.5,), 0.1), parents=("flag",)),
         ),
         (Reference("peers", "B", many=True),),
-        (Input("act", Bins.linear(-1, 1, 3), default=0.0), Input("mode", ("go", "stop"), default="go")),
+        (Given("act", Bins.linear(-1, 1, 3), default=0.0), Given("mode", ("go", "stop"), default="go")),
     )
     count = Attribute("c", Labels(("few", "many")), Table({"0": (1.0, 0.0), "*": (0.1, 0.9)}), parents=(Count("peers.n", "yes", 2),))
     any_cause = Attribute(
@@ -183,3 +183,10 @@ def test_a_document_nested_beyond_reason_is_refused():
     text = io.model_to_json(soccer(3)).replace('"classes": [', '"classes": [' + "[" * 900 + "]" * 900 + ",", 1)
     with pytest.raises(FormatError):
         io.model_from_json(text)
+
+
+def test_a_file_with_the_former_words_for_what_is_given_is_read():
+    now = Model("m", (PRMClass("C", (Attribute("x", BOOL, (0.5, 0.5)),), given=(Given("act", BOOL),)),))
+    former = io.model_to_json(now).replace('"given"', '"inputs"').replace('"Given"', '"Input"')
+    assert former != io.model_to_json(now)
+    assert io.model_from_json(former) == now

@@ -11,7 +11,7 @@ from cprm_gym.architecture.prm.model.aggregates import Exists
 from cprm_gym.architecture.prm.model.cpds import Dense, Noise, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins
 from cprm_gym.architecture.prm.model.model import Model
-from cprm_gym.architecture.prm.model.schema import Add, Attribute, Input, PRMClass, Reference, Relation, Replace, parse_tuple, prev
+from cprm_gym.architecture.prm.model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace, parse_tuple, prev
 from cprm_gym.errors import ModelError
 
 ZONES = ("own", "middle", "attack")
@@ -137,7 +137,7 @@ def test_classes_that_inherit_in_a_circle_are_refused():
         ),
         (lambda: PRMClass("C", (Attribute("x", BOOL), Attribute("x", BOOL))), "class 'C': 'x' is defined twice"),
         (lambda: PRMClass("C", (BOOL,)), "`attributes` holds Attribute values"),
-        (lambda: Input("turn", Bins((0, 1)), default=3.0), r"input 'turn': default: 3.0 is outside"),
+        (lambda: Given("turn", Bins((0, 1)), default=3.0), r"given 'turn': default: 3.0 is outside"),
         (lambda: Replace("dist", (), Uniform()), "the target is 'role.attribute'"),
         (lambda: Relation("r", {}), "at least one role"),
         (lambda: Relation("r", {"a": "A"}, conflict="max"), "conflict must be one of exclusive"),
@@ -165,9 +165,9 @@ def test_a_mistake_is_refused_and_named(make, message):
         make()
 
 
-def test_an_input_has_no_previous_value():
-    c = PRMClass("C", (Attribute("x", BOOL, Uniform(), parents=("prev.act",)),), inputs=(Input("act", BOOL),))
-    with pytest.raises(ModelError, match="an input has no previous value"):
+def test_what_is_given_has_no_previous_value():
+    c = PRMClass("C", (Attribute("x", BOOL, Uniform(), parents=("prev.act",)),), given=(Given("act", BOOL),))
+    with pytest.raises(ModelError, match="what is given has no previous value"):
         Model("m", (c,))
 
 

@@ -248,11 +248,11 @@ def run_plan(
     first, last : int
         Agents. Threads may share all arrays but the scratch and the heap.
     """
-    width = evidence.shape[1]
+    batch = evidence.shape[1]
     for k in range(columns.shape[0] * (last - first)):
         b = k // (last - first)
         w = first + k % (last - first)
-        row = b * width + w
+        row = b * batch + w
         for i in range(message.shape[1]):
             heap[message_at + i] = message[row, i]
         read_row(heap, values, columns[b], evidence, previous, soft, soft_at[b], w)

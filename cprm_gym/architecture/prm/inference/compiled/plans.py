@@ -137,14 +137,14 @@ class Plan:
         return new_message, marginals, sums, losses
 
 
-def shares(width: int, threads: int, flops: float) -> list[tuple[int, int]]:
+def shares(batch: int, threads: int, flops: float) -> list[tuple[int, int]]:
     """Agents for each thread: (first, last) pairs; one share if there is less to do than a thread is worth.
 
     flops : float
         Operations for one agent.
     """
-    threads = int(min(threads, width, max(1.0, width * flops / WORTH_A_THREAD)))
-    edges = [round(k * width / threads) for k in range(threads + 1)]
+    threads = int(min(threads, batch, max(1.0, batch * flops / WORTH_A_THREAD)))
+    edges = [round(k * batch / threads) for k in range(threads + 1)]
     return list(itertools.pairwise(edges))
 
 

@@ -1,7 +1,7 @@
 """From one slice to the next: which components there are, which of them are alike, and what moves where.
 
 A belief is a set of *pieces*. A piece is a connected product of factors over hidden variables of the latest slice, for every
-agent; pieces of objects that are alike lie in one array. `Layout` says which variables stand where. `Compiler.transition`
+agent; pieces of objects that are alike lie in one array. `Layout` says which variables stand where. `Compiler.slice_step`
 takes a layout, the next slice and the part of the evidence pattern that changes which hidden variables are coupled, and says
 how to run the step: the groups of like components, their plan, and the next layout.
 
@@ -30,14 +30,14 @@ import numpy as np
 
 from cprm_gym.errors import ModelError
 
-from ...grounding.slices import PREVIOUS, SAME, GroundCPD, GroundSlice, GroundVariable
+from ...grounding.slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
 from ..join_tree import connected
 from .operations import MessageFactor, PlanSpec, SoftFactor, TableFactor
 from .plans import Plan, compile_plan
 
 HIDDEN, HELD, WEIGHTED, ABSORBED, BARREN = range(5)
-PRESENT, PAST, ATEMPORAL = 0, 1, -1
-"""Second part of a node's name: the slice it belongs to."""
+PRESENT, PAST = SAME, PREVIOUS
+"""Second part of a node's name: the slice it belongs to; or `STATIC`."""
 
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
@@ -52,11 +52,11 @@ class Kind(NamedTuple):
 
 
 class NeedsVariable(Exception):
-    """The next slice needs a variable that was summed out of the belief, or that has to be kept as atemporal."""
+    """The next slice needs a variable that was summed out of the belief, or that has to be kept as static."""
 
-    def __init__(self, kind: Kind, name: str, atemporal: bool) -> None:
+    def __init__(self, kind: Kind, name: str, static: bool) -> None:
         super().__init__(name)
-        self.kind, self.name, self.atemporal = kind, name, atemporal
+        self.kind, self.name, self.static = kind, name, static
 
 
 class Recent(OrderedDict[Key, Value], Generic[Key, Value]):
@@ -121,24 +121,23 @@ class SliceInfo:
     ----------
     slice : GroundSlice
     names : tuple of str
-        Order of the rows of the evidence: variables of the slice, then atemporal ones defined earlier.
+        Order of the rows of the evidence: variables of the slice, then static ones defined earlier.
     row : dict of str to int
     cards : (V,) int array
     kinds : tuple of Kind
     """
 
-    def __init__(self, ground: GroundSlice, atemporal: dict[str, GroundVariable], store: TableStore) -> None:
+    def __init__(self, ground: GroundSlice, static: dict[str, GroundVariable], store: TableStore) -> None:
         self.slice = ground
-        self.atemporal = frozenset(atemporal)
         self.variables = dict(ground.variables)
-        self.variables.update((n, v) for n, v in atemporal.items() if n not in ground.variables)
+        self.variables.update((n, v) for n, v in static.items() if n not in ground.variables)
         self.names = tuple(self.variables)
         self.row = {name: i for i, name in enumerate(self.names)}
         self.cards = np.array([self.variables[n].card for n in self.names], np.int64)
         self.kinds = tuple(kind_of(self.variables[n]) for n in self.names)
-        inputs = set(ground.inputs)
-        self.inputs = np.array([n in inputs for n in self.names], bool)
-        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple((c, store.number(c.table)) for c in ground.cpds if c.child not in inputs)
+        given = set(ground.given)
+        self.given = np.array([n in given for n in self.names], bool)
+        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple((c, store.number(c.table)) for c in ground.cpds if c.child not in given)
         count = len(self.names)
         self.parents = np.zeros((count, count), bool)
         self.has_past = np.zeros(count, bool)
@@ -150,8 +149,8 @@ class SliceInfo:
                 elif parent in self.row:
                     self.parents[child, self.row[parent]] = True
         self.leaf = ~self.parents.any(axis=0)
-        self.fixed = np.array([n in self.atemporal for n in self.names], bool)
-        self.fixed_variables = {n: self.variables[n] for n in self.names if n in self.atemporal}
+        self.static = np.array([n in static for n in self.names], bool)
+        self.static_variables = {n: self.variables[n] for n in self.names if n in static}
         self.owners = frozenset(v.object_name for v in ground.variables.values())
         self._statuses: Recent[tuple[Any, ...], np.ndarray] = Recent(1024)
         self._matters: Recent[frozenset[tuple[str, str]], np.ndarray] = Recent(16)
@@ -176,22 +175,22 @@ class SliceInfo:
 
     def _kept(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
         """Variables that stay in the belief."""
-        return np.array([(k.class_name, k.attribute) in temporal for k in self.kinds], bool) | self.fixed
+        return np.array([(k.class_name, k.attribute) in temporal for k in self.kinds], bool) | self.static
 
     def _readings(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
         """Variables that are there to be observed. Whether they are matters only if they have several parents to couple."""
-        return np.asarray(self.leaf & ~self._kept(temporal) & ~self.has_past & ~self.inputs)
+        return np.asarray(self.leaf & ~self._kept(temporal) & ~self.has_past & ~self.given)
 
-    def _status(self, count: np.ndarray, width: int, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
+    def _status(self, count: np.ndarray, batch: int, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
         """Status from the number of agents that observe each variable."""
         kept, reading = self._kept(temporal), self._readings(temporal)
-        status = np.where(count == width, HELD, np.where(count > 0, WEIGHTED, HIDDEN)).astype(np.int8)
-        status[self.fixed & (count > 0)] = WEIGHTED
+        status = np.where(count == batch, HELD, np.where(count > 0, WEIGHTED, HIDDEN)).astype(np.int8)
+        status[self.static & (count > 0)] = WEIGHTED
         status[reading] = ABSORBED
         for name in soft:
-            if not self.inputs[self.row[name]]:
+            if not self.given[self.row[name]]:
                 status[self.row[name]] = WEIGHTED
-        status[self.inputs] = HELD
+        status[self.given] = HELD
         self._drop_barren(status, count, kept)
         return status
 
@@ -303,7 +302,7 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class Transition:
+class SliceStep:
     """How to run one step.
 
     Attributes
@@ -326,17 +325,17 @@ class Transition:
     soft_width: int
     where: dict[str, tuple[int, int, int, int]]
 
-    def assemble(self, group: Group, messages: Sequence[np.ndarray], width: int) -> np.ndarray:
+    def assemble(self, group: Group, messages: Sequence[np.ndarray], batch: int) -> np.ndarray:
         """The incoming message of a group, (objects * agents, columns)."""
         if group.direct >= 0:
             return messages[group.direct]
         size = max((m.to_columns.stop for m in group.moves), default=0)
-        out = np.empty((len(group.members), width, size))
+        out = np.empty((len(group.members), batch, size))
         for move in group.moves:
             source = messages[move.source]
-            block = source.reshape(len(source) // width, width, source.shape[1])[move.instances, :, move.columns]
+            block = source.reshape(len(source) // batch, batch, source.shape[1])[move.instances, :, move.columns]
             out[move.to_instances, :, move.to_columns] = block
-        return out.reshape(len(group.members) * width, size)
+        return out.reshape(len(group.members) * batch, size)
 
 
 @dataclass
@@ -356,19 +355,19 @@ Choose = Callable[[Sequence[Node], Sequence[tuple[Node, ...]]], tuple[tuple[Node
 
 
 class Compiler:
-    """Makes and remembers plans and transitions.
+    """Makes and remembers plans and slice_steps.
 
     Parameters
     ----------
     store : TableStore
     limit : int
-        How many plans, transitions and layouts are remembered each.
+        How many plans, slice_steps and layouts are remembered each.
     """
 
     def __init__(self, store: TableStore, limit: int = 512) -> None:
         self.store = store
         self.plans: Recent[PlanSpec, Plan] = Recent(limit)
-        self.transitions: Recent[tuple[Any, ...], Transition] = Recent(limit)
+        self.slice_steps: Recent[tuple[Any, ...], SliceStep] = Recent(limit)
         self.layouts: Recent[tuple[Any, ...], Layout] = Recent(limit)
         self.compiled = 0
 
@@ -381,9 +380,9 @@ class Compiler:
 
         return self.plans.fetch(spec, make)
 
-    def transition(
+    def slice_step(
         self, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None = None, mark: Hashable = None
-    ) -> Transition:
+    ) -> SliceStep:
         """How to go from a belief with `layout` to slice `info` under a pattern of evidence.
 
         Parameters
@@ -402,7 +401,7 @@ class Compiler:
             A variable of the previous slice is needed that is not in the belief.
         """
         key = (layout, info, status.tobytes(), mark)
-        return self.transitions.fetch(key, lambda: _Assembler(self, layout, info, status, choose).build())
+        return self.slice_steps.fetch(key, lambda: _Assembler(self, layout, info, status, choose).build())
 
     def layout(
         self, pieces: tuple[Piece, ...], widths: tuple[int, ...], counts: tuple[int, ...], held: dict[str, int], info: SliceInfo
@@ -413,7 +412,7 @@ class Compiler:
 
 
 class _Assembler:
-    """Builds one transition."""
+    """Builds one slice_step."""
 
     def __init__(self, compiler: Compiler, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None) -> None:
         self.compiler, self.layout, self.info, self.status, self.choose = compiler, layout, info, status, choose
@@ -428,12 +427,12 @@ class _Assembler:
             assert before is not None
             self.cards[self.shifted(node)] = int(before.cards[before.row[node[0]]])
         for name, row in info.row.items():
-            self.cards[name, ATEMPORAL if info.fixed[row] else PRESENT] = int(info.cards[row])
+            self.cards[name, STATIC if info.static[row] else PRESENT] = int(info.cards[row])
 
     def shifted(self, node: Node) -> Node:
-        """A variable of the belief as the next slice sees it: an atemporal one stays, unless its object left or began anew."""
+        """A variable of the belief as the next slice sees it: a static one stays, unless its object left or began anew."""
         name, time = node
-        return node if time == ATEMPORAL and name in self.info.row and name not in self.info.slice.variables else (name, PAST)
+        return node if time == STATIC and name in self.info.row and name not in self.info.slice.variables else (name, PAST)
 
     def resolve(self, parent: str, lag: int, child: str) -> Node | tuple[str, str, int]:
         """The node of a parent, or where its observed value is found: ("value", source, row)."""
@@ -441,24 +440,24 @@ class _Assembler:
             row = self.info.row[parent]
             if self.status[row] == HELD:
                 return "value", "now", row
-            return parent, ATEMPORAL if self.info.fixed[row] else PRESENT
+            return parent, STATIC if self.info.static[row] else PRESENT
         if lag == PREVIOUS:
             if (parent, PRESENT) in self.old:
                 return parent, PAST
-            if (parent, ATEMPORAL) in self.old:
-                return self.shifted((parent, ATEMPORAL))
+            if (parent, STATIC) in self.old:
+                return self.shifted((parent, STATIC))
             if parent in self.layout.held:
                 return "value", "before", self.layout.held[parent]
             before = self.layout.info
             if before is None or parent not in before.row:
                 raise ModelError(f"CPD of {child!r} has parent {parent!r} in the previous slice, where there is no such variable")
-            raise NeedsVariable(before.kinds[before.row[parent]], parent, atemporal=False)
-        if (parent, ATEMPORAL) in self.old and parent in self.info.row:
-            return parent, ATEMPORAL
+            raise NeedsVariable(before.kinds[before.row[parent]], parent, static=False)
+        if (parent, STATIC) in self.old and parent in self.info.row:
+            return parent, STATIC
         before = self.layout.info
         if before is None or parent not in before.row:
-            raise ModelError(f"CPD of {child!r} has the atemporal parent {parent!r}, which was not defined in the first slice")
-        raise NeedsVariable(before.kinds[before.row[parent]], parent, atemporal=True)
+            raise ModelError(f"CPD of {child!r} has the static parent {parent!r}, which was not defined in the first slice")
+        raise NeedsVariable(before.kinds[before.row[parent]], parent, static=True)
 
     def drafts(self) -> list[_Draft]:
         """All factors of the step: message, CPDs at the evidence, likelihoods."""
@@ -476,21 +475,21 @@ class _Assembler:
                 axes.append(("value", "now", row))
                 missing = len(axes) - 1 if status == ABSORBED else -1
             else:
-                axes.append((cpd.child, ATEMPORAL if self.info.fixed[row] else PRESENT))
+                axes.append((cpd.child, STATIC if self.info.static[row] else PRESENT))
             scope = tuple(dict.fromkeys(a for a in axes if a[0] != "value" or len(a) == 2))
             out.append(_Draft(scope, "table", number, tuple(axes), missing, cpd.child))
         for row in map(int, np.flatnonzero(self.status == WEIGHTED)):
-            node = self.info.names[row], ATEMPORAL if self.info.fixed[row] else PRESENT
+            node = self.info.names[row], STATIC if self.info.static[row] else PRESENT
             out.append(_Draft((node,), "soft", row, child=node[0]))
         return out
 
-    def build(self) -> Transition:
-        """The transition."""
+    def build(self) -> SliceStep:
+        """The slice_step."""
         drafts = self.drafts()
         batches: dict[tuple[Any, ...], list[_Component]] = {}
         for indices in connected([d.scope for d in drafts]):
             inside = [drafts[i] for i in indices]
-            if all(d.kind == "piece" for d in inside) and not any(v[1] == ATEMPORAL for d in inside for v in d.scope):
+            if all(d.kind == "piece" for d in inside) and not any(v[1] == STATIC for d in inside for v in d.scope):
                 continue
             component = _Component(self, inside)
             batches.setdefault((component.spec, component.source_signature), []).append(component)
@@ -513,7 +512,7 @@ class _Assembler:
         counts = tuple(len(group.members) for group in groups)
         held = {self.info.names[row]: int(row) for row in np.flatnonzero(self.status == HELD)}
         layout = self.compiler.layout(tuple(pieces), widths, counts, held, self.info)
-        return Transition(tuple(groups), layout, self.status.copy(), soft_columns, at, where)
+        return SliceStep(tuple(groups), layout, self.status.copy(), soft_columns, at, where)
 
     def group(self, components: Sequence[_Component], soft_columns: dict[str, slice]) -> Group:
         """Like components as one batch."""

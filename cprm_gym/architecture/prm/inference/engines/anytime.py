@@ -18,9 +18,9 @@ import numpy as np
 from cprm_gym.errors import CostError, ParameterError
 
 from .. import smoothing
-from ..compiled.steps import Kind, Piece, PieceFactor, SliceInfo, Transition
+from ..compiled.steps import Kind, Piece, PieceFactor, SliceInfo, SliceStep
 from ..evidence import Readings
-from .exact import Belief, ComponentCost, Outcome
+from .exact import ComponentCost, FactoredBelief, Outcome
 from .particle_steps import Block
 from .particles import Estimate, ParticleEngine, Particles, count
 from .projection import ProjectionEngine, project
@@ -73,9 +73,9 @@ class AnytimeEngine:
         """The tables."""
         return self.factored.store
 
-    def start(self, width: int) -> Belief:
+    def start(self, batch: int) -> FactoredBelief:
         """The belief before the first slice."""
-        return self.factored.start(width)
+        return self.factored.start(batch)
 
     def note(self, kind: Kind) -> None:
         """Keep variables of this kind."""
@@ -100,17 +100,17 @@ class AnytimeEngine:
         """Go on with the next of the independent streams of random numbers that the seed gives."""
         self.sampled.branch()
 
-    def transition(self, belief: Belief, info: SliceInfo, readings: Readings) -> Transition:
+    def slice_step(self, belief: FactoredBelief, info: SliceInfo, readings: Readings) -> SliceStep:
         """The exact step."""
-        return self.factored.transition(belief, info, readings)
+        return self.factored.slice_step(belief, info, readings)
 
-    def cost(self, transition: Transition, width: int) -> list[ComponentCost]:
+    def cost(self, slice_step: SliceStep, batch: int) -> list[ComponentCost]:
         """What the exact step would take."""
-        return self.factored.cost(transition, width)
+        return self.factored.cost(slice_step, batch)
 
     def advance(
         self,
-        belief: Belief | Particles,
+        belief: FactoredBelief | Particles,
         info: SliceInfo,
         readings: Readings,
         status: np.ndarray | None = None,
@@ -121,7 +121,7 @@ class AnytimeEngine:
         factored = belief
         if isinstance(belief, Particles) and info is not self._sampled_since:
             factored = to_factors(self.factored, belief)
-        if isinstance(factored, Belief) and forgive is None:
+        if isinstance(factored, FactoredBelief) and forgive is None:
             outcome = self._try_factored(factored, info, readings, status)
             if outcome is not None:
                 return self._timed(outcome, begun)
@@ -133,18 +133,18 @@ class AnytimeEngine:
         result.report = {**result.report, "ms": 1e3 * (perf_counter() - begun), "budget_ms": self.budget_ms}
         return result
 
-    def _try_factored(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> Outcome | None:
+    def _try_factored(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> Outcome | None:
         """An exact or projected step, or None if none fits."""
-        width = readings.hard.shape[1]
+        batch = readings.hard.shape[1]
         allowed = SHARE * self.budget_ms * self.rate
-        transition = self.factored.transition(belief, info, readings, status)
-        members = max(1, sum(len(g.members) for g in transition.groups if g.plan.cost.flops * width > 0.2 * allowed))
-        share = allowed / width / members
+        slice_step = self.factored.slice_step(belief, info, readings, status)
+        members = max(1, sum(len(g.members) for g in slice_step.groups if g.plan.cost.flops * batch > 0.2 * allowed))
+        share = allowed / batch / members
         self.factored.max_flops = 2.0 ** np.floor(np.log2(share))
         tier = "exact"
-        loss, clusters = np.zeros(width), None
-        if self.flops(transition, width) > allowed or not self.fits(transition, width):
-            chosen = self.factored.choice(belief, info, transition)
+        loss, clusters = np.zeros(batch), None
+        if self.flops(slice_step, batch) > allowed or not self.fits(slice_step, batch):
+            chosen = self.factored.choice(belief, info, slice_step)
             if not chosen:
                 return None
             try:
@@ -153,23 +153,23 @@ class AnytimeEngine:
                 return None
             clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
             tier = "projection"
-            transition = self.factored.transition(belief, info, readings, status)
-            if self.flops(transition, width) > 4.0 * allowed or not self.fits(transition, width):
+            slice_step = self.factored.slice_step(belief, info, readings, status)
+            if self.flops(slice_step, batch) > 4.0 * allowed or not self.fits(slice_step, batch):
                 return None
         begun = perf_counter()
-        outcome = self.factored.run(belief, info, readings, transition)
-        self._learn_rate(self.flops(transition, width), perf_counter() - begun)
+        outcome = self.factored.run(belief, info, readings, slice_step)
+        self._learn_rate(self.flops(slice_step, batch), perf_counter() - begun)
         report = {**outcome.report, "clusters": clusters} if clusters is not None else outcome.report
         return replace(outcome, engine=tier, loss=outcome.loss + loss, report=report)
 
-    def flops(self, transition: Transition, width: int) -> float:
+    def flops(self, slice_step: SliceStep, batch: int) -> float:
         """Operations of a step."""
-        return sum(g.plan.cost.flops * len(g.members) for g in transition.groups) * width
+        return sum(g.plan.cost.flops * len(g.members) for g in slice_step.groups) * batch
 
-    def fits(self, transition: Transition, width: int) -> bool:
+    def fits(self, slice_step: SliceStep, batch: int) -> bool:
         """Whether every component stays within the memory."""
         try:
-            self.factored.check(transition, width)
+            self.factored.check(slice_step, batch)
         except CostError:
             return False
         return True
@@ -203,18 +203,18 @@ class AnytimeEngine:
         return self.sampled.finish(blocks, info, readings, status, forgive)
 
 
-def to_particles(belief: Belief, number: int, rng: np.random.Generator) -> Particles:
+def to_particles(belief: FactoredBelief, number: int, rng: np.random.Generator) -> Particles:
     """Particles drawn from a belief of factors."""
-    width = belief.hard.shape[1]
-    drawn = smoothing.sample_belief(belief, width, number, rng)
+    batch = belief.hard.shape[1]
+    drawn = smoothing.sample_belief(belief, batch, number, rng)
     parts = tuple(tuple(dict.fromkeys(name for f in piece.factors for name, _ in f.scope)) for piece in belief.layout.pieces)
     inside = {n for part in parts for n in part}
-    weights = tuple(np.full((width, number), 1.0 / number) for _ in parts)
+    weights = tuple(np.full((batch, number), 1.0 / number) for _ in parts)
     held = frozenset(belief.layout.held)
     return Particles(belief.layout.info, {n: v for n, v in drawn.items() if n in inside}, parts, weights, belief.hard, held)
 
 
-def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3) -> Belief:
+def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3) -> FactoredBelief:
     """A belief of factors from particles: joint counts of the variables that share most information, the rest independent.
 
     Clusters hold at most as many entries as a fifth of the particles. A share `floor` of the product of marginals is mixed in,
@@ -223,25 +223,25 @@ def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3)
     info = belief.info
     if info is None:
         return engine.start(belief.hard.shape[1])
-    width = belief.hard.shape[1]
+    batch = belief.hard.shape[1]
     pieces: list[Piece] = []
     arrays: list[np.ndarray] = []
     for part, weights in zip(belief.parts, belief.weights):
         for cluster in _clusters(belief, info, part, weights):
             cards = [int(info.cards[info.row[n]]) for n in cluster]
             joint = count(belief.values, cluster, weights, cards).table
-            independent = np.ones((width, *[1] * len(cluster)))
+            independent = np.ones((batch, *[1] * len(cluster)))
             for axis in range(len(cluster)):
                 others = tuple(k + 1 for k in range(len(cluster)) if k != axis)
                 single = (1.0 - floor) * joint.sum(axis=others, keepdims=True) + floor / cards[axis]
                 independent = independent * single
-            table = ((1.0 - floor) * joint + floor * independent).reshape(width, -1)
-            scope = tuple((n, -1 if info.fixed[info.row[n]] else 0) for n in cluster)
+            table = ((1.0 - floor) * joint + floor * independent).reshape(batch, -1)
+            scope = tuple((n, -1 if info.static[info.row[n]] else 0) for n in cluster)
             pieces.append(Piece(len(arrays), 0, (PieceFactor(scope, 0, table.shape[1]),)))
             arrays.append(table / table.sum(axis=1, keepdims=True))
     held = {n: row for n, row in info.row.items() if n in belief.held}
     layout = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
-    return Belief(layout, tuple(arrays), belief.hard)
+    return FactoredBelief(layout, tuple(arrays), belief.hard)
 
 
 def _clusters(belief: Particles, info: SliceInfo, part: tuple[str, ...], weights: np.ndarray) -> list[tuple[str, ...]]:

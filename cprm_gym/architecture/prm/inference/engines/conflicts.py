@@ -15,13 +15,13 @@ from .exact import ExactEngine, Outcome
 
 
 def suspects(outcome: Outcome, agent: int) -> list[str]:
-    """Observed variables of the components in which an agent's readings are impossible, inputs excepted."""
+    """Observed variables of the components in which an agent's readings are impossible, except what is given."""
     info = outcome.info
     names: dict[str, None] = {}
     for group, b in outcome.excluded(agent):
         for name in sorted(group.readings[b], key=lambda n: info.row[n]):
             seen = outcome.readings.hard[info.row[name], agent] >= 0 or name in outcome.readings.soft
-            if seen and not info.inputs[info.row[name]]:
+            if seen and not info.given[info.row[name]]:
                 names[name] = None
     return list(names)
 
@@ -32,8 +32,8 @@ def minimal_conflict(engine: ExactEngine, before: Any, info: SliceInfo, readings
     Each reading is left out in turn, and stays out if the rest is still impossible.
     """
     row = np.array([agent])
-    width = readings.hard.shape[1]
-    alone = before._replace(messages=tuple(np.ascontiguousarray(m[agent::width]) for m in before.messages), hard=before.hard[:, row])
+    batch = readings.hard.shape[1]
+    alone = before._replace(messages=tuple(np.ascontiguousarray(m[agent::batch]) for m in before.messages), hard=before.hard[:, row])
     kept = list(names)
 
     def impossible(left: list[str]) -> bool:
@@ -65,7 +65,7 @@ def explain(
     elif hasattr(outcome, "suspects"):
         names = outcome.suspects(agent)
     else:
-        names = [n for n, r in info.row.items() if readings.hard[r, agent] >= 0 and not info.inputs[r]]
+        names = [n for n, r in info.row.items() if readings.hard[r, agent] >= 0 and not info.given[r]]
     shown = []
     for name in names:
         value = readings.hard[info.row[name], agent]
@@ -94,7 +94,7 @@ def soften(outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.nda
         None takes the readings out.
     extent : {"readings", "components", "everything"}
         Only childless readings of the components that are impossible; every observed variable of these; all that the agents
-        observed. Inputs stay.
+        observed. What is given stays.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def soften(outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.nda
     for agent in map(int, agents):
         for name in info.names if extent == "everything" else suspects(outcome, agent):
             row = info.row[name]
-            if info.inputs[row] or (extent == "readings" and outcome.transition.status[row] != ABSORBED):
+            if info.given[row] or (extent == "readings" and outcome.slice_step.status[row] != ABSORBED):
                 continue
             card = int(info.cards[row])
             observed = hard[row, agent] >= 0

@@ -21,9 +21,9 @@ import numpy as np
 
 from cprm_gym.errors import CostError, ModelError, ParameterError, did_you_mean
 
+from ...grounding.slices import STATIC
 from ..compiled.steps import (
     ABSORBED,
-    ATEMPORAL,
     BARREN,
     EMPTY,
     HELD,
@@ -34,15 +34,15 @@ from ..compiled.steps import (
     Kind,
     Layout,
     SliceInfo,
+    SliceStep,
     TableStore,
-    Transition,
 )
 from ..evidence import Readings
 from ..factors import Factor, contract_all
 from ..join_tree import connected
 
 
-class Belief(NamedTuple):
+class FactoredBelief(NamedTuple):
     """All that is known after a slice. Its arrays are never changed, so a belief is its own snapshot.
 
     Attributes
@@ -78,10 +78,10 @@ class Outcome:
 
     Attributes
     ----------
-    belief : Belief
+    belief : FactoredBelief
     info : SliceInfo
     readings : Readings
-    transition : Transition
+    slice_step : SliceStep
     marginals : list of (objects * W, columns) float arrays
     increment : (W,) float array
         ln P(readings of this slice | those of earlier ones); -inf where impossible.
@@ -93,10 +93,10 @@ class Outcome:
         Agents whose answer comes from another step: those that began anew.
     """
 
-    belief: Belief
+    belief: FactoredBelief
     info: SliceInfo
     readings: Readings
-    transition: Transition
+    slice_step: SliceStep
     marginals: list[np.ndarray]
     increment: np.ndarray
     loss: np.ndarray
@@ -111,14 +111,14 @@ class Outcome:
         return "clusters" not in self.report
 
     def __post_init__(self) -> None:
-        self.width = int(self.readings.hard.shape[1])
+        self.batch = int(self.readings.hard.shape[1])
 
     def excluded(self, agent: int) -> list[tuple[Group, int]]:
         """Components in which an agent's readings are impossible: their group and number in it."""
         found = []
-        for group, sums in zip(self.transition.groups, self.sums):
+        for group, sums in zip(self.slice_step.groups, self.sums):
             for b in range(len(group.members)):
-                if (sums[b * self.width + agent] <= 0.0).any():
+                if (sums[b * self.batch + agent] <= 0.0).any():
                     found.append((group, b))
         return found
 
@@ -129,11 +129,11 @@ class Outcome:
 
     def marginal(self, name: str) -> np.ndarray:
         """P(variable | all readings so far), shape (W, card)."""
-        at = self.transition.where.get(name)
+        at = self.slice_step.where.get(name)
         if at is not None:
             group, instance, column, card = at
-            width = self.width
-            found: np.ndarray = self.marginals[group][instance * width : (instance + 1) * width, column : column + card]
+            batch = self.batch
+            found: np.ndarray = self.marginals[group][instance * batch : (instance + 1) * batch, column : column + card]
         else:
             found = self.joint((name,))
         if self.replaced:
@@ -143,15 +143,15 @@ class Outcome:
         return found
 
     def factors(self) -> list[Factor]:
-        """The belief as factors; a variable is named (name, slice), slice 0 or -1 for an atemporal one."""
-        return belief_factors(self.belief, self.width)
+        """The belief as factors; a variable is named (name, slice), slice 0 or -1 for a static one."""
+        return belief_factors(self.belief, self.batch)
 
     def conditional(self, name: str) -> Factor:
         """P(reading | its parents, what was observed of it), for a variable that is not in the belief."""
         info, row = self.info, self.info.row[name]
         cpd = info.slice.by_child[name]
-        scope = tuple((p, ATEMPORAL if p in info.row and info.fixed[info.row[p]] else PRESENT) for p, _ in cpd.parents) + ((name, PRESENT),)
-        table = np.broadcast_to(cpd.table, (self.width, *cpd.table.shape)).copy()
+        scope = tuple((p, STATIC if p in info.row and info.static[info.row[p]] else PRESENT) for p, _ in cpd.parents) + ((name, PRESENT),)
+        table = np.broadcast_to(cpd.table, (self.batch, *cpd.table.shape)).copy()
         values = self.readings.hard[row]
         seen = np.flatnonzero(values >= 0)
         table[seen] = 0.0
@@ -166,7 +166,7 @@ class Outcome:
                 raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
         if len(set(names)) != len(names):
             raise ModelError(f"a variable is named twice in {tuple(names)}")
-        status = self.transition.status
+        status = self.slice_step.status
         factors = self.factors()
         queue, added = list(names), set()
         while queue:
@@ -176,17 +176,17 @@ class Outcome:
                 continue
             added.add(name)
             if status[row] == HELD:
-                table = np.zeros((self.width, int(info.cards[row])))
-                table[np.arange(self.width), self.readings.hard[row]] = 1.0
+                table = np.zeros((self.batch, int(info.cards[row])))
+                table[np.arange(self.batch), self.readings.hard[row]] = 1.0
                 factors.append(Factor(((name, PRESENT),), table))
             elif status[row] in (ABSORBED, BARREN):
                 factors.append(self.conditional(name))
                 queue += [p for p, _ in info.slice.by_child[name].parents]
-        wanted = [(n, ATEMPORAL if info.fixed[info.row[n]] else PRESENT) for n in names]
+        wanted = [(n, STATIC if info.static[info.row[n]] else PRESENT) for n in names]
         linked = connected([wanted, *(f.scope for f in factors)])[0]
         factors = [factors[i - 1] for i in linked if i > 0]
         table = contract_all(factors, wanted).table
-        table = np.broadcast_to(table, (self.width, *table.shape[1:]))
+        table = np.broadcast_to(table, (self.batch, *table.shape[1:]))
         total = table.sum(axis=tuple(range(1, table.ndim)), keepdims=True)
         found: np.ndarray = np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
         for agents, other in self.replaced:
@@ -194,17 +194,17 @@ class Outcome:
         return found
 
 
-def belief_factors(belief: Belief, width: int) -> list[Factor]:
+def belief_factors(belief: FactoredBelief, batch: int) -> list[Factor]:
     """The factors of a belief, each with a leading axis for the agents."""
     info = belief.layout.info
     factors = []
     for piece in belief.layout.pieces:
         message = belief.messages[piece.group]
-        rows = message[piece.instance * width : (piece.instance + 1) * width]
+        rows = message[piece.instance * batch : (piece.instance + 1) * batch]
         for f in piece.factors:
             assert info is not None
             shape = [int(info.cards[info.row[name]]) for name, _ in f.scope]
-            factors.append(Factor(f.scope, rows[:, f.column : f.column + f.size].reshape(width, *shape)))
+            factors.append(Factor(f.scope, rows[:, f.column : f.column + f.size].reshape(batch, *shape)))
     return factors
 
 
@@ -231,9 +231,9 @@ class ExactEngine:
         self.memory_limit = memory_limit
         self.temporal: frozenset[tuple[str, str]] = frozenset()
 
-    def start(self, width: int) -> Belief:
+    def start(self, batch: int) -> FactoredBelief:
         """The belief before the first slice."""
-        return Belief(EMPTY, (), np.zeros((0, width), np.int64))
+        return FactoredBelief(EMPTY, (), np.zeros((0, batch), np.int64))
 
     def note(self, kind: Kind) -> None:
         """Keep variables of this kind in the belief from now on: some slice has them as parents in the previous slice."""
@@ -246,78 +246,78 @@ class ExactEngine:
                 if lag == 1 and parent in info.row:
                     self.note(info.kinds[info.row[parent]])
 
-    def choose(self, belief: Belief, info: SliceInfo) -> tuple[Choose | None, Hashable]:
+    def choose(self, belief: FactoredBelief, info: SliceInfo) -> tuple[Choose | None, Hashable]:
         """How to project each component, and a mark of that choice; an exact engine keeps all."""
         return None, None
 
-    def transition(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Transition:
+    def slice_step(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> SliceStep:
         """The compiled step; made if it is new."""
         if status is None:
             status = info.status(readings.hard, readings.soft, self.temporal)
         choose, mark = self.choose(belief, info)
-        return self.compiler.transition(belief.layout, info, status, choose, mark)
+        return self.compiler.slice_step(belief.layout, info, status, choose, mark)
 
-    def cost(self, transition: Transition, width: int) -> list[ComponentCost]:
+    def cost(self, slice_step: SliceStep, batch: int) -> list[ComponentCost]:
         """What the components of a step take, the largest first."""
         costs = []
-        for group in transition.groups:
-            rows = len(group.members) * width
+        for group in slice_step.groups:
+            rows = len(group.members) * batch
             one = group.plan.cost
             memory = one.bytes + 8 * rows * (group.plan.message_size + group.plan.marginal_size)
             names = tuple(f"{name}[t-1]" if lag == 1 else name for name, lag in group.members[0])
             costs.append(ComponentCost(names, len(group.members), memory, one.flops * rows, one.largest))
         return sorted(costs, key=lambda c: -c.bytes)
 
-    def check(self, transition: Transition, width: int) -> None:
+    def check(self, slice_step: SliceStep, batch: int) -> None:
         """Refuse a step that would take more memory than is allowed.
 
         Raises
         ------
         CostError
         """
-        for group in transition.groups:
-            memory = group.plan.cost.bytes + 8 * len(group.members) * width * group.plan.message_size
+        for group in slice_step.groups:
+            memory = group.plan.cost.bytes + 8 * len(group.members) * batch * group.plan.message_size
             if memory > self.memory_limit:
                 names = ", ".join(sorted({name for name, _ in group.members[0]})[:12])
                 raise CostError(
-                    f"the component of {names} needs {memory / 2**30:.2f} GiB for {width} agents, allowed are "
+                    f"the component of {names} needs {memory / 2**30:.2f} GiB for {batch} agents, allowed are "
                     f"{self.memory_limit / 2**30:.2f}; project it (engine='projection' or 'anytime') or raise `memory_limit`"
                 )
 
-    def advance(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
+    def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
         """Go on by one slice. The given belief stays as it is.
 
         Raises
         ------
         NeedsVariable, CostError, ModelError
         """
-        transition = self.transition(belief, info, readings, status)
-        self.check(transition, readings.hard.shape[1])
-        return self.run(belief, info, readings, transition)
+        slice_step = self.slice_step(belief, info, readings, status)
+        self.check(slice_step, readings.hard.shape[1])
+        return self.run(belief, info, readings, slice_step)
 
-    def run(self, belief: Belief, info: SliceInfo, readings: Readings, transition: Transition) -> Outcome:
+    def run(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, slice_step: SliceStep) -> Outcome:
         """Run a compiled step."""
-        width = readings.hard.shape[1]
-        soft = soft_array(transition, info, readings)
+        batch = readings.hard.shape[1]
+        soft = soft_array(slice_step, info, readings)
         messages, marginals, sums = [], [], []
-        increment = np.zeros(width)
-        for group in transition.groups:
-            incoming = transition.assemble(group, belief.messages, width)
+        increment = np.zeros(batch)
+        for group in slice_step.groups:
+            incoming = slice_step.assemble(group, belief.messages, batch)
             message, found, totals, _ = group.plan.run(
                 incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment, self.pool, self.threads
             )
             messages.append(message)
             marginals.append(found)
             sums.append(totals)
-        after = Belief(transition.layout, tuple(messages), readings.hard)
-        return Outcome(after, info, readings, transition, marginals, increment, np.zeros(width), sums, engine=self.name)
+        after = FactoredBelief(slice_step.layout, tuple(messages), readings.hard)
+        return Outcome(after, info, readings, slice_step, marginals, increment, np.zeros(batch), sums, engine=self.name)
 
 
-def soft_array(transition: Transition, info: SliceInfo, readings: Readings) -> np.ndarray:
+def soft_array(slice_step: SliceStep, info: SliceInfo, readings: Readings) -> np.ndarray:
     """Likelihood vectors of all `WEIGHTED` variables side by side, (W, columns)."""
-    width = readings.hard.shape[1]
-    out = np.ones((width, transition.soft_width))
-    for name, columns in transition.soft_columns.items():
+    batch = readings.hard.shape[1]
+    out = np.ones((batch, slice_step.soft_width))
+    for name, columns in slice_step.soft_columns.items():
         values = readings.hard[info.row[name]]
         seen = np.flatnonzero(values >= 0)
         block = out[:, columns]

@@ -15,7 +15,7 @@ from ..compiled.steps import Piece, PieceFactor, SliceInfo
 from ..evidence import Readings
 from ..factors import Factor
 from ..join_tree import connected
-from .exact import Belief, ExactEngine, Outcome, belief_factors
+from .exact import ExactEngine, FactoredBelief, Outcome, belief_factors
 
 
 def replace_agents(
@@ -37,16 +37,16 @@ def replace_agents(
     order : sequence of int
         Row in the outcome's slice of each variable of `first`.
     """
-    anew = engine.advance(engine.start(len(agents)), first, readings, outcome.transition.status[np.asarray(order)])
+    anew = engine.advance(engine.start(len(agents)), first, readings, outcome.slice_step.status[np.asarray(order)])
     belief = merge(engine, outcome.belief, anew.belief, agents)
     increment, loss = outcome.increment.copy(), outcome.loss.copy()
     increment[agents], loss[agents] = anew.increment, anew.loss
     return replace(outcome, belief=belief, increment=increment, loss=loss, replaced=[*outcome.replaced, (agents, anew)])
 
 
-def merge(engine: ExactEngine, belief: Belief, anew: Belief, agents: np.ndarray) -> Belief:
+def merge(engine: ExactEngine, belief: FactoredBelief, anew: FactoredBelief, agents: np.ndarray) -> FactoredBelief:
     """A belief that is `anew` for some agents and `belief` for the others."""
-    width = belief.hard.shape[1]
+    batch = belief.hard.shape[1]
     fresh = belief_factors(anew, len(agents))
     homes: dict[tuple[int, int], list[Factor]] = {}
     extra: list[Factor] = []
@@ -62,7 +62,7 @@ def merge(engine: ExactEngine, belief: Belief, anew: Belief, agents: np.ndarray)
     info = belief.layout.info
     assert info is not None
     for i, piece in enumerate(belief.layout.pieces):
-        rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width]
+        rows = messages[piece.group][piece.instance * batch : (piece.instance + 1) * batch]
         for k, old in enumerate(piece.factors):
             shape = [int(info.cards[info.row[name]]) for name, _ in old.scope]
             table = np.ones((len(agents), *shape))
@@ -74,9 +74,11 @@ def merge(engine: ExactEngine, belief: Belief, anew: Belief, agents: np.ndarray)
     return _with_extra(engine, belief, messages, extra, agents)
 
 
-def _with_extra(engine: ExactEngine, belief: Belief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray) -> Belief:
+def _with_extra(
+    engine: ExactEngine, belief: FactoredBelief, messages: list[np.ndarray], extra: list[Factor], agents: np.ndarray
+) -> FactoredBelief:
     """Pieces joined by factors that only the new agents have; such a factor is ones for the others."""
-    width = belief.hard.shape[1]
+    batch = belief.hard.shape[1]
     layout = belief.layout
     scopes = [tuple(v for f in piece.factors for v in f.scope) for piece in layout.pieces] + [f.scope for f in extra]
     pieces: list[Piece] = []
@@ -86,11 +88,11 @@ def _with_extra(engine: ExactEngine, belief: Belief, messages: list[np.ndarray],
         for m in members:
             if m < len(layout.pieces):
                 piece = layout.pieces[m]
-                rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width]
+                rows = messages[piece.group][piece.instance * batch : (piece.instance + 1) * batch]
                 parts = [(f.scope, rows[:, f.column : f.column + f.size]) for f in piece.factors]
             else:
                 f = extra[m - len(layout.pieces)]
-                block = np.ones((width, f.size))
+                block = np.ones((batch, f.size))
                 block[agents] = f.table.reshape(len(agents), -1)
                 parts = [(f.scope, block)]
             for scope, block in parts:

@@ -114,7 +114,7 @@ class Structure:
         row = self.before.row[name]
         if name in self.held_before:
             return Spot(SEEN_BEFORE, name, row, card)
-        raise NeedsVariable(self.before.kinds[row], name, atemporal=lag != PREVIOUS)
+        raise NeedsVariable(self.before.kinds[row], name, static=lag != PREVIOUS)
 
     def _token(self, spot: Spot) -> Any:
         """What a hidden parent belongs to: a variable of this slice, or a component of the belief."""
@@ -214,13 +214,13 @@ class Block:
     ) -> None:
         self.structure, self.rng, self.previous, self.readings, self.number = structure, rng, previous, readings, number
         self.parts, self.readers, self.held = structure.parts, structure.readers, structure.held
-        self.width = readings.hard.shape[1]
+        self.batch = readings.hard.shape[1]
         self.old: dict[str, np.ndarray] = {}
         self.prior: list[np.ndarray] = []
         self._bring_in(old, old_weights)
         self.weights = [w.copy() for w in self.prior]
         self.values = {n: self.old[n] for n in structure.kept}
-        self.constant = np.zeros(self.width)
+        self.constant = np.zeros(self.batch)
         self.constant_names: list[str] = []
         for draw in structure.draws:
             self._draw(draw)
@@ -232,14 +232,14 @@ class Block:
     def _bring_in(self, old: dict[str, np.ndarray], old_weights: Sequence[np.ndarray]) -> None:
         """Old particles of each new component; old components that meet are paired at random."""
         for sources in self.structure.sources:
-            weight = np.full((self.width, self.number), 1.0 / self.number)
+            weight = np.full((self.batch, self.number), 1.0 / self.number)
             for k in sources:
                 if len(sources) == 1 and old_weights[k].shape[1] == self.number:
                     self.old.update((n, old[n]) for n in self.structure.old_parts[k])
                     weight = old_weights[k]
                     continue
-                ancestors = np.empty((self.width, self.number), np.int64)
-                kernels.systematic(old_weights[k], self.rng.random(self.width), ancestors)
+                ancestors = np.empty((self.batch, self.number), np.int64)
+                kernels.systematic(old_weights[k], self.rng.random(self.batch), ancestors)
                 ancestors = self.rng.permuted(ancestors, axis=1)
                 self.old.update((n, np.take_along_axis(old[n], ancestors, axis=1)) for n in self.structure.old_parts[k])
             self.prior.append(weight)
@@ -255,7 +255,7 @@ class Block:
 
     def _row(self, spots: Sequence[Spot]) -> np.ndarray:
         """Row of a table that the parents select, (W, P) or (W, 1)."""
-        rows = np.zeros((self.width, 1), np.int64)
+        rows = np.zeros((self.batch, 1), np.int64)
         for spot in spots:
             rows = rows * spot.card + self._value(spot)
         return rows
@@ -267,14 +267,14 @@ class Block:
 
     def _draw(self, draw: Draw) -> None:
         """Draw one variable for all particles."""
-        likelihood = self._evidence(draw.child, draw.row) if draw.observed else np.ones((self.width, draw.table.shape[1]))
+        likelihood = self._evidence(draw.child, draw.row) if draw.observed else np.ones((self.batch, draw.table.shape[1]))
         for lone in draw.lone:
             reading = self.readings.hard[lone.row]
             index = self._row(lone.spots)[:, 0] * (lone.states + 1) + np.where(reading < 0, lone.states, reading)
             likelihood = likelihood * lone.table[index]
-        rows = np.ascontiguousarray(np.broadcast_to(self._row(draw.spots), (self.width, self.number)))
-        out = np.empty((self.width, self.number), np.int64)
-        kernels.draw(draw.table, rows, likelihood, self.rng.random((self.width, self.number)), self.weights[draw.home], out)
+        rows = np.ascontiguousarray(np.broadcast_to(self._row(draw.spots), (self.batch, self.number)))
+        out = np.empty((self.batch, self.number), np.int64)
+        kernels.draw(draw.table, rows, likelihood, self.rng.random((self.batch, self.number)), self.weights[draw.home], out)
         self.values[draw.child] = out
 
     def _weigh(self, weigh: Weigh) -> None:

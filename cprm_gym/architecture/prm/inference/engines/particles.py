@@ -103,7 +103,7 @@ class Estimate:
 
     def joint(self, names: Sequence[str]) -> np.ndarray:
         """Joint posterior, (W, card, ...)."""
-        info, width = self.info, self.readings.hard.shape[1]
+        info, batch = self.info, self.readings.hard.shape[1]
         for name in names:
             if name not in info.row:
                 raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
@@ -120,7 +120,7 @@ class Estimate:
                 factors.append(Factor((name,), one_hot(self.readings.hard[row], int(info.cards[row]))))
             elif self.status[row] in (ABSORBED, BARREN):
                 cpd = info.slice.by_child[name]
-                table = np.broadcast_to(cpd.table, (width, *cpd.table.shape)).copy()
+                table = np.broadcast_to(cpd.table, (batch, *cpd.table.shape)).copy()
                 seen = np.flatnonzero(self.readings.hard[row] >= 0)
                 table[seen] = 0.0
                 table[seen, ..., self.readings.hard[row, seen]] = 1.0
@@ -176,9 +176,9 @@ class ParticleEngine:
         self.temporal: frozenset[tuple[str, str]] = frozenset()
         self._structures: Recent[tuple[Any, ...], Structure] = Recent(256)
 
-    def start(self, width: int) -> Particles:
+    def start(self, batch: int) -> Particles:
         """The belief before the first slice."""
-        return Particles(None, {}, (), (), np.zeros((0, width), np.int64))
+        return Particles(None, {}, (), (), np.zeros((0, batch), np.int64))
 
     def snapshot(self) -> dict[str, Any]:
         """State of the random numbers."""

@@ -29,10 +29,10 @@ from cprm_gym.errors import CostError, ParameterError
 from ..bayes_net import JunctionTree
 from ..compiled.operations import MessageFactor, PlanSpec, TableFactor
 from ..compiled.plans import structure_cost
-from ..compiled.steps import Node, Piece, PieceFactor, Recent, SliceInfo, Transition
+from ..compiled.steps import Node, Piece, PieceFactor, Recent, SliceInfo, SliceStep
 from ..evidence import Readings
 from ..factors import Factor
-from .exact import Belief, ExactEngine, Outcome, belief_factors
+from .exact import ExactEngine, FactoredBelief, Outcome, belief_factors
 
 Clusters = tuple[tuple[Node, ...], ...]
 
@@ -91,33 +91,33 @@ class ProjectionEngine(ExactEngine):
         self.max_flops, self.least = max_flops, least
         self._choices: Recent[tuple[object, ...], dict[int, Choice]] = Recent(256)
 
-    def advance(self, belief: Belief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
+    def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
         """Project what has to be projected, then go on by one slice."""
-        transition = self.transition(belief, info, readings, status)
-        chosen = self.choice(belief, info, transition)
+        slice_step = self.slice_step(belief, info, readings, status)
+        chosen = self.choice(belief, info, slice_step)
         if not chosen:
-            self.check(transition, readings.hard.shape[1])
-            return self.run(belief, info, readings, transition)
+            self.check(slice_step, readings.hard.shape[1])
+            return self.run(belief, info, readings, slice_step)
         projected, loss = project(self, belief, chosen)
-        outcome = super().advance(projected, info, readings, transition.status)
+        outcome = super().advance(projected, info, readings, slice_step.status)
         clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
         return replace(outcome, loss=outcome.loss + loss, report={**outcome.report, "clusters": clusters})
 
     # ------------------------------------------------------------------------------------------------- choosing
 
-    def choice(self, belief: Belief, info: SliceInfo, transition: Transition) -> dict[int, Choice]:
+    def choice(self, belief: FactoredBelief, info: SliceInfo, slice_step: SliceStep) -> dict[int, Choice]:
         """Pieces to project before a step and how; made once for a layout, a slice and a budget."""
-        key = belief.layout, info, transition.status.tobytes(), self.max_flops
-        return self._choices.fetch(key, lambda: self._choose(belief, info, transition))
+        key = belief.layout, info, slice_step.status.tobytes(), self.max_flops
+        return self._choices.fetch(key, lambda: self._choose(belief, info, slice_step))
 
-    def _choose(self, belief: Belief, info: SliceInfo, transition: Transition) -> dict[int, Choice]:
+    def _choose(self, belief: FactoredBelief, info: SliceInfo, slice_step: SliceStep) -> dict[int, Choice]:
         """Pieces to project before this step, and their clusters."""
         layout = belief.layout
         if self.given is not None:
             return given_clusters(belief, self.given)
         chosen: dict[int, Choice] = {}
         place = layout.variables()
-        for group in transition.groups:
+        for group in slice_step.groups:
             if group.plan.cost.flops <= self.max_flops and group.plan.cost.bytes <= self.memory_limit:
                 continue
             for nodes in group.members:
@@ -130,7 +130,7 @@ class ProjectionEngine(ExactEngine):
         return chosen
 
     def _by_information(
-        self, belief: Belief, inside: Iterable[int], scopes: Sequence[tuple[Node, ...]], cards: dict[Node, int], info: SliceInfo
+        self, belief: FactoredBelief, inside: Iterable[int], scopes: Sequence[tuple[Node, ...]], cards: dict[Node, int], info: SliceInfo
     ) -> dict[int, Choice]:
         """Clusters of the pieces of one component, joined by mutual information while the step fits the budget."""
         needed = {(p, 0 if lag == 1 else lag) for cpd in info.slice.cpds for p, lag in cpd.parents if lag != 0}
@@ -168,28 +168,28 @@ class ProjectionEngine(ExactEngine):
         return result
 
 
-def project(engine: ExactEngine, belief: Belief, chosen: dict[int, Choice]) -> tuple[Belief, np.ndarray]:
+def project(engine: ExactEngine, belief: FactoredBelief, chosen: dict[int, Choice]) -> tuple[FactoredBelief, np.ndarray]:
     """A belief with some pieces replaced by products of clusters.
 
     Parameters
     ----------
-    belief : Belief
+    belief : FactoredBelief
     chosen : dict of int to Choice
         Pieces and the clusters that their variables are divided into; other variables are summed out first.
 
     Returns
     -------
-    belief : Belief
+    belief : FactoredBelief
     loss : (W,) float array
         Kullback-Leibler divergence, nats; an upper bound where there are loose variables.
     """
-    layout, width = belief.layout, belief.hard.shape[1]
+    layout, batch = belief.layout, belief.hard.shape[1]
     info = layout.info
     assert info is not None
     pieces: list[Piece] = []
     messages = list(belief.messages)
     widths, counts = list(layout.widths), list(layout.counts)
-    loss = np.zeros(width)
+    loss = np.zeros(batch)
     none = np.zeros((1, 0, 3), np.int64)
     for i, piece in enumerate(layout.pieces):
         if i not in chosen:
@@ -210,8 +210,8 @@ def project(engine: ExactEngine, belief: Belief, chosen: dict[int, Choice]) -> t
         if plan.cost.bytes > engine.memory_limit:
             names = ", ".join(sorted(n for n, _ in nodes)[:12])
             raise CostError(f"projecting the belief about {names} needs {plan.cost.bytes / 2**30:.2f} GiB")
-        rows = messages[piece.group][piece.instance * width : (piece.instance + 1) * width, piece.columns]
-        message, _, _, losses = plan.run(np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((width, 0)), none)
+        rows = messages[piece.group][piece.instance * batch : (piece.instance + 1) * batch, piece.columns]
+        message, _, _, losses = plan.run(np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((batch, 0)), none)
         loss += np.maximum(losses[:, 0], 0.0)
         for factors in plan.pieces:
             named = tuple(PieceFactor(tuple(nodes[v] for v in f.scope), f.column, f.size) for f in factors)
@@ -220,10 +220,10 @@ def project(engine: ExactEngine, belief: Belief, chosen: dict[int, Choice]) -> t
         widths.append(plan.message_size)
         counts.append(1)
     made = engine.compiler.layout(tuple(pieces), tuple(widths), tuple(counts), layout.held, info)
-    return Belief(made, tuple(messages), belief.hard), loss
+    return FactoredBelief(made, tuple(messages), belief.hard), loss
 
 
-def given_clusters(belief: Belief, clusters: Sequence[Sequence[str]]) -> dict[int, Choice]:
+def given_clusters(belief: FactoredBelief, clusters: Sequence[Sequence[str]]) -> dict[int, Choice]:
     """How to project every piece with variables of two clusters or more; variables in no cluster are clusters of their own."""
     of = {name: k for k, cluster in enumerate(clusters) for name in cluster}
     chosen = {}
@@ -236,7 +236,7 @@ def given_clusters(belief: Belief, clusters: Sequence[Sequence[str]]) -> dict[in
     return chosen
 
 
-def home_nodes(belief: Belief, i: int) -> tuple[Node, ...]:
+def home_nodes(belief: FactoredBelief, i: int) -> tuple[Node, ...]:
     """Variables of a piece."""
     return tuple(dict.fromkeys(v for f in belief.layout.pieces[i].factors for v in f.scope))
 
@@ -278,24 +278,24 @@ def _table_scopes(spec: PlanSpec) -> list[tuple[int, ...]]:
     return scopes
 
 
-def mutual_information(belief: Belief, pieces: dict[int, tuple[Node, ...]], agents: int = 8) -> dict[tuple[Node, Node], float]:
+def mutual_information(belief: FactoredBelief, pieces: dict[int, tuple[Node, ...]], agents: int = 8) -> dict[tuple[Node, Node], float]:
     """Mutual information, in nats, of pairs of variables that share a clique of the belief; mean over the first agents.
 
     Variables that share no clique depend on each other only through those that do, and share no more information than these.
 
     Parameters
     ----------
-    belief : Belief
+    belief : FactoredBelief
     pieces : dict of piece to its variables
     agents : int
         How many agents to look at.
     """
-    width = belief.hard.shape[1]
-    looked = min(width, agents)
+    batch = belief.hard.shape[1]
+    looked = min(batch, agents)
     shared: dict[tuple[Node, Node], float] = {}
     wanted = {v for nodes in pieces.values() for v in nodes}
     inside = {v for i in pieces for f in belief.layout.pieces[i].factors for v in f.scope}
-    factors = [Factor(f.scope, f.table[:looked]) for f in belief_factors(belief, width) if set(f.scope) <= inside]
+    factors = [Factor(f.scope, f.table[:looked]) for f in belief_factors(belief, batch) if set(f.scope) <= inside]
     if not factors:
         return shared
     tree = JunctionTree(factors, looked)

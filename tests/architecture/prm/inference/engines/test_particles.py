@@ -18,7 +18,7 @@ def follow(case, engine, **options):
     """(result, recorded step) for every step of a case."""
     filter_ = Filter(Schedule(case), engine=engine, **options)
     for step, relations in zip(case["steps"], case["schedule"]):
-        yield filter_.step(step["evidence"], step["soft"], active=relations), step
+        yield filter_.step(step["evidence"], step["soft"], relations=relations), step
 
 
 @pytest.mark.parametrize(
@@ -78,13 +78,13 @@ def test_every_independent_component_has_weights_of_its_own():
     filter_ = Filter(scene, engine="particles", particles=100, seed=0)
     rng = np.random.default_rng(0)
     for _ in range(10):
-        result = filter_.step(scene.readings(rng), active=scene.all_attended())
+        result = filter_.step(scene.readings(rng), relations=scene.all_attended())
     parts = result.report["components"]
     assert sorted(map(len, parts)) == [1] * 5 + [2] * 12
     assert result.report["ess"].shape == (1, 17)
     assert (result.report["ess"] > 5).all()
     held = Active(scene.opponents, "o1")
-    parts = filter_.step(scene.readings(rng), active=held).report["components"]
+    parts = filter_.step(scene.readings(rng), relations=held).report["components"]
     assert max(map(len, parts)) >= 9
 
 
@@ -97,14 +97,14 @@ def test_a_switching_world_with_an_atemporal_variable_is_followed():
         active = (int(rng.integers(0, 30)), int(rng.integers(0, 30))) if t else ()
         ground = world.ground(active, first=t == 0)
         slices.append(ground)
-        evidence = {n: rng.integers(0, v.card, 2) for n, v in ground.variables.items() if n in world.inputs or "obs" in n}
+        evidence = {n: rng.integers(0, v.card, 2) for n, v in ground.variables.items() if n in world.given or "obs" in n}
         evidence["x0.seen"] = np.array([1, -1])
         for w in range(2):
             hard[w].append({n: int(v[w]) for n, v in evidence.items() if v[w] >= 0})
-        result = filter_.step(evidence, active=active)
+        result = filter_.step(evidence, relations=active)
         for w in range(2):
             for name in ground.variables:
-                if name not in world.inputs:
+                if name not in world.given:
                     joint = unrolled_joint(slices, hard[w], [{}] * 4, [(name, t)], world.static)
                     np.testing.assert_allclose(result[name][w], joint / joint.sum(), atol=0.03)
             joint = unrolled_joint(slices, hard[w], [{}] * 4, [("x0.p", t), ("x0.q", t)], world.static)
@@ -117,13 +117,13 @@ def test_where_no_particle_fits_the_filter_raises_or_goes_on():
     strict = Filter(schedule, engine="particles", particles=50, seed=0)
     lenient = Filter(schedule, engine="particles", particles=50, seed=0, on_impossible="drop")
     for step, relations in list(zip(case["steps"], case["schedule"]))[:4]:
-        strict.step(step["evidence"], active=relations)
-        lenient.step(step["evidence"], active=relations)
+        strict.step(step["evidence"], relations=relations)
+        lenient.step(step["evidence"], relations=relations)
     before = strict.belief
     with pytest.raises(ImpossibleEvidence, match="obs"):
-        strict.step(case["steps"][4]["evidence"], active="step")
+        strict.step(case["steps"][4]["evidence"], relations="step")
     assert strict.belief is before
-    result = lenient.step(case["steps"][4]["evidence"], active="step")
+    result = lenient.step(case["steps"][4]["evidence"], relations="step")
     np.testing.assert_allclose(result["pos"][0], [1, 0, 0, 0])
     assert lenient.impossible_count[0] == 1
 
@@ -134,10 +134,10 @@ def test_agents_begin_anew_alone():
     filter_ = Filter(schedule, batch=2, engine="particles", particles=20_000, seed=0)
     fresh = Filter(schedule)
     for t in range(4):
-        filter_.step({"roll": 5}, active="prior" if t == 0 else "step")
+        filter_.step({"roll": 5}, relations="prior" if t == 0 else "step")
     filter_.reset([1])
-    result = filter_.step({"roll": 5}, active="step")
-    expected = fresh.step({"roll": 5}, active="prior")
+    result = filter_.step({"roll": 5}, relations="step")
+    expected = fresh.step({"roll": 5}, relations="prior")
     np.testing.assert_allclose(result["die"][1], expected["die"][0], atol=0.02)
     assert result["die"][0, 1] > result["die"][1, 1] + 0.2
     assert result.log_likelihood[1] == pytest.approx(expected.log_likelihood[0], abs=0.05)
@@ -146,11 +146,11 @@ def test_agents_begin_anew_alone():
 def test_a_snapshot_holds_the_random_numbers_too():
     case = load("d02_casino")
     filter_ = Filter(Schedule(case), engine="particles", particles=50, seed=0)
-    filter_.step({"roll": 1}, active="prior")
+    filter_.step({"roll": 1}, relations="prior")
     kept = filter_.snapshot()
-    first = filter_.step({"roll": 5}, active="step")["die"]
+    first = filter_.step({"roll": 5}, relations="step")["die"]
     filter_.restore(kept)
-    np.testing.assert_array_equal(filter_.step({"roll": 5}, active="step")["die"], first)
+    np.testing.assert_array_equal(filter_.step({"roll": 5}, relations="step")["die"], first)
 
 
 def test_systematic_resampling_takes_each_particle_as_often_as_its_weight_says():
@@ -172,7 +172,7 @@ def through_possession(bins, opponents=2, steps=10, **options):
     exact = []
     for t in range(steps):
         active = Active(scene.opponents, "o1") if 3 <= t < 7 else scene.all_attended()
-        exact.append(filter_.step(scene.readings(rng), active=active))
+        exact.append(filter_.step(scene.readings(rng), relations=active))
     return exact
 
 
@@ -199,7 +199,7 @@ def test_with_too_little_memory_anytime_samples_and_comes_back_when_it_can():
     rng = np.random.default_rng(0)
     filter_ = Filter(scene, engine="anytime", seed=0, memory_limit=500.0, budget_ms=50.0)
     assert filter_.step(scene.readings(rng)).engine == "particles"
-    result = filter_.step(scene.readings(rng), active=scene.all_attended())
+    result = filter_.step(scene.readings(rng), relations=scene.all_attended())
     assert result.engine == "particles"
     assert result.report["particles"] % 500 == 0
     assert result.report["particles"] >= 500
@@ -226,17 +226,17 @@ def test_factors_and_particles_are_turned_into_each_other():
     rng = np.random.default_rng(1)
     filter_ = Filter(scene, engine="anytime", seed=0, budget_ms=1e4)
     for _ in range(4):
-        result = filter_.step(scene.readings(rng), active=scene.all_attended())
+        result = filter_.step(scene.readings(rng), relations=scene.all_attended())
     particles = to_particles(filter_.belief, 50_000, rng)
     back = to_factors(filter_.engine.factored, particles)
     filter_.belief = back
-    again = filter_.predict(1, active=scene.all_attended())
+    again = filter_.predict(1, relations=scene.all_attended())
     filter_.restore(filter_.snapshot())
     direct = Filter(scene)
     rng = np.random.default_rng(1)
     for _ in range(4):
-        direct.step(scene.readings(rng), active=scene.all_attended())
-    expected = direct.predict(1, active=scene.all_attended())
+        direct.step(scene.readings(rng), relations=scene.all_attended())
+    expected = direct.predict(1, relations=scene.all_attended())
     for name in scene.hidden():
         np.testing.assert_allclose(again[name], expected[name], atol=0.02)
     assert result.exact

@@ -17,7 +17,7 @@ def test_given_clusters_give_the_recorded_posteriors_of_a_filter_that_projects()
     case = load("d07_entangle_min")
     filter_ = Filter(Schedule(case), engine="projection", clusters=[("A",), ("B",)])
     for step, relations in zip(case["steps"], case["schedule"]):
-        result = filter_.step(step["evidence"], active=relations)
+        result = filter_.step(step["evidence"], relations=relations)
         for variable, posterior in step["posterior_if_projected"].items():
             np.testing.assert_allclose(result[variable][0], posterior, atol=1e-9)
     assert not result.exact
@@ -28,9 +28,9 @@ def test_the_loss_is_the_divergence_from_the_joint_to_the_product():
     schedule = Schedule(case)
     exact, projected = Filter(schedule), Filter(schedule, engine="projection", clusters=[("A",), ("B",)])
     for step, relations in list(zip(case["steps"], case["schedule"]))[:5]:
-        before = exact.step(step["evidence"], active=relations).joint("A", "B")[0]
+        before = exact.step(step["evidence"], relations=relations).joint("A", "B")[0]
     projected.restore(exact.snapshot())
-    loss = projected.step(case["steps"][5]["evidence"], active=case["schedule"][5]).loss[0]
+    loss = projected.step(case["steps"][5]["evidence"], relations=case["schedule"][5]).loss[0]
     product = before.sum(axis=1, keepdims=True) * before.sum(axis=0, keepdims=True)
     assert loss == pytest.approx((before * np.log(before / product)).sum(), abs=1e-12)
     assert loss > 0.01
@@ -40,7 +40,7 @@ def test_within_the_budget_nothing_is_projected():
     case = load("d06_possession_on_off")
     filter_ = Filter(Schedule(case), engine="projection", max_flops=1e9)
     for step, relations in zip(case["steps"], case["schedule"]):
-        result = filter_.step(step["evidence"], active=relations)
+        result = filter_.step(step["evidence"], relations=relations)
         for variable, posterior in step["posterior"].items():
             np.testing.assert_allclose(result[variable][0], posterior, atol=1e-9)
     assert result.exact
@@ -55,7 +55,7 @@ def possession(bins, engine, steps=14, off=9, seed=2, **options):
     out = []
     for t in range(steps):
         active = Active(("o1",), "o1") if 3 <= t < off else Active(("o1",))
-        result = filter_.step(scene.readings(rng), active=active)
+        result = filter_.step(scene.readings(rng), relations=active)
         out.append((result, {n: result[n][0] for n in scene.hidden(active)}))
     return out
 
@@ -96,7 +96,7 @@ def test_clusters_are_reported_and_cover_what_the_next_slice_needs():
 
 
 def test_a_batch_is_projected_like_each_agent_alone():
-    world = RandomWorld(21, static=False, with_input=False)
+    world = RandomWorld(21, static=False, with_given=False)
     clusters = [("x0.p", "x0.q"), ("x1.p",)]
     rng = np.random.default_rng(0)
     batch = Filter(world, batch=3, engine="projection", clusters=clusters)
@@ -104,9 +104,9 @@ def test_a_batch_is_projected_like_each_agent_alone():
     for t in range(5):
         active = (t,) if t else ()
         evidence = {f"x{k}.obs": rng.integers(0, 2, 3) for k in range(3)}
-        result = batch.step(evidence, active=active)
+        result = batch.step(evidence, relations=active)
         for w, one in enumerate(alone):
-            single = one.step({n: int(v[w]) for n, v in evidence.items()}, active=active)
+            single = one.step({n: int(v[w]) for n, v in evidence.items()}, relations=active)
             assert result.loss[w] == pytest.approx(single.loss[0], abs=1e-12)
             np.testing.assert_allclose(result["x2.p"][w], single["x2.p"][0], atol=1e-12)
 

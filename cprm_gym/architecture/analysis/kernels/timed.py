@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compilation import kernel_group
-from .table import find
+from .table import enter, find, hash_row
 
 kernel = kernel_group()
 inlined = kernel_group(forceinline=True)  # a call costs much more than they do: the arrays of the net are passed one by one
@@ -36,7 +36,7 @@ disabled."""
 DONE, CHUNK, GROW, OVERFLOW = 0, 1, 2, 3
 
 
-class CycleNet(NamedTuple):
+class TimedNet(NamedTuple):
     """Arrays of a timed net. P places, X variables of the environment, C timed transitions."""
 
     n_places: int
@@ -357,14 +357,14 @@ def successors(net, row, out, labels, between, ties):
 
 
 @kernel
-def expand(net, rows, parents, kinds, offsets, targets, labels, table, out, step, between, ties, progress, chunk):
+def expand(net, rows, parents, kinds, offsets, targets, labels, table, bits, out, step, between, ties, progress, chunk):
     """Expand nodes in order until nothing is left, `chunk` are done, the arrays are full or a place overflows.
 
     Parameters
     ----------
     rows : (capacity, S) int16; parents : (capacity,) int32; kinds : (capacity,) int8; offsets : (capacity + 1,) int64
     targets, labels : (edges,) int32
-    table : (2 ** b,) int32
+    table : (2 ** bits,) uint32
     out, step : scratch for the successors of one node
     between : (S,) int16 scratch
     ties : (T, T) bool
@@ -393,9 +393,10 @@ def expand(net, rows, parents, kinds, offsets, targets, labels, table, out, step
             break
         kinds[i] = kind
         for k in range(n):
-            j = find(rows, table, out[k])
+            h = hash_row(out, k)
+            j = find(rows, table, bits, out, k, h)
             if j < 0:
-                table[-1 - j] = nodes + 1
+                enter(table, bits, -1 - j, h, nodes)
                 for s in range(out.shape[1]):
                     rows[nodes, s] = out[k, s]
                 parents[nodes] = i

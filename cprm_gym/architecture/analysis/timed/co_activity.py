@@ -1,0 +1,83 @@
+"""Which modules may be active at the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...petri import CompiledNet, instances
+from ..kernels import timed as kernels
+from ..net_arrays import System
+from ..structure.invariants import semiflows
+from ..verdicts import Verdict
+from .state_space import TimedStateSpace
+
+
+@dataclass(frozen=True)
+class CoActivity:
+    """Which module instances may be active (their `ongoing` marked) at the same time.
+
+    Attributes
+    ----------
+    instances : tuple of str
+    together : dict from (a, b) to verdict
+        True with a run, False, or None.
+    invariants : dict from (a, b) to str
+        The P-invariant that proves exclusion, where there is one.
+    sets : tuple of tuple of str
+        Every set of instances found active at the end of an instant.
+    """
+
+    instances: tuple[str, ...]
+    together: Mapping[tuple[str, str], Verdict]
+    invariants: Mapping[tuple[str, str], str]
+    sets: tuple[tuple[str, ...], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        pairs = [
+            {"modules": list(pair), "together": v.holds, "why": self.invariants.get(pair, v.why), "run": [str(s) for s in v.run]}
+            for pair, v in self.together.items()
+        ]
+        return {"instances": list(self.instances), "pairs": pairs, "sets": [list(s) for s in self.sets]}
+
+
+def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | None:
+    """Which module instances may be active together; None for a net without modules that have an `ongoing` port.
+
+    Exclusion is proved by a P-invariant where one does it (§2.2.6, conservation analysis), by exploration otherwise.
+    """
+    found = {
+        path: instance.places[instance.net.ports.ongoing]
+        for path, instance in instances(compiled.source).items()
+        if path and instance.net.ports.ongoing
+    }
+    if not found:
+        return None
+    names = tuple(found)
+    columns = [space.system.place(p) for p in found.values()]
+    settled = np.flatnonzero(space.kinds == kernels.QUIET)
+    active = space.markings[settled][:, columns] > 0
+    flows = semiflows(System.from_net(compiled), "P").vectors
+    together: dict[tuple[str, str], Verdict] = {}
+    proofs: dict[tuple[str, str], str] = {}
+    for a in range(len(names)):
+        for b in range(a + 1, len(names)):
+            pair, p, q = (names[a], names[b]), found[names[a]], found[names[b]]
+            proof = next((v for v in flows if v.weights.get(p, 0) + v.weights.get(q, 0) > v.value and {p, q} <= v.support), None)
+            both = np.flatnonzero(active[:, a] & active[:, b])
+            if p == q:
+                together[pair] = Verdict(True, "they share the place ongoing")
+            elif proof is not None:
+                together[pair] = Verdict(False, "P-invariant")
+                proofs[pair] = f"{proof} = {proof.value}"
+            elif len(both):
+                together[pair] = Verdict(True, "both are ongoing here", space.run(int(settled[both[0]])))
+            else:
+                together[pair] = Verdict(False if space.complete else None, "never seen together in the whole state space")
+    rows = np.unique(active, axis=0) if len(active) else np.zeros((0, len(names)), bool)
+    sets = sorted((tuple(names[k] for k in np.flatnonzero(row)) for row in rows), key=lambda s: (len(s), s))
+    return CoActivity(names, together, proofs, tuple(s for s in sets if s))
