@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import gzip
+import io
 import os
 import secrets
 from pathlib import Path
+from typing import Any
 
 from .errors import CprmError
 
@@ -60,3 +64,51 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+class AtomicFile:
+    """A file that appears under its name only when it is complete: written beside it, moved there by `close`.
+
+    Parameters
+    ----------
+    path : path
+        Where the file will be. A name ending in ``.gz`` is compressed.
+
+    Raises
+    ------
+    CprmError
+        When nothing can be written there.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._temporary = hidden_beside(self.path)
+        try:
+            self._raw = self._temporary.open("xb")
+        except OSError as error:
+            raise CprmError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+        packed = self.path.suffix == ".gz"
+        # no name and no time in the gzip header: the same content gives the same file
+        binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=self._raw, mtime=0) if packed else self._raw
+        self._text = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="\n")
+
+    def write(self, text: str) -> None:
+        """Append `text`."""
+        self._text.write(text)
+
+    def close(self) -> None:
+        """Finish the file and move it to its place."""
+        try:
+            self._text.close()
+            self._raw.close()
+            os.replace(self._temporary, self.path)
+        except BaseException:
+            self.abort()
+            raise
+
+    def abort(self) -> None:
+        """Forget the file; nothing appears under its name."""
+        with contextlib.suppress(OSError, ValueError):
+            self._text.close()
+        self._raw.close()
+        self._temporary.unlink(missing_ok=True)

@@ -5,14 +5,14 @@
     from . import CommandKind, Simulator
 
     simulator = Simulator(worlds=2, seed=1)
-    simulator.start()
+    simulator.trainer.start()
     simulator.commands["kind"], simulator.commands["a"], simulator.commands["b"] = CommandKind.DASH, 60, 0
     simulator.step()
     simulator.see().ball_level      # what each of the 22 players of each world sees
 
 One match is one record of `state.WORLD`. `simulator.Simulator` owns an array of them and calls compiled kernels (``kernels``); the
-senses (`senses`), the powers of trainer and coach (`officials`), logs (`gamelog`, `commandlog`), texts (`messages`, `command_text`) and
-the proof by replay (`conformance`) stand around it. The simulator knows no Gym and no agents.
+senses (`senses`), the powers of trainer and coach (`trainer`), the server's texts (`protocol`), logs (`gamelog`) and the proof by
+replay (`conformance`) stand around it. The simulator knows no Gym and no agents.
 """
 
 from __future__ import annotations

@@ -1,25 +1,14 @@
-"""All parameters of the server, the masks of the referee's modules, and their packed form for the kernels.
+"""All parameters of the server and the masks of the referee's modules.
 
-Names and defaults are those of server 19; ``describe`` tells the unit, meaning and range of each. `pack` copies everything the
-kernels need into one record of dtype `PARAMETERS`.
+Names and defaults are those of server 19; ``describe`` tells the unit, meaning and range of each.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from enum import IntFlag
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from ..errors import ParameterError
 from .parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real, text
-from .player_types import MAX_TYPES, PlayerParameters, PlayerType, TypeColumn
-
-PITCH_LENGTH, PITCH_WIDTH, PITCH_MARGIN = 105.0, 68.0, 5.0
-GOAL_POST_RADIUS = 0.06
 
 
 class Rules(IntFlag):
@@ -322,86 +311,3 @@ class ServerParameters(ParameterSet):
         The deltas of heterogeneous types still make their ``kick_rand`` differ from zero.
         """
         return dataclasses.replace(self, ball_rand=0.0, player_rand=0.0, kick_rand=0.0, wind_rand=0.0)
-
-
-_PACKED = [f for cls in (ServerParameters, PlayerParameters) for f in dataclasses.fields(cls) if f.metadata["kind"] != "text"]
-
-PARAMETERS = np.dtype(
-    [(f.name, "f8" if f.metadata["kind"] == "real" else "i4") for f in _PACKED]
-    + [
-        ("types", "f8", (MAX_TYPES, len(TypeColumn))),  # columns: TypeColumn
-        ("rules", "i8"),  # Rules
-        ("goal_line", "f8"),
-        ("touch_line", "f8"),  # 52.5, 34
-        ("out_x", "f8"),
-        ("out_y", "f8"),  # the same plus the ball's radius: beyond it the ball is out
-        ("limit_x", "f8"),
-        ("limit_y", "f8"),  # 57.5, 39: nobody is allowed beyond
-        ("post_x", "f8"),
-        ("post_y", "f8"),
-        ("post_radius", "f8"),
-        ("ball_top_speed", "f8"),  # ball_speed_max * ball_decay: what a kick finds at most
-        ("player_rand_of", "f8", (2,)),
-        ("kick_rand_factor_of", "f8", (2,)),
-        ("slowness_of", "f8", (2,)),  # left, right
-        ("half_cycles", "i4"),
-        ("extra_half_cycles", "i4"),
-        ("normal_cycles", "i4"),
-        ("total_cycles", "i4"),  # N and M of specification/simulator.md 7.4
-    ],
-    align=True,
-)
-"""What the kernels read: every numeric parameter under its own name, the types, and constants derived from them."""
-
-
-def pack(
-    parameters: ServerParameters,
-    player_parameters: PlayerParameters,
-    types: Sequence[PlayerType],
-    rules: Rules = Rules.ALL,
-) -> npt.NDArray[Any]:
-    """One record of dtype `PARAMETERS`, in an array of shape (1,).
-
-    Parameters
-    ----------
-    parameters, player_parameters
-        The two sets.
-    types : sequence of PlayerType
-        1 to 18 types; type 0 is the default type. Missing ones are copies of type 0.
-    rules : Rules
-        Modules of the referee that are on; none are when ``coach`` is set without ``coach_w_referee``.
-
-    Raises
-    ------
-    ParameterError
-        When the number of types is not 1 to 18.
-    """
-    if not 1 <= len(types) <= MAX_TYPES:
-        raise ParameterError(f"`types` takes 1 to {MAX_TYPES} player types, got {len(types)}")
-    record = np.zeros(1, PARAMETERS)
-    for source in (parameters, player_parameters):
-        for field in dataclasses.fields(source):
-            if field.metadata["kind"] != "text":
-                record[field.name] = getattr(source, field.name)
-    for row in range(MAX_TYPES):
-        record["types"][0, row] = types[row if row < len(types) else 0].row(parameters)
-    if parameters.coach and not parameters.coach_w_referee:
-        rules = Rules.NONE
-    record["rules"] = int(rules)
-    half_x, half_y = PITCH_LENGTH / 2, PITCH_WIDTH / 2
-    record["goal_line"], record["touch_line"] = half_x, half_y
-    record["out_x"], record["out_y"] = half_x + parameters.ball_size, half_y + parameters.ball_size
-    record["limit_x"], record["limit_y"] = half_x + PITCH_MARGIN, half_y + PITCH_MARGIN
-    record["post_x"], record["post_y"] = half_x - GOAL_POST_RADIUS, parameters.goal_width / 2 + GOAL_POST_RADIUS
-    record["post_radius"] = GOAL_POST_RADIUS
-    record["ball_top_speed"] = parameters.ball_speed_max * parameters.ball_decay
-    noisy = parameters.team_actuator_noise
-    rand = parameters.player_rand
-    record["player_rand_of"] = (rand * parameters.prand_factor_l, rand * parameters.prand_factor_r) if noisy else (rand, rand)
-    record["kick_rand_factor_of"] = (parameters.kick_rand_factor_l, parameters.kick_rand_factor_r) if noisy else (1.0, 1.0)
-    record["slowness_of"] = parameters.slowness_on_top_for_left_team, parameters.slowness_on_top_for_right_team
-    record["half_cycles"], record["extra_half_cycles"] = parameters.half_cycles, parameters.extra_half_cycles
-    normal = parameters.half_cycles * max(parameters.nr_normal_halfs, 0)
-    record["normal_cycles"] = normal
-    record["total_cycles"] = normal + parameters.extra_half_cycles * max(parameters.nr_extra_halfs, 0)
-    return record

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .parameter_fields import ParameterSet, flag, integer, items_of, parameter_set, real
+from .pitch import PITCH_LENGTH, PITCH_WIDTH
 
 if TYPE_CHECKING:
     from .parameters import ServerParameters
@@ -23,7 +24,7 @@ MAX_TYPES = 18
 """Types the packed parameters have room for."""
 MAX_TRIALS = 1000
 _EPS = 1e-10
-_FAR = math.sqrt(105.0**2 + 68.0**2)
+_FAR = math.sqrt(PITCH_LENGTH**2 + PITCH_WIDTH**2)
 
 
 @parameter_set("player parameter")

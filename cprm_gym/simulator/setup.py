@@ -10,11 +10,10 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from .player_types import TypeColumn
-from .state import LEFT, PLAYERS, WORLD, PlayerBit, PlayMode, Stream, ViewWidth
+from .state import LEFT, PLAYERS, WORLD, PlayerBit, PlayMode, Seed, Stream, ViewWidth
 
 if TYPE_CHECKING:
     from .parameters import ServerParameters
-    from .simulator import Seed
 
 NEVER_SUBSTITUTED = 18
 _D2R = math.pi / 180.0

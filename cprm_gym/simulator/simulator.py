@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,15 +21,13 @@ from .kernels import audio, body, landmark_sight
 from .kernels import senses as eye_kernels
 from .kernels import step as kernels
 from .kernels.random import draw_uniforms
-from .parameters import Rules, ServerParameters, pack
+from .packing import pack
+from .parameters import Rules, ServerParameters
 from .player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
 from .senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
 from .setup import draw_wind, initial_world, stream_keys
-from .state import COMMAND, PLAYERS, WORLD, Stream
-from .trainer import Officials
-
-Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
-Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
+from .state import COMMAND, PLAYERS, WORLD, Seed, Stream, Worlds, chosen_worlds
+from .trainer import Coach, Trainer
 
 _HASHED = (
     "time",
@@ -81,7 +79,7 @@ def no_commands(*shape: int) -> npt.NDArray[Any]:
     return commands
 
 
-class Simulator(Officials):
+class Simulator:
     """`worlds` matches of 2D soccer.
 
     Parameters
@@ -121,6 +119,10 @@ class Simulator(Officials):
         Buffer for the commands of the next `step`.
     types : tuple of PlayerType
         The types of this match.
+    trainer : Trainer
+        Places ball and players, changes the mode, kicks off.
+    coach : Coach
+        Exchanges players within the rules.
     team_names : tuple of two str
         What messages and logs call the left and the right team; free to be changed.
     """
@@ -158,6 +160,7 @@ class Simulator(Officials):
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
         self._start = initial_world(self.packed, left, right, goalies)
         self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
+        self.trainer, self.coach = Trainer(self.world, self.packed), Coach(self.world, self.packed)
         self._silence = no_commands(worlds, PLAYERS)
         self.commands: npt.NDArray[Any] = self._silence.copy()
         self._one = no_commands(1)
@@ -295,7 +298,7 @@ class Simulator(Officials):
         ParameterError
             When the seeds or worlds do not fit.
         """
-        chosen = self._indices(worlds)
+        chosen = chosen_worlds(worlds, self.worlds)
         keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.first_world)
         steps = self.world["steps"][chosen].copy() if seed is None else 0
         draws = self.world["draws"][chosen] + 1 if seed is None else 0
@@ -316,7 +319,7 @@ class Simulator(Officials):
             Whose luck it is; start positions take that of resets.
         """
         _check_whole("count", count, 0, 2**31)
-        chosen = self._indices(worlds)
+        chosen = chosen_worlds(worlds, self.worlds)
         out = np.empty((len(chosen), count))
         draw_uniforms(self.world, chosen, int(stream), out)
         return out
@@ -354,7 +357,7 @@ class Simulator(Officials):
         ParameterError
             When the snapshot does not fit.
         """
-        chosen = self._indices(worlds)
+        chosen = chosen_worlds(worlds, self.worlds)
         if getattr(snapshot, "dtype", None) != WORLD or np.size(snapshot) not in (1, len(chosen)):
             raise ParameterError(f"`snapshot` takes 1 or {len(chosen)} records of dtype WORLD, got {_named(snapshot)}")
         records = np.ascontiguousarray(np.ravel(snapshot))
@@ -368,7 +371,7 @@ class Simulator(Officials):
         worlds : int, indices, slice or mask, optional
             Which worlds; all when not given.
         """
-        chosen = self._indices(worlds)
+        chosen = chosen_worlds(worlds, self.worlds)
         digest = hashlib.sha256()
         for name in _HASHED:
             digest.update(name.encode() + np.ascontiguousarray(self.world[name][chosen]).tobytes())
@@ -383,19 +386,6 @@ class Simulator(Officials):
                 "make one with `no_commands` or fill `Simulator.commands`"
             )
         return np.ascontiguousarray(commands)
-
-    def _indices(self, worlds: Worlds) -> npt.NDArray[np.int64]:
-        """Numbers of the chosen worlds."""
-        everything = np.arange(self.worlds)
-        if worlds is None:
-            return everything
-        try:
-            picked: npt.NDArray[np.int64] = np.atleast_1d(everything[worlds])
-        except (IndexError, TypeError, ValueError):
-            raise ParameterError(
-                f"`worlds` takes indices 0 to {self.worlds - 1}, a slice or a mask of {self.worlds} truth values, got {worlds!r}"
-            ) from None
-        return picked
 
 
 def _named(thing: Any) -> str:

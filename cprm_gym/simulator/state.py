@@ -10,9 +10,18 @@ Units: metres, cycles (100 ms), radians. The frame is the server's: x to the rig
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum, IntFlag
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+
+Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
+Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
+"""Which worlds: an index, indices, a slice, a mask, or all of them (None)."""
 
 PLAYERS = 22
 OBJECTS = 23
@@ -168,7 +177,7 @@ class Stream(IntEnum):
 class Announcement(IntEnum):
     """What the referee says; arguments in the columns ``a, b, c`` of ``WORLD["announcement"]`` after the kind.
 
-    ``officials.announcement_text`` gives the server's string. Sides are +1 and -1.
+    ``trainer.announcement_text`` gives the server's string. Sides are +1 and -1.
     """
 
     NONE = 0
@@ -381,3 +390,23 @@ def player_index(side: int, unum: int) -> int:
     if side not in (LEFT, RIGHT) or not 1 <= unum <= 11:
         raise ValueError(f"no player {unum!r} of side {side!r}: sides are +1 (left) and -1 (right), numbers 1 to 11")
     return unum if side == LEFT else 11 + unum
+
+
+def chosen_worlds(worlds: Worlds, count: int) -> npt.NDArray[np.int64]:
+    """The numbers of the chosen ones among `count` worlds.
+
+    Raises
+    ------
+    ParameterError
+        When there are no such worlds.
+    """
+    everything = np.arange(count)
+    if worlds is None:
+        return everything
+    try:
+        picked: npt.NDArray[np.int64] = np.atleast_1d(everything[worlds])
+    except (IndexError, TypeError, ValueError):
+        raise ParameterError(
+            f"`worlds` takes indices 0 to {count - 1}, a slice or a mask of {count} truth values, got {worlds!r}"
+        ) from None
+    return picked

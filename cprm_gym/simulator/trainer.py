@@ -1,27 +1,24 @@
 """Referee, trainer and coach: the referee's words, and what the trainer and the coaches may do to a match.
 
-The referee itself is compiled (`kernels.referee`). `Officials` holds the trainer's and the coaches' powers as methods of
-`Simulator` (specification/simulator.md 4.9, 4.10); they act at once, between the steps.
+The referee itself is compiled (`kernels.referee`). A `Simulator` has a `Trainer`, ``simulator.trainer``, and a `Coach`,
+``simulator.coach`` (specification/simulator.md 4.9, 4.10); they act at once, between the steps.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import CommandError, ParameterError, unknown_name
-from .kernels.referee import powers as powers
-from .state import PLAYERS, Announcement, PlayMode
-
-if TYPE_CHECKING:
-    from .simulator import Worlds
+from .kernels import powers
+from .pitch import GOAL_DEPTH
+from .state import PLAYERS, Announcement, PlayMode, Worlds, chosen_worlds
 
 Numbers: TypeAlias = "float | npt.ArrayLike"
 
-GOAL_DEPTH = 2.44
 _SIDES = {1: "l", -1: "r"}
 _MODES = {mode.name: mode for mode in PlayMode if mode != PlayMode.null}
 _PLAIN = {
@@ -52,7 +49,7 @@ _ANSWERS = {
     powers.TYPE_ON_FIELD: "(warning max_of_that_type_on_field)",
     powers.GOALIE_WHILE_PLAY_ON: "(warning cannot_change_goalie_while_playon)",
     powers.GOALIE_WHILE_PENALTY: "(warning cannot_change_goalie_while_penalty_taken)",
-    powers.HAS_GOALIE: "",
+    powers.HAS_GOALIE: "(error goalie_already_exists)",
 }
 
 
@@ -93,20 +90,28 @@ def announcement_text(kind: int, a: int = 0, b: int = 0, c: int = 0) -> str:
     raise unknown_name("announcement", str(kind), [str(int(known)) for known in Announcement if known])
 
 
-class Officials:
-    """The trainer's and the coaches' powers; `Simulator` inherits them.
+class _Official:
+    """Somebody with powers over the worlds of a simulator.
 
     In every method `worlds` chooses the worlds concerned: an index, indices, a slice, a mask, or all of them when it is not
     given. Numbers may be one for all chosen worlds or one for each.
+
+    Parameters
+    ----------
+    world : (W,) array of WORLD
+        Of the simulator; changed in place.
+    packed : (1,) array of PARAMETERS
     """
 
-    world: npt.NDArray[Any]
-    packed: npt.NDArray[Any]
+    def __init__(self, world: npt.NDArray[Any], packed: npt.NDArray[Any]) -> None:
+        self._world, self._packed = world, packed
 
-    def _indices(self, worlds: Worlds) -> npt.NDArray[np.int64]:
-        raise NotImplementedError
+    def _chosen(self, worlds: Worlds) -> npt.NDArray[np.int64]:
+        return chosen_worlds(worlds, len(self._world))
 
-    # ------------------------------------------------------------------------------------------ trainer
+
+class Trainer(_Official):
+    """What the trainer may do: place ball and players, change the mode, rest and exchange players, kick off."""
 
     def place_ball(self, x: Numbers, y: Numbers, vx: Numbers = 0.0, vy: Numbers = 0.0, worlds: Worlds = None) -> None:
         """Put the ball somewhere, out of any goalie's hands.
@@ -126,9 +131,9 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        chosen = self._indices(worlds)
+        chosen = self._chosen(worlds)
         places = _columns("place_ball", chosen, x=x, y=y)
-        powers.put_ball(self.world, chosen, places, _columns("place_ball", chosen, vx=vx, vy=vy))
+        powers.put_ball(self._world, chosen, places, _columns("place_ball", chosen, vx=vx, vy=vy))
 
     def place_player(
         self,
@@ -160,14 +165,14 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        chosen, row = self._indices(worlds), _player_row(player)
+        chosen, row = self._chosen(worlds), _player_row(player)
         places = _columns("place_player", chosen, x=x, y=y)
         bodies, velocities = np.full(len(chosen), np.nan), np.full((len(chosen), 2), np.nan)
         if body is not None:
             bodies[:] = np.clip(_columns("place_player", chosen, body=body)[:, 0], -math.pi, math.pi)
         if velocity is not None:
             velocities[:] = _columns("place_player", chosen, vx=velocity[0], vy=velocity[1])
-        powers.put_player(self.world, self.packed, chosen, row, places, bodies, velocities)
+        powers.put_player(self._world, self._packed, chosen, row, places, bodies, velocities)
 
     def change_mode(self, mode: str | int, worlds: Worlds = None) -> None:
         """Set the play mode; the ball stays where it is, the referee's modules are told.
@@ -185,7 +190,7 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        powers.set_modes(self.world, self.packed, self._indices(worlds), int(_mode(mode)))
+        powers.set_modes(self._world, self._packed, self._chosen(worlds), int(_mode(mode)))
 
     def recover(self, worlds: Worlds = None) -> None:
         """Give every player on the field his full stamina, effort, recovery, capacity and hearing.
@@ -199,7 +204,7 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        powers.recover_all(self.world, self.packed, self._indices(worlds))
+        powers.recover_all(self._world, self._packed, self._chosen(worlds))
 
     def change_player_type(self, player: int, new_type: int, worlds: Worlds = None) -> None:
         """Substitute a player, as the trainer does, without limits: rested, without cards, at the same place.
@@ -219,11 +224,11 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        chosen, row = self._indices(worlds), _player_row(player)
-        missing = chosen[self.world["enabled"][chosen, row] == 0]
+        chosen, row = self._chosen(worlds), _player_row(player)
+        missing = chosen[self._world["enabled"][chosen, row] == 0]
         if len(missing):
             raise CommandError(f"change_player_type: player {player} is not on the field in world {missing[0]}")
-        powers.change_type(self.world, self.packed, chosen, row, self._type(new_type))
+        powers.change_type(self._world, self._packed, chosen, row, self._type(new_type))
 
     def check_ball(self, worlds: Worlds = None) -> list[str]:
         """Where the ball is: ``goal_l``, ``goal_r``, ``in_field`` or ``out_of_field`` (specification/simulator.md 7.16).
@@ -237,10 +242,10 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        p = self.packed[0]
+        p = self._packed[0]
         half_goal = 0.5 * (p["goal_width"] + p["post_radius"])
         answers = []
-        for x, y in self.world["pos"][self._indices(worlds), 0]:
+        for x, y in self._world["pos"][self._chosen(worlds), 0]:
             in_goal = p["out_x"] <= abs(x) <= p["out_x"] + GOAL_DEPTH and abs(y) <= half_goal
             if in_goal:
                 answers.append("goal_l" if x < 0 else "goal_r")
@@ -260,11 +265,20 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        powers.kick_off_worlds(self.world, self.packed, self._indices(worlds))
+        powers.kick_off_worlds(self._world, self._packed, self._chosen(worlds))
 
-    # ------------------------------------------------------------------------------------------ coaches
+    def _type(self, new_type: int) -> int:
+        """`new_type` if there is such a type."""
+        count = int(self._packed["player_types"][0])
+        if isinstance(new_type, (bool, np.bool_)) or not isinstance(new_type, (int, np.integer)) or not 0 <= new_type < count:
+            raise CommandError(f"`new_type` takes a player type from 0 to {count - 1}, got {new_type!r}")
+        return int(new_type)
 
-    def coach_change_player_type(self, player: int, new_type: int, worlds: Worlds = None) -> list[str]:
+
+class Coach(_Official):
+    """What the coaches may do: exchange players and name a goalie, within the rules."""
+
+    def change_player_type(self, player: int, new_type: int, worlds: Worlds = None) -> list[str]:
         """Substitute a player, as his coach does, within the limits of the rules.
 
         Parameters
@@ -287,15 +301,15 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        chosen, row = self._indices(worlds), _player_row(player)
+        chosen, row = self._chosen(worlds), _player_row(player)
         if isinstance(new_type, (bool, np.bool_)) or not isinstance(new_type, (int, np.integer)):
             raise CommandError(f"`new_type` takes a whole number, got {new_type!r}")
         answers = np.zeros(len(chosen), np.int64)
-        powers.coach_change_type(self.world, self.packed, chosen, row, int(new_type), answers)
+        powers.coach_change_type(self._world, self._packed, chosen, row, int(new_type), answers)
         accepted = f"(ok change_player_type {row % 11 + 1} {int(new_type)})"
         return [_ANSWERS.get(int(answer), accepted) for answer in answers]
 
-    def coach_promote_goalie(self, player: int, worlds: Worlds = None) -> list[str]:
+    def promote_goalie(self, player: int, worlds: Worlds = None) -> list[str]:
         """Make a field player the goalie, as a coach may when his team has none.
 
         Parameters
@@ -307,7 +321,7 @@ class Officials:
         Returns
         -------
         list of str
-            The server's answer for each chosen world; empty where the team has a goalie, for then nothing happens.
+            The server's answer for each chosen world.
 
         Raises
         ------
@@ -316,18 +330,11 @@ class Officials:
         ParameterError
             When there are no such worlds.
         """
-        chosen, row = self._indices(worlds), _player_row(player)
+        chosen, row = self._chosen(worlds), _player_row(player)
         answers = np.zeros(len(chosen), np.int64)
-        powers.coach_promote(self.world, chosen, row, answers)
+        powers.coach_promote(self._world, chosen, row, answers)
         accepted = f"(ok change_player_type {row % 11 + 1} goalie)"
         return [_ANSWERS.get(int(answer), accepted) for answer in answers]
-
-    def _type(self, new_type: int) -> int:
-        """`new_type` if there is such a type."""
-        count = int(self.packed["player_types"][0])
-        if isinstance(new_type, (bool, np.bool_)) or not isinstance(new_type, (int, np.integer)) or not 0 <= new_type < count:
-            raise CommandError(f"`new_type` takes a player type from 0 to {count - 1}, got {new_type!r}")
-        return int(new_type)
 
 
 def _player_row(player: int) -> int:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cprm_gym.simulator.conformance import replay_scenario
-from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.protocol.commands import parse_commands
 from cprm_gym.simulator.simulator import Simulator
@@ -31,7 +31,7 @@ def cpu(work: Callable[[], object]) -> float:
 
 def write(path: Path, version: int) -> None:
     simulator = Simulator()
-    simulator.start()
+    simulator.trainer.start()
     with GameLogWriter.for_simulator(path, simulator, version=version) as writer:
         for _ in range(CYCLES):
             simulator.step()

@@ -22,9 +22,9 @@ def match(rules: Rules, mode: str) -> Simulator:
     random = np.random.default_rng(0)
     sim = Simulator(WORLDS, ServerParameters(half_time=-1), seed=1, rules=rules)
     for player in range(1, 23):
-        sim.place_player(player, random.uniform(-40, 40, WORLDS), random.uniform(-30, 30, WORLDS))
-    sim.place_ball(random.uniform(-30, 30, WORLDS), random.uniform(-20, 20, WORLDS))
-    sim.change_mode(mode)
+        sim.trainer.place_player(player, random.uniform(-40, 40, WORLDS), random.uniform(-30, 30, WORLDS))
+    sim.trainer.place_ball(random.uniform(-30, 30, WORLDS), random.uniform(-20, 20, WORLDS))
+    sim.trainer.change_mode(mode)
     sim.commands["kind"], sim.commands["a"], sim.commands["b"] = CommandKind.DASH, 60.0, 0.0
     sim.step()
     return sim

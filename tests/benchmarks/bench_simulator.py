@@ -132,7 +132,7 @@ def some_commands(worlds: int, rng: np.random.Generator) -> np.ndarray:
 def in_play(worlds: int = 1, rules: Rules = Rules.ALL, **arguments: object) -> tuple[Simulator, np.ndarray]:
     """A simulator in open play with everybody spread over the field, and its snapshot."""
     simulator = Simulator(worlds, player_parameters=PlayerParameters(random_seed=1), rules=rules, seed=1, **arguments)
-    simulator.start()
+    simulator.trainer.start()
     rng = np.random.default_rng(0)
     simulator.world["pos"][:, 1:] = rng.uniform((-45, -30), (45, 30), (worlds, 22, 2))
     simulator.world["mode"] = PlayMode.play_on

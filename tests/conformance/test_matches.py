@@ -10,7 +10,7 @@ from paths import SHARED
 from cprm_gym.errors import CommandError, FormatError
 from cprm_gym.simulator.conformance import run
 from cprm_gym.simulator.conformance.match import replay_match
-from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.replay import Recorder, replay
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters
@@ -35,7 +35,7 @@ def play(path: Path, cycles: int, noise: bool, version: int = 6) -> Simulator:
         place = PlayerCommand("move", (-3.0 - 4.0 * (row % 11), -30.0 + 5.5 * (row % 11)))
         simulator.command_phase(0, row + 1, command_record(place))
     simulator.advance()
-    simulator.start()
+    simulator.trainer.start()
     with Recorder(path, simulator, version=version) as recorder:
         for _ in range(cycles):
             commands = simulator.commands

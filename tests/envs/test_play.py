@@ -13,7 +13,7 @@ from cprm_gym.cli import app
 from cprm_gym.envs.play import Film, play
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
-from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.reader import GameLogReader
 
 # imageio leaves the pipes to its encoder to the garbage collector, which complains
 leaves_pipes = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")

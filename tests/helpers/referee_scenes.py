@@ -49,7 +49,7 @@ class Scene:
         for unum in range(1, right + 1):
             self.put(f"r{unum}", 30.0, 33.0 - unum, body=np.pi)
         if mode != "before_kick_off":
-            self.sim.change_mode(mode)
+            self.sim.trainer.change_mode(mode)
         self.world["announced"] = 0
         self.said: list[str] = []
         self._orders: dict[int, list[Any]] = {}
@@ -72,11 +72,11 @@ class Scene:
         return float(x), float(y)
 
     def put(self, name: str, x: float, y: float, body: float | None = None, velocity: tuple[float, float] = (0.0, 0.0)) -> Scene:
-        self.sim.place_player(player(name), x, y, body, velocity)
+        self.sim.trainer.place_player(player(name), x, y, body, velocity)
         return self
 
     def put_ball(self, x: float, y: float, vx: float = 0.0, vy: float = 0.0) -> Scene:
-        self.sim.place_ball(x, y, vx, vy)
+        self.sim.trainer.place_ball(x, y, vx, vy)
         return self
 
     def do(self, name: str, kind: CommandKind, *arguments: float) -> Scene:

@@ -27,7 +27,7 @@ def commands_for(worlds, rng):
 
 def played(simulator, cycles, seed=0, watch=None):
     """Play `cycles` with random commands, the same for every batch that contains world `watch`."""
-    simulator.start()
+    simulator.trainer.start()
     for cycle in range(cycles):
         commands = no_commands(simulator.worlds, 22)
         for k in range(simulator.worlds):
@@ -72,7 +72,7 @@ def test_a_restored_snapshot_plays_the_same_future():
 
 def test_one_snapshot_branches_into_many_worlds():
     simulator = Simulator(4, seed=2)
-    simulator.start()
+    simulator.trainer.start()
     simulator.step()
     simulator.restore(simulator.snapshot()[2])
     assert len({simulator.state_hash(k) for k in range(4)}) == 1

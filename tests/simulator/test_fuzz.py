@@ -50,7 +50,7 @@ def fuzz(cycles, seed, rules, worlds=20):
     """`cycles` cycles of wild commands, spread over `worlds` worlds; the last world is left in peace and must stay so."""
     simulator, peaceful = Simulator(worlds, seed=seed, rules=rules), Simulator(worlds, seed=seed, rules=rules)
     for one in (simulator, peaceful):
-        one.start()
+        one.trainer.start()
     rng = np.random.default_rng(seed)
     silence = no_commands(worlds, 22)
     for cycle in range(cycles // worlds):

@@ -55,11 +55,11 @@ def towards(simulator: Simulator, commands: np.ndarray, rng: np.random.Generator
 def match(cycles: int) -> tuple[Simulator, set[PlayMode]]:
     """The match, and the play modes that occurred."""
     simulator = Simulator(1, player_parameters=PlayerParameters(random_seed=11), seed=2024)
-    simulator.start()
+    simulator.trainer.start()
     commands, rng, modes = no_commands(1, 22), np.random.default_rng(7), set()
     for _ in range(cycles):
         if simulator.world["mode"][0] == PlayMode.before_kick_off and simulator.world["stoppage"][0] > 20:
-            simulator.start()
+            simulator.trainer.start()
         towards(simulator, commands, rng)
         simulator.step(commands)
         modes.add(PlayMode(simulator.world["mode"][0]))

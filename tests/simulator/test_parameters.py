@@ -11,7 +11,8 @@ import pytest
 from paths import ROOT
 
 from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.parameters import PARAMETERS, Rules, ServerParameters, pack
+from cprm_gym.simulator.packing import PARAMETERS, pack
+from cprm_gym.simulator.parameters import Rules, ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters, PlayerType, TypeColumn
 
 TABLES = ROOT / "docs" / "specification" / "parameters.md"

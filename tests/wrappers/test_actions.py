@@ -7,7 +7,7 @@ from gymnasium.utils.env_checker import check_env
 from cprm_gym.envs import soccer_v0
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.errors import CommandError, CprmError, ParameterError, UnknownName
-from cprm_gym.simulator.gamelog.frames import GameLogReader
+from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.state import CommandKind
 from cprm_gym.wrappers import DiscreteActions, EpisodeStatistics, GameLog, MacroSteps, ParallelGameLog, SingleAgent
 

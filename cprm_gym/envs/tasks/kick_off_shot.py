@@ -85,7 +85,7 @@ class KickOffShot(Task):
         due = np.flatnonzero(core.cycle == self.wait)
         if len(due):
             self._place_mate(core, due)
-            core.sim.start(worlds=due)
+            core.sim.trainer.start(worlds=due)
         kicks = core.sim.world["counts"][:, :2, Count.KICK]
         for player in (1, 2):
             kicked = kicks[:, player - 1] > core.memory[:, player]

@@ -72,7 +72,7 @@ class Soccer(Task):
                 position = np.tile([side * x, side * y], (len(worlds), 1))
                 core.place_player(worlds, unum if side == 1 else 11 + unum, position, 0.0 if side == 1 else 180.0)
         core.place_ball(worlds, np.zeros((len(worlds), 2)))
-        core.sim.start(worlds=worlds)
+        core.sim.trainer.start(worlds=worlds)
 
     def outcome(self, core: SoccerCore) -> Outcome:
         """Goals since the cycle before, from each agent's side."""

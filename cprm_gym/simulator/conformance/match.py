@@ -21,7 +21,8 @@ import numpy.typing as npt
 
 from ...errors import CommandError, FormatError
 from ..gamelog.commands import CommandLogReader, LogLine
-from ..gamelog.frames import Frame, GameLogReader
+from ..gamelog.frames import Frame
+from ..gamelog.reader import GameLogReader
 from ..gamelog.replay import ANGLE_UNIT, load_frame
 from ..player_types import TypeColumn
 from ..protocol.commands import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
@@ -143,7 +144,7 @@ class MatchReplay:
         world["time"], world["stoppage"] = max(frame.time - 1, 0), 0
         load_frame(world, frame)
         if frame.mode in (PlayMode.kick_off_l, PlayMode.kick_off_r):
-            self.simulator.change_mode(frame.mode)
+            self.simulator.trainer.change_mode(frame.mode)
             self.simulator.advance()
         load_frame(world, frame)
         # who lies after a tackle is taken to have tackled in the cycle before
@@ -177,7 +178,7 @@ class MatchReplay:
         world["key"] = start["key"][0]
         self._count(frame, bad, wrong_mode)
         if world["mode"] != frame.mode:
-            self.simulator.change_mode(frame.mode)
+            self.simulator.trainer.change_mode(frame.mode)
         load_frame(world, frame)
         world["mode"], world["time"], world["stoppage"] = frame.mode, frame.time, frame.stoppage
 
@@ -222,7 +223,7 @@ class MatchReplay:
         if name == "change_player_type" and len(args) == 2 and all(isinstance(value, float) for value in args):
             player, kind = 11 * self.names.index(team) + int(args[0]), int(args[1])
             if frame.players["type"][player - 1] == kind and self.world["enabled"][player - 1]:
-                self.simulator.change_player_type(player, kind)
+                self.simulator.trainer.change_player_type(player, kind)
 
     def _command(self, row: int, command: PlayerCommand) -> float:
         """Execute one command; returns the greatest noise of a kick."""

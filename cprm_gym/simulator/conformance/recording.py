@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormatError
-from ..gamelog.frames import open_log
+from ..gamelog.reader import open_log
 from ..parameters import ServerParameters
+from ..pitch import GOAL_POST_RADIUS, HALF_LENGTH
 from ..player_types import PlayerParameters, PlayerType
 from ..simulator import Simulator
 from ..state import BALL, PLAYERS, PlayerBit, PlayMode
@@ -334,7 +335,7 @@ def load_hidden(world: Any, row: int, fields: list[str], values: list[Any], dura
 
 def near_post(position: Any, reach: float, width: float) -> bool:
     """Whether a position is so near a goal post that an object may have touched it in this cycle."""
-    x, y = abs(position[0]) - 52.44, abs(position[1]) - (width / 2 + 0.06)
+    x, y = abs(position[0]) - (HALF_LENGTH - GOAL_POST_RADIUS), abs(position[1]) - (width / 2 + GOAL_POST_RADIUS)
     return bool(math.hypot(x, y) < reach)
 
 

@@ -143,12 +143,12 @@ class ScenarioReplay:
         load_objects(world, init)
         world["collided"], world["ball_catcher"] = 0, 0  # the trainer has placed the ball
         if case.get("recover"):
-            self.simulator.recover()
+            self.simulator.trainer.recover()
         load_objects(world, init)
         if "ex" in init:
             load_extras(world, init, self.parameters.point_to_duration)
         if case.get("change_mode"):
-            self.simulator.change_mode(case["change_mode"])
+            self.simulator.trainer.change_mode(case["change_mode"])
             load_objects(world, init)
         world["announced"] = 0
         if "init_hid" in case:

@@ -22,15 +22,15 @@ def execute_trainer(simulator: Simulator, command: PlayerCommand, names: tuple[s
     """
     name, args = command
     if name == "start":
-        simulator.start()
+        simulator.trainer.start()
     elif name == "change_mode":
-        simulator.change_mode(args[0])
+        simulator.trainer.change_mode(args[0])
     elif name == "recover":
-        simulator.recover()
+        simulator.trainer.recover()
     elif name == "move":
         _move(simulator, args, names)
     elif name == "change_player_type":
-        simulator.change_player_type(_player(args[0], args[1], names), int(args[2]))
+        simulator.trainer.change_player_type(_player(args[0], args[1], names), int(args[2]))
     elif name not in _SILENT:
         raise CommandError(f"a recording has an unknown trainer command {name!r}")
 
@@ -47,7 +47,7 @@ def _move(simulator: Simulator, args: tuple[Any, ...], names: tuple[str, str]) -
     what, x, y, *rest = args
     velocity = (rest[1], rest[2]) if len(rest) == 3 else None
     if what == ("ball",):
-        simulator.place_ball(x, y, *(velocity or (0.0, 0.0)))
+        simulator.trainer.place_ball(x, y, *(velocity or (0.0, 0.0)))
     else:
         body = math.radians(rest[0]) if rest else None
-        simulator.place_player(_player(what[1], what[2], names), x, y, body, velocity)
+        simulator.trainer.place_player(_player(what[1], what[2], names), x, y, body, velocity)

@@ -12,7 +12,8 @@ from pathlib import Path
 from types import TracebackType
 
 from ...errors import FormatError
-from .frames import AtomicFile, open_log
+from ...files import AtomicFile
+from .reader import open_log
 
 _LINE = re.compile(r"(-?\d+),(\d+)\t(.*)\Z", re.DOTALL)
 _RECEIVED = re.compile(r"Recv (.+?): (.*)\Z", re.DOTALL)

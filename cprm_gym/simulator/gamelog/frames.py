@@ -1,27 +1,17 @@
-"""Game logs (``.rcg``): one picture of the field per cycle, as the server writes them and as its viewers play them.
+"""What a game log (``.rcg``) holds: one picture of the field per cycle, whatever version it is written in.
 
-`GameLogReader` reads every version there is (binary 1 to 3, text 4 to 6, JSON), plain or gzipped, one cycle at a time.
-`GameLogWriter` writes the versions of today's tools: text 6 and JSON. A `Frame` keeps the numbers as they stand in the log:
-metres and degrees in the server's frame, already rounded by whoever wrote it (specification/protocol.md 10 and 11). What a version does not
-record is NaN or -1.
+A `Frame` keeps the numbers as they stand in the log: metres and degrees in the server's frame, already rounded by whoever wrote it
+(specification/protocol.md 10 and 11). What a version does not record is NaN or -1.
 """
 
 from __future__ import annotations
 
-import contextlib
-import gzip
-import io
-import os
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import FormatError
-from ...files import hidden_beside
 from ..parameter_fields import ParameterSet
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
@@ -190,133 +180,3 @@ class Clock:
         self.stoppage = self.stoppage + 1 if time == self.time else 0
         self.time = time
         return self.stoppage
-
-
-class GameLogReader:
-    """Reads a game log lazily: iterate it for its frames.
-
-    Parameters
-    ----------
-    path : path
-        A ``.rcg`` file of any version, or one compressed by gzip; the content decides, not the name.
-
-    Attributes
-    ----------
-    header : GameLogHeader
-        Version, parameters and player types (empty for versions 1 and 2, which have none).
-
-    Raises
-    ------
-    FormatError
-        When the file is not a game log or a line cannot be read; the message has the file and the line (or byte).
-
-    Examples
-    --------
-    >>> for frame in GameLogReader("match.rcg.gz"):  # doctest: +SKIP
-    ...     print(frame.time, frame.mode.name, frame.ball[:2])
-    """
-
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
-        with open_log(self.path) as stream:
-            self.header: GameLogHeader = _parser(self.path, stream).header
-
-    @property
-    def version(self) -> int:
-        """1 to 6, or -1 for JSON."""
-        return self.header.version
-
-    def __iter__(self) -> Iterator[Frame]:
-        with open_log(self.path) as stream:
-            yield from _parser(self.path, stream).frames()
-
-    def messages(self) -> Iterator[Message]:
-        """Every message of the log, those behind the last frame included."""
-        with open_log(self.path) as stream:
-            parser = _parser(self.path, stream)
-            for frame in parser.frames():
-                yield from frame.messages
-            yield from parser.trailing
-
-    def __repr__(self) -> str:
-        return f"GameLogReader({str(self.path)!r}, version={self.version})"
-
-
-def open_log(path: Path) -> io.BufferedReader:
-    """The bytes of `path`, decompressed if they begin like a gzip file."""
-    try:
-        stream = open(path, "rb")  # noqa: SIM115 - the caller closes it
-        if stream.peek(2)[:2] != b"\x1f\x8b":
-            return stream
-        stream.close()
-        return io.BufferedReader(gzip.open(path, "rb"))  # type: ignore[arg-type]
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
-def _parser(path: Path, stream: io.BufferedReader) -> Any:
-    """The parser for the version that the first bytes of `stream` announce."""
-    from .binary import BinaryParser
-    from .json import JsonParser
-    from .text import TextParser
-
-    try:
-        start = stream.peek(4)[:4]
-    except (OSError, EOFError) as error:
-        raise FormatError(f"{path}: cannot be decompressed: {error}") from error
-    if start[:3] == b"ULG":
-        mark = start[3:4]
-        if mark in (b"\x02", b"\x03"):
-            stream.read(4)
-            return BinaryParser(path, stream, mark[0])
-        if mark in (b"4", b"5", b"6"):
-            return TextParser(path, stream, int(mark))
-        raise FormatError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6 and JSON")
-    if start[:1] == b"[":
-        return JsonParser(path, stream)
-    if start[:2] in (b"\x00\x01", b"\x00\x02", b"\x00\x03"):
-        return BinaryParser(path, stream, 1)
-    raise FormatError(f"{path}: not a game log: it begins with {start!r}, not with 'ULG', '[' or a version 1 record")
-
-
-class AtomicFile:
-    """A file that appears under its name only when it is complete: written beside it, moved there by `close`.
-
-    Parameters
-    ----------
-    path : path
-        Where the file will be. A name ending in ``.gz`` is compressed.
-    """
-
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
-        self._temporary = hidden_beside(self.path)
-        try:
-            self._raw = self._temporary.open("xb")
-        except OSError as error:
-            raise FormatError(f"{self.path}: cannot be written: {error.strerror or error}") from error
-        packed = self.path.suffix == ".gz"
-        # no name and no time in the gzip header: the same content gives the same file
-        binary: Any = gzip.GzipFile(filename="", mode="wb", fileobj=self._raw, mtime=0) if packed else self._raw
-        self._text = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="\n")
-
-    def write(self, text: str) -> None:
-        """Append `text`."""
-        self._text.write(text)
-
-    def close(self) -> None:
-        """Finish the file and move it to its place."""
-        try:
-            self._text.close()
-            self._raw.close()
-            os.replace(self._temporary, self.path)
-        except BaseException:
-            self.abort()
-            raise
-
-    def abort(self) -> None:
-        """Forget the file; nothing appears under its name."""
-        with contextlib.suppress(OSError, ValueError):
-            self._text.close()
-        self._raw.close()
-        self._temporary.unlink(missing_ok=True)

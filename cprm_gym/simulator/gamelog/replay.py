@@ -16,7 +16,8 @@ from ..protocol.messages import referee_text
 from ..simulator import Simulator
 from ..state import BALL, PLAYERS, Count, PlayerBit
 from .commands import CommandLogWriter
-from .frames import Frame, GameLogReader
+from .frames import Frame
+from .reader import GameLogReader
 from .writer import GameLogWriter
 
 _COUNTS = (

@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import FormatError
+from ...files import AtomicFile
 from ..parameter_fields import ParameterSet, word_of
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
 from ..state import BALL, LEFT, Count, PlayMode
-from .frames import LOG_COUNTS, AtomicFile, Frame, Team, empty_players
+from .frames import LOG_COUNTS, Frame, Team, empty_players
 
 _COUNTS = [
     Count.KICK,
@@ -119,7 +120,9 @@ class GameLogWriter:
     Raises
     ------
     FormatError
-        For another version, a team name a log cannot hold, or a place that cannot be written to.
+        For another version, or a team name a log cannot hold.
+    CprmError
+        For a place that cannot be written to.
     """
 
     def __init__(

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ..pitch import HALF_LENGTH, PENALTY_X, PENALTY_Y
 from ..player_types import T_KICKABLE_SQUARED
 from . import kernel
 
@@ -142,6 +143,6 @@ def is_kickable(w, p, i):
 def in_penalty_area(p, side, x, y):
     """Whether a point is in the penalty area of `side` (0: of either), enlarged by the ball's radius."""
     margin = p.ball_size
-    if abs(y) > 20.16 + margin or abs(x) > 52.5 + margin or abs(x) < 36.0 - margin:
+    if abs(y) > PENALTY_Y + margin or abs(x) > HALF_LENGTH + margin or abs(x) < PENALTY_X - margin:
         return False
     return side == 0 or (side > 0) == (x < 0.0)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..landmarks import GOALS, LANDMARK_POSITIONS, LANDMARK_PROTOCOLS, LANDMARKS
+from ..pitch import HALF_LENGTH, HALF_WIDTH
 from ..player_types import (
     T_FLAG_CHG_FAR_LENGTH,
     T_FLAG_CHG_TOO_FAR_LENGTH,
@@ -44,7 +45,6 @@ from .senses import (
 
 _TICK = 64
 _RIGHT_GOAL, _LEFT_GOAL = GOALS
-_HALF_LENGTH, _HALF_WIDTH = 52.5, 34.0
 
 
 @kernel
@@ -141,15 +141,15 @@ def look_at_lines(w, p, i, protocol, rows, ids):
     ids : (22, 2) `Line`
     """
     x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
-    wanted = 1 if abs(x) < _HALF_LENGTH and abs(y) < _HALF_WIDTH else 2
+    wanted = 1 if abs(x) < HALF_LENGTH and abs(y) < HALF_WIDTH else 2
     found = 0
     for line in range(1, 5):
         if line <= 2:
-            across = (-_HALF_LENGTH if line == 1 else _HALF_LENGTH) - x
+            across = (-HALF_LENGTH if line == 1 else HALF_LENGTH) - x
             normal_direction = PI if line == 1 else 0.0
             beyond = across > 0.0 if line == 1 else across < 0.0
         else:
-            across = (-_HALF_WIDTH if line == 3 else _HALF_WIDTH) - y
+            across = (-HALF_WIDTH if line == 3 else HALF_WIDTH) - y
             normal_direction = -0.5 * PI if line == 3 else 0.5 * PI
             beyond = across > 0.0 if line == 3 else across < 0.0
         if beyond:
@@ -158,9 +158,9 @@ def look_at_lines(w, p, i, protocol, rows, ids):
         if abs(slant) >= 0.5 * PI:
             continue
         if line <= 2:
-            hit, end = y - across * math.tan(slant), _HALF_WIDTH
+            hit, end = y - across * math.tan(slant), HALF_WIDTH
         else:
-            hit, end = x + across * math.tan(slant), _HALF_LENGTH
+            hit, end = x + across * math.tan(slant), HALF_LENGTH
         if abs(hit) > end:
             continue
         rows[i, found, 0] = quantize(quantised_length(abs(across / math.cos(slant)), p.quantize_step_l), 0.1)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..pitch import PITCH_LENGTH, PITCH_WIDTH
 from ..player_types import (
     T_BALL_MAX_OBSERVATION_LENGTH,
     T_BALL_VEL_FAR_LENGTH,
@@ -57,7 +58,7 @@ UNSEEN, FELT, TEAM_SEEN, NAME_SEEN = 0, 1, 2, 3  # levels of players
 TOLD, TOLD_MOVING = 2, 3  # levels of the ball and of landmarks above FELT
 TACKLING, KICKING, POINTING, IN_VIEW = 1, 2, 4, 8  # marks of players
 
-VISUAL = math.sqrt(105.0 * 105.0 + 68.0 * 68.0)  # DEF_VISUAL_DIST, for protocols before 18
+VISUAL = math.sqrt(PITCH_LENGTH * PITCH_LENGTH + PITCH_WIDTH * PITCH_WIDTH)  # DEF_VISUAL_DIST, for protocols before 18
 _POINT_SIGMA = 1.25 * D2R
 _TICK = 32  # draws between two messages of one cycle
 _MARGIN = 1e-9  # of the distance, within which the exact formula decides

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from paths import ROOT
 
-from cprm_gym.errors import FormatError, ParameterError
+from cprm_gym.errors import CprmError, FormatError, ParameterError
 from cprm_gym.simulator.gamelog.commands import CommandLogReader, CommandLogWriter, LogLine
-from cprm_gym.simulator.gamelog.frames import Frame, GameLogReader, Message, Team, player_row
+from cprm_gym.simulator.gamelog.frames import Frame, Message, Team, player_row
+from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.state import PlayMode
 
@@ -241,7 +242,7 @@ def test_writers_refuse_what_a_log_cannot_hold(tmp_path):
         GameLogWriter(tmp_path / "x.rcg", version=5)
     with pytest.raises(FormatError, match="without blanks"):
         GameLogWriter(tmp_path / "x.rcg", teams=("two words", "R"))
-    with pytest.raises(FormatError, match="cannot be written"):
+    with pytest.raises(CprmError, match="cannot be written"):
         GameLogWriter(tmp_path / "nowhere" / "x.rcg")
     with pytest.raises(FormatError, match="cannot be read"):
         GameLogReader(tmp_path / "missing.rcg")

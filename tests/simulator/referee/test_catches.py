@@ -85,7 +85,7 @@ def test_only_the_left_counter_starts_anew_when_the_trainer_calls_a_catch_fault(
     def steps(side):
         scene = Scene(mode=f"catch_fault_{side}")
         scene.steps_until(f"free_kick_{'r' if side == 'l' else 'l'}")
-        scene.sim.change_mode(f"catch_fault_{side}")
+        scene.sim.trainer.change_mode(f"catch_fault_{side}")
         return scene.steps_until(f"free_kick_{'r' if side == 'l' else 'l'}")
 
     assert steps("l") == 31

@@ -67,7 +67,7 @@ def test_intentional_foul_draws_a_yellow_card_and_the_second_one_sends_off():
     scene.listen()
     assert scene.said == ["foul_charge_l", "yellow_card_l_2"]
     assert scene.world["card_count"][player("l2") - 1] == 1
-    scene.sim.change_mode("play_on")
+    scene.sim.trainer.change_mode("play_on")
     scene.said.clear()
     scene.listen()
     scene.put("l2", 0.0, 0.0, body=0.0, velocity=(0.0, 0.0)).put("r2", 0.9, 0.0, body=0.0).put_ball(1.6, 0.0)
@@ -120,9 +120,9 @@ def test_fouls_are_detected_as_often_as_by_the_server(intentional, dashed):
     worlds = 600
     sim = Simulator(worlds, ServerParameters(**{**QUIET, "use_offside": False}), seed=5, left=2, right=2)
     for number, x, y in ((1, -40.0, 0.0), (2, 0.0, 0.0), (12, 40.0, 0.0), (13, 0.9, 0.0)):
-        sim.place_player(number, x, y, body=0.0)
-    sim.place_ball(1.6, 0.0)
-    sim.change_mode("play_on")
+        sim.trainer.place_player(number, x, y, body=0.0)
+    sim.trainer.place_ball(1.6, 0.0)
+    sim.trainer.change_mode("play_on")
     sim.advance()
     sim.world["forced_tackle"][:, 1] = 1
     if dashed:
@@ -131,9 +131,9 @@ def test_fouls_are_detected_as_often_as_by_the_server(intentional, dashed):
     dash = sim.commands.copy()
     dash["kind"][:, 1] = CommandKind.NONE
     sim.step(dash)  # so that he has dashed before the tackle, whatever the order of the commands
-    sim.place_player(2, 0.0, 0.0, body=0.0, velocity=(0.0, 0.0))
-    sim.place_player(13, 0.9, 0.0, body=0.0, velocity=(0.0, 0.0))
-    sim.place_ball(1.6, 0.0)
+    sim.trainer.place_player(2, 0.0, 0.0, body=0.0, velocity=(0.0, 0.0))
+    sim.trainer.place_player(13, 0.9, 0.0, body=0.0, velocity=(0.0, 0.0))
+    sim.trainer.place_ball(1.6, 0.0)
     sim.step()
     fouls = int((sim.world["mode"] == PlayMode.foul_charge_l).sum())
     cards = int((sim.world["card_count"][:, 1] == 1).sum())

@@ -26,11 +26,13 @@ def intervene(sim: Simulator, random: np.random.Generator) -> None:
     some = random.random(WORLDS) < 0.1
     if some.any():
         count = int(some.sum())
-        sim.place_ball(random.uniform(-60, 60, count), random.uniform(-40, 40, count), *random.uniform(-3, 3, (2, count)), worlds=some)
+        sim.trainer.place_ball(
+            random.uniform(-60, 60, count), random.uniform(-40, 40, count), *random.uniform(-3, 3, (2, count)), worlds=some
+        )
         near = random.integers(1, 23)
         x, y = sim.world["pos"][some, 0].T
-        sim.place_player(int(near), x + 0.5, y, worlds=some)
-    sim.change_mode(int(random.integers(1, 52)), worlds=int(random.integers(WORLDS)))
+        sim.trainer.place_player(int(near), x + 0.5, y, worlds=some)
+    sim.trainer.change_mode(int(random.integers(1, 52)), worlds=int(random.integers(WORLDS)))
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,9 @@ def play(scene: Scene, until: int) -> Scene:
     """Let time pass in play_on, with kick-offs as soon as they are possible."""
     while scene.world["time"] < until and scene.mode != "time_over":
         if scene.mode == "before_kick_off":
-            scene.sim.start()
+            scene.sim.trainer.start()
         if scene.mode.startswith("kick_off"):
-            scene.sim.change_mode("play_on")
+            scene.sim.trainer.change_mode("play_on")
         scene.step()
     return scene
 
@@ -27,14 +27,14 @@ def test_half_time_stops_the_clock_and_the_other_team_kicks_off():
     scene.step(10)
     assert scene.world["time"] == 60
     assert scene.world["stoppage"] == 10
-    scene.sim.start()
+    scene.sim.trainer.start()
     assert scene.mode == "kick_off_r"
 
 
 def test_half_time_interrupts_a_set_play_but_waits_for_a_stoppage():
     scene = Scene(**SHORT)
     scene.world["time"] = 59
-    scene.sim.change_mode("free_kick_l")
+    scene.sim.trainer.change_mode("free_kick_l")
     assert scene.step().mode == "before_kick_off"
     scene = Scene(**SHORT)
     scene.world["time"] = 59
@@ -42,7 +42,7 @@ def test_half_time_interrupts_a_set_play_but_waits_for_a_stoppage():
     assert scene.mode == "before_kick_off"  # the time module is asked before the ball
     scene = Scene(**SHORT)
     scene.world["time"] = 60
-    scene.sim.change_mode("goal_l")
+    scene.sim.trainer.change_mode("goal_l")
     assert scene.step().mode == "goal_l"
 
 
@@ -66,13 +66,13 @@ def test_extra_time_is_played_to_its_end_unless_the_goal_is_golden():
     for golden, end in ((False, 180), (True, 131)):
         scene = play(Scene(mode="before_kick_off", penalty_shoot_outs=False, golden_goal=golden, **SHORT), 130)
         if scene.mode == "before_kick_off":
-            scene.sim.start()
-        scene.sim.change_mode("play_on")
+            scene.sim.trainer.start()
+        scene.sim.trainer.change_mode("play_on")
         scene.put_ball(51.5, 0.0, 2.0).step()
         assert scene.world["score"].tolist() == [1, 0]
         if not golden:
             assert scene.mode == "goal_l"
-            scene.sim.change_mode("play_on")
+            scene.sim.trainer.change_mode("play_on")
             play(scene, 500)
         assert scene.mode == "time_over"
         assert scene.world["time"] == end
@@ -86,7 +86,7 @@ def test_extra_time_begins_with_full_capacity_and_the_stamina_that_is_left():
     assert scene.said[-2] == "time_extended"
     assert (scene.world["capacity"][:4] > 130000.0).all()
     assert (scene.world["stamina"][:4] < 3100.0).all()
-    scene.sim.start()
+    scene.sim.trainer.start()
     assert (scene.world["stamina"][:4] < 3100.0).all()
 
 

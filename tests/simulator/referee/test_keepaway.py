@@ -10,7 +10,7 @@ from referee_scenes import Scene
 
 def keepaway(**parameters: object) -> Scene:
     scene = Scene(3, 2, goalies=(0, 0), mode="before_kick_off", keepaway=True, half_time=-1, use_offside=False, **parameters)
-    scene.sim.start()
+    scene.sim.trainer.start()
     scene.listen()
     return scene
 
@@ -57,7 +57,7 @@ def test_every_keeper_begins_in_every_corner():
     for seed in range(12):
         scene = keepaway()
         scene.sim.reset(seed)
-        scene.sim.change_mode("play_on")
+        scene.sim.trainer.change_mode("play_on")
         scene.put_ball(9.9, 0.0, 1.0).step()
         firsts.add(int(scene.world["keepaway_first"]))
     assert firsts == {0, 1, 2}

@@ -85,23 +85,23 @@ def test_the_crossing_point_decides_between_goal_and_goal_kick(y, mode):
 def test_first_kick_off_belongs_to_the_left_team_and_rests_everybody():
     scene = Scene(mode="before_kick_off")
     scene.world["stamina"][:4] = 100.0
-    scene.sim.start()
+    scene.sim.trainer.start()
     assert scene.mode == "kick_off_l"
     assert (scene.world["stamina"][:4] == 8000.0).all()
 
 
 def test_kick_off_is_not_repeated_within_a_half():
     scene = Scene(mode="before_kick_off")
-    scene.sim.start()
+    scene.sim.trainer.start()
     scene.step(5)
-    scene.sim.change_mode("play_on")
-    scene.sim.start()
+    scene.sim.trainer.change_mode("play_on")
+    scene.sim.trainer.start()
     assert scene.mode == "play_on"
 
 
 def test_kick_off_that_nobody_takes_ends_with_a_dropped_ball_at_time_100():
     scene = Scene(mode="before_kick_off")
-    scene.sim.start()
+    scene.sim.trainer.start()
     scene.listen()
     scene.step(99)
     assert scene.mode == "kick_off_l"
@@ -114,7 +114,7 @@ def test_kick_off_that_nobody_takes_ends_with_a_dropped_ball_at_time_100():
 
 def test_automatic_types_leave_the_goalie_alone_and_differ_for_everybody_else():
     scene = Scene(11, 11, mode="before_kick_off")
-    scene.sim.start()
+    scene.sim.trainer.start()
     assert scene.world["type"].tolist() == list(range(11)) * 2
     scene.listen()
     assert scene.said[0] == "(change_player_type l 2 1)"
@@ -123,7 +123,7 @@ def test_automatic_types_leave_the_goalie_alone_and_differ_for_everybody_else():
 def test_teams_may_keep_the_default_type_when_it_is_exempt():
     scene = Scene(11, 11, mode="before_kick_off")
     scene.sim.packed["allow_mult_default_type"] = 1
-    scene.sim.start()
+    scene.sim.trainer.start()
     assert not scene.world["type"].any()
 
 
@@ -135,14 +135,14 @@ def test_players_in_the_other_half_are_put_back_before_kick_off():
 
 def test_at_kick_off_a_player_over_the_halfway_line_is_put_on_it():
     scene = Scene(mode="before_kick_off")
-    scene.sim.start()
+    scene.sim.trainer.start()
     scene.put("l2", 3.0, 12.0).step()
     assert scene.place_of("l2") == (pytest.approx(-0.3), 12.0)
 
 
 def test_opponents_leave_the_centre_circle_at_kick_off():
     scene = Scene(mode="before_kick_off")
-    scene.sim.start()
+    scene.sim.trainer.start()
     scene.put("r3", 4.0, 3.0).step()
     assert math.hypot(*scene.place_of("r3")) >= 9.45 - 1e-9
 
@@ -157,14 +157,14 @@ def test_set_play_ends_with_the_kick_at_once():
 
 def test_opponents_are_kept_away_and_come_to_rest():
     scene = Scene().put("r2", 3.0, 0.0, velocity=(0.3, 0.0)).put_ball(0.0, 0.0)
-    scene.sim.change_mode("free_kick_l")
+    scene.sim.trainer.change_mode("free_kick_l")
     assert math.hypot(*scene.place_of("r2")) == pytest.approx(9.45, abs=2e-5)
     assert not scene.world["vel"][player("r2")].any()
 
 
 def test_cleared_players_stay_inside_the_margin_near_the_touch_line():
     scene = Scene().put_ball(0.0, 34.0).put("r2", 1.0, 36.0)
-    scene.sim.change_mode("kick_in_l")
+    scene.sim.trainer.change_mode("kick_in_l")
     x, y = scene.place_of("r2")
     assert abs(y) <= 39.0
     assert math.hypot(x, y - 34.0) >= 9.15
@@ -224,7 +224,7 @@ def test_goal_kick_played_by_an_opponent_is_repeated():
 @pytest.mark.parametrize("mode", ["kick_in_l", "corner_kick_r", "free_kick_l", "indirect_free_kick_r"])
 def test_set_play_that_nobody_takes_becomes_a_dropped_ball_after_100_steps(mode):
     scene = Scene().put_ball(20.0, 20.0)
-    scene.sim.change_mode(mode)
+    scene.sim.trainer.change_mode(mode)
     assert scene.steps_until("play_on") == 100
 
 
@@ -286,7 +286,7 @@ def test_failed_kick_near_the_ball_is_offside_but_far_from_it_is_not():
 
 def test_there_is_no_offside_from_a_kick_in():
     scene = offside_scene()
-    scene.sim.change_mode("kick_in_l")
+    scene.sim.trainer.change_mode("kick_in_l")
     scene.kick("l2", 50.0).step().put_ball(30.5, 5.0).kick("l3")
     assert scene.mode == "play_on"
 

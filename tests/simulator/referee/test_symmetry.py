@@ -100,8 +100,8 @@ def test_mirrored_world_is_judged_mirrored(seed, mode):
     sim = Simulator(2, ServerParameters(**{**QUIET, "illegal_defense_number": 6}), seed=[1, 1])
     populate(sim, random)
     sim.world["kick_off_side"] = 1, -1
-    sim.change_mode(mode, worlds=0)
-    sim.change_mode(mirrored_mode(int(mode)), worlds=1)
+    sim.trainer.change_mode(mode, worlds=0)
+    sim.trainer.change_mode(mirrored_mode(int(mode)), worlds=1)
     for _ in range(3):
         luck = random.choice([-1, 1], (3, 22))
         for world, shift in ((0, 0), (1, 11)):

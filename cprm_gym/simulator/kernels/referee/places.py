@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ...pitch import CENTRE_RADIUS, GOAL_AREA_X, GOAL_AREA_Y, PENALTY_X, PENALTY_Y
 from ...player_types import T_PLAYER_SIZE
 from .. import kernel
 from ..geometry import EPS, clip, in_penalty_area, side_of
@@ -23,11 +24,6 @@ from .modes import (
 )
 from .touches import settle_overlaps
 
-PENALTY_X, PENALTY_Y = 36.0, 20.16
-"""The penalty area: |x| of its front, |y| of its sides."""
-GOAL_AREA_X, GOAL_AREA_Y = 47.0, 9.16
-CENTRE_RADIUS = 9.15
-"""Centre circle, and the distance kept from the ball at set plays."""
 NEAR_RADIUS = 5.5
 """The distance kept from the ball after some offences."""
 CLEAR_GAP = 1e-5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...pitch import CENTRE_RADIUS, PENALTY_Y
 from ...state import Announcement
 from .. import kernel
 from ..geometry import in_penalty_area, side_of
@@ -29,8 +30,6 @@ from .modes import (
     team_of,
 )
 from .places import (
-    CENTRE_RADIUS,
-    PENALTY_Y,
     nearest_on_circle,
     place_ball,
     radius_of,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...pitch import PENALTY_X, PENALTY_Y
 from ...state import Announcement
 from .. import kernel
 from ..geometry import clip, in_penalty_area, length
@@ -43,8 +44,6 @@ from .modes import (
     team_of,
 )
 from .places import (
-    PENALTY_X,
-    PENALTY_Y,
     clear_ball,
     field_clamp,
     nearest_on_circle,

@@ -1,4 +1,4 @@
-"""What trainer and coach do to worlds at once, between steps (specification/simulator.md 4.9, 4.10); `officials` checks and calls these.
+"""What trainer and coach do to worlds at once, between steps (specification/simulator.md 4.9, 4.10); `trainer` checks and calls these.
 
 `chosen` holds the indices of the worlds concerned, ``(n,)`` int64; arrays of places and the like have one row per chosen world.
 """
@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import math
 
-from ...state import Announcement
-from .. import kernel
-from ..contacts import resolve_collisions
-from ..stamina import recover
-from .kick_off import book_substitution, kick_off, substitute
-from .modes import (
+from ..state import Announcement
+from . import kernel
+from .contacts import resolve_collisions
+from .referee.kick_off import book_substitution, kick_off, substitute
+from .referee.modes import (
     BIT_GOALIE,
     PAIR,
     PENALTY_READY,
     PENALTY_TAKEN,
     PLAY_ON,
 )
-from .set_mode import announce, set_mode
+from .referee.set_mode import announce, set_mode
+from .stamina import recover
 
 SAY_PROMOTION = int(Announcement.PROMOTE_GOALIE)
 (
