@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -19,6 +19,7 @@ from .errors import CprmError
 from .files import check_place
 
 if TYPE_CHECKING:
+    from .architecture.petri import PetriNet
     from .benchmark.plan import Plan
 
 app = typer.Typer(
@@ -141,25 +142,28 @@ def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:
 
 @app.command()
 def analyze(
-    net: Annotated[str, typer.Argument(help="A file (.pnml, .xml, .json), the name of a net that ships, or package.module:NAME.")],
+    net: Annotated[
+        str,
+        typer.Argument(help="A file (PNML or JSON), the name of a net that ships, or package.module:NAME, which runs that module's code."),
+    ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
     memory: Annotated[float, typer.Option(help="MiB that an exploration may take before it stops with a partial answer.")] = 4096,
     seconds: Annotated[float, typer.Option(help="Seconds that an exploration may take, likewise.")] = float("inf"),
     minimal: Annotated[bool, typer.Option(help="Also find the minimal invariants without negative weights.")] = False,
     rates: Annotated[str, typer.Option(help="Exponential rates in PNML: 'refuse', or 'plain' to read the net without them.")] = "refuse",
+    which: Annotated[str | None, typer.Option("--net", help="Id or name of the net, for files with several.")] = None,
 ) -> None:
     """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module."""
     from .agents.catalogue import shipped_net
     from .architecture.analysis.behaviour.state_space import Budget
     from .architecture.analysis.report import analyze as analyze_net
-    from .architecture.analysis.report import load
 
     with said_plainly():
         if not (memory > 0 and seconds > 0):
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
             raise CprmError(f"--rates {rates!r}: allowed are 'refuse' and 'plain'")
-        found = shipped_net(net) if _is_name(net) else load(net, rates=rates)
+        found = shipped_net(net) if _is_name(net) else _net_in_file(net, which, "plain" if rates == "plain" else "refuse")
         with complaints.status("exploring ...") as status:
             report = analyze_net(
                 found,
@@ -171,6 +175,21 @@ def analyze(
         typer.echo(report.text())
     else:
         console.print(report.render())
+
+
+def _net_in_file(source: str, net: str | None, rates: Literal["refuse", "plain"]) -> PetriNet:
+    """The net in a file, with what was ignored in it told on the error stream."""
+    import warnings
+
+    from .architecture.petri.files.load import load_net
+    from .errors import FormatWarning
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", FormatWarning)
+        found = load_net(source, net=net, rates=rates, imports=True)
+    for warning in told:
+        complaints.print(f"[yellow]note:[/yellow] {escape(str(warning.message))}", highlight=False, soft_wrap=True)
+    return found
 
 
 def _is_name(text: str) -> bool:

@@ -68,6 +68,10 @@ class FormatError(CprmError, ValueError):
     """A file or message (log, PNML, JSON, BIF ...) is damaged or is none; the text names the file and the place."""
 
 
+class FormatWarning(UserWarning):
+    """A file was read, and something in it ignored that may mean something to another program."""
+
+
 class UnknownName(CprmError, ValueError):
     """A name was given that does not exist; the message lists those that do."""
 

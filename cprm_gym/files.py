@@ -10,7 +10,7 @@ import secrets
 from pathlib import Path
 from typing import Any
 
-from .errors import CprmError
+from .errors import CprmError, FormatError
 
 
 def hidden_beside(path: Path, ending: str = "") -> Path:
@@ -44,6 +44,26 @@ def check_place(path: str | os.PathLike[str], name: str) -> None:
         probe.unlink()
     except OSError as error:
         raise CprmError(f"{name} {target}: cannot be written: {error.strerror or error}") from None
+
+
+def read_bounded(path: str | os.PathLike[str], limit: int) -> bytes:
+    """The content of a file of at most `limit` bytes.
+
+    Raises
+    ------
+    FormatError
+        When it cannot be read, or is larger.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            data = stream.read(limit + 1)
+    except OSError as error:
+        raise FormatError(f"{os.fspath(path)}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise FormatError(f"{os.fspath(path)!r}: cannot be read: {error}") from None
+    if len(data) > limit:
+        raise FormatError(f"{os.fspath(path)}: larger than the {limit:,} bytes that are read")
+    return data
 
 
 def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None:

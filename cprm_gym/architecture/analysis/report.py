@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,10 +12,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...errors import FormatError, NetError, did_you_mean
+from ...errors import NetError
 from ..petri import CompiledNet, PetriNet, compile_net
-from ..petri.files.json import load_net
-from ..petri.files.pnml_reader import read_pnml
+from ..petri.files.load import load_net
 from .behaviour.properties import Structure, analyze_structure
 from .behaviour.state_space import Budget, Progress
 from .modules.composition import CompositionReport, check_composition
@@ -116,52 +113,6 @@ class Report:
         return Group(*parts)
 
 
-def load(source: str | Path | PetriNet, *, rates: str = "refuse") -> PetriNet:
-    """The net in a PNML or JSON file, or by its Python name.
-
-    Parameters
-    ----------
-    source : path, str or PetriNet
-        A file ``*.pnml``, ``*.xml`` or ``*.json``; ``package.module:NAME`` for a net (or a function without parameters that
-        returns one) in an installed module; a net is returned as it is.
-    rates : {"refuse", "plain"}
-        For PNML files with exponential rates: see `read_pnml`.
-
-    Raises
-    ------
-    FormatError
-        For files that cannot be read, with element and line.
-    """
-    if isinstance(source, PetriNet):
-        return source
-    path = Path(source)
-    if not path.is_file() and re.fullmatch(r"[\w.]+:\w+", str(source)):
-        return _named_net(*str(source).split(":"))
-    if not path.is_file():
-        raise FormatError(f"no file {str(source)!r}; a net is given as a file .pnml, .xml or .json, or as package.module:NAME")
-    if path.suffix.lower() == ".json":
-        return load_net(path)
-    if path.suffix.lower() in (".pnml", ".xml"):
-        return read_pnml(path, rates="plain" if rates == "plain" else "refuse")
-    raise FormatError(f"{path}: a net is given as a file .pnml, .xml or .json, got {path.suffix or 'no suffix'!r}")
-
-
-def _named_net(module: str, name: str) -> PetriNet:
-    """The net called `name` in an installed module."""
-    try:
-        found = importlib.import_module(module)
-    except ImportError as error:
-        raise FormatError(f"no module {module!r}: {error}") from None
-    if not hasattr(found, name):
-        raise FormatError(f"module {module!r} has no {name!r}.{did_you_mean(name, vars(found))}")
-    net = getattr(found, name)
-    if callable(net):
-        net = net()
-    if not isinstance(net, PetriNet):
-        raise FormatError(f"{module}:{name} is no net, it is a {type(net).__name__}")
-    return net
-
-
 def analyze(
     net: PetriNet | str | Path,
     *,
@@ -187,7 +138,7 @@ def analyze(
     contract : bool
         Check the contract of behaviour modules.
     """
-    net = load(net)
+    net = load_net(net)
     compiled = compile_net(net)
     ports = compiled.net.ports
     is_module = bool(ports.begin and ports.ongoing and ports.outcomes)

@@ -56,7 +56,10 @@ from .execution.commands import Commands
 from .execution.compiled_net import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
 from .execution.executor import Conflict, Executor, Snapshot
 from .execution.tracing import Firing, Trace
-from .files.json import load_net, net_from_json, net_to_json, save_net
+from .files.json import net_from_json, net_to_json, save_net
+from .files.load import load_net, net_names
+from .files.pnml_reader import parse_pnml, read_pnml
+from .files.pnml_writer import expanded_net, to_pnml, write_pnml
 from .net.modules import Instance, flatten, instances
 from .net.net import PetriNet
 from .net.places import (
@@ -107,13 +110,19 @@ __all__ = [
     "Transition",
     "compile_net",
     "eliminate_set_arcs",
+    "expanded_net",
     "flatten",
     "instances",
     "load_net",
     "net_from_json",
+    "net_names",
     "net_to_json",
+    "parse_pnml",
+    "read_pnml",
     "save_drawing",
     "save_net",
     "to_dot",
+    "to_pnml",
     "to_svg",
+    "write_pnml",
 ]

@@ -9,10 +9,9 @@ from rich.console import Console
 from structure_nets import flexible_manufacturing, philosophers, producer, random_net
 
 from cprm_gym.architecture.analysis.behaviour.state_space import Budget
-from cprm_gym.architecture.analysis.report import analyze, load
+from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.analysis.timed.properties import analyze_timed, may_reach
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition
-from cprm_gym.architecture.petri.files.json import save_net
 from cprm_gym.architecture.petri.files.pnml_writer import write_pnml
 from cprm_gym.errors import FormatError, UnknownName
 
@@ -162,23 +161,11 @@ def test_minimal_invariants_are_found_when_asked_for():
     assert all(min(v.weights.values()) > 0 for v in report.p_invariants.vectors)
 
 
-def test_nets_are_loaded_from_pnml_and_json(tmp_path):
-    net = turn_to_ball()
-    write_pnml(net, tmp_path / "net.pnml")
-    save_net(net, tmp_path / "net.json")
-    assert load(tmp_path / "net.pnml") == load(str(tmp_path / "net.json")) == load(net) == net
-    assert load("contract_modules:turn_to_ball") == net
-    (tmp_path / "net.txt").write_text("no net")
-    with pytest.raises(FormatError, match=r"a net is given as a file .pnml, .xml or .json, got '.txt'"):
-        load(tmp_path / "net.txt")
-    with pytest.raises(FormatError, match=r"no file 'nothing'"):
-        load("nothing")
-    with pytest.raises(FormatError, match=r"has no 'turn_to_bal'\. Did you mean 'turn_to_ball'"):
-        load("contract_modules:turn_to_bal")
-    with pytest.raises(FormatError, match="no module 'contract_modulez'"):
-        load("contract_modulez:x")
-    with pytest.raises(FormatError, match="is no net"):
-        load("contract_modules:CLEAN")
+def test_a_net_in_a_file_is_analysed_and_a_name_of_a_module_is_not_imported(tmp_path):
+    write_pnml(turn_to_ball(), tmp_path / "net.pnml")
+    assert analyze(tmp_path / "net.pnml").name == turn_to_ball().name
+    with pytest.raises(FormatError, match="no file 'os:abort'"):
+        analyze("os:abort")
 
 
 def test_whether_a_module_may_ever_become_active_is_answered_with_a_run():

@@ -15,10 +15,9 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
-from pathlib import Path
 from typing import Any
 
-from ....errors import FormatError, NetError, did_you_mean
+from ....errors import NetError, did_you_mean
 from ....files import write_atomically
 from ..net.net import PetriNet, depth_first_order
 from ..net.places import (
@@ -35,9 +34,12 @@ from ..net.places import (
     Selection,
     Semantics,
     Transition,
+    shown,
 )
 
 FORMAT, VERSION = "cprm_gym net", 1
+MAX_BYTES = 2**24
+"""Longest text that is read."""
 
 _KINDS: Mapping[str, type[Any]] = {
     "place": Place,
@@ -122,8 +124,15 @@ def _transition_to_dict(t: Transition) -> dict[str, Any]:
     return written
 
 
-def net_from_dict(data: object) -> PetriNet:
+def net_from_dict(data: object, net: str | None = None) -> PetriNet:
     """The net that a JSON form describes.
+
+    Parameters
+    ----------
+    data : object
+        What a JSON parser made of a file.
+    net : str, optional
+        The key of the definition that is wanted; default the one that ``net`` names there.
 
     Raises
     ------
@@ -132,9 +141,9 @@ def net_from_dict(data: object) -> PetriNet:
     """
     top = _mapping(data, "the file", ("format", "version", "net", "definitions"))
     if top.get("format") != FORMAT:
-        raise NetError(f"not a net: 'format' is {top.get('format')!r}, expected {FORMAT!r}")
+        raise NetError(f"not a net: 'format' is {shown(top.get('format'))}, expected {FORMAT!r}")
     if top.get("version") != VERSION:
-        raise NetError(f"version {top.get('version')!r} of the net format; this package reads version {VERSION}")
+        raise NetError(f"version {shown(top.get('version'))} of the net format; this package reads version {VERSION}")
     definitions = _mapping(top.get("definitions"), "'definitions'")
     written = {key: _mapping(value, f"definition {key!r}", _NET_KEYS) for key, value in definitions.items()}
     edges = {}
@@ -142,14 +151,18 @@ def net_from_dict(data: object) -> PetriNet:
         edges[key] = list(_mapping(value.get("modules", {}), f"definition {key!r}: 'modules'").values())
         for target in edges[key]:
             if not isinstance(target, str) or target not in written:
-                raise NetError(f"definition {key!r}: unknown module {target!r}.{did_you_mean(str(target), written)}")
+                raise NetError(f"definition {key!r}: unknown module {shown(target)}.{did_you_mean(shown(target), written)}")
     order = depth_first_order(edges, lambda circle: f"modules contain each other in a circle: {circle}")
     nets: dict[str, PetriNet] = {}
     for key in order:
         nets[key] = _net(key, written[key], nets)
-    if not isinstance(top.get("net"), str) or top["net"] not in nets:
-        raise NetError(f"'net' names {top.get('net')!r}, which is not defined.{did_you_mean(str(top.get('net')), nets)}")
-    return nets[top["net"]]
+    wanted = top.get("net") if net is None else net
+    if not isinstance(wanted, str) or wanted not in nets:
+        where = "'net' names" if net is None else "no net"
+        raise NetError(
+            f"{where} {shown(wanted)}, which is not defined.{did_you_mean(str(wanted)[:80], nets)} Defined: {', '.join(nets) or 'none'}"
+        )
+    return nets[wanted]
 
 
 _NET_KEYS = ("name", "places", "transitions", "modules", "fuse", "ports", "semantics")
@@ -160,7 +173,7 @@ def _mapping(value: object, where: str, allowed: tuple[str, ...] | None = None) 
         raise NetError(f"{where}: expected an object, got {type(value).__name__}")
     for key in value:
         if allowed is not None and key not in allowed:
-            raise NetError(f"{where}: unknown entry {key!r}.{did_you_mean(key, allowed)} Known: {', '.join(allowed)}")
+            raise NetError(f"{where}: unknown entry {shown(key)}.{did_you_mean(key[:80], allowed)} Known: {', '.join(allowed)}")
     return value
 
 
@@ -210,7 +223,7 @@ def _place(data: object, where: str) -> AnyPlace:
     given = dict(_mapping(data, where))
     kind = given.pop("kind", None)
     if not isinstance(kind, str) or kind not in _KINDS:
-        raise NetError(f"{where}: unknown kind {kind!r}.{did_you_mean(str(kind), _KINDS)} Known: {', '.join(_KINDS)}")
+        raise NetError(f"{where}: unknown kind {shown(kind)}.{did_you_mean(shown(kind), _KINDS)} Known: {', '.join(_KINDS)}")
     if kind == "object" and "select" in given:
         given["select"] = _dataclass(Selection, given["select"], f"{where}: 'select'")
     place: AnyPlace = _dataclass(_KINDS[kind], given, where)
@@ -236,29 +249,32 @@ def net_to_json(net: PetriNet) -> str:
     return json.dumps(net_to_dict(net), indent=1, ensure_ascii=False) + "\n"
 
 
-def net_from_json(text: str) -> PetriNet:
-    """The net that a JSON text describes, equal to the one that was written."""
+def net_from_json(text: str, net: str | None = None) -> PetriNet:
+    """The net that a JSON text describes, equal to the one that was written.
+
+    Raises
+    ------
+    NetError
+        Where it is no JSON, longer than `MAX_BYTES`, or `net_from_dict` refuses it.
+    """
+    return net_from_dict(_parsed(text), net)
+
+
+def json_names(text: str) -> tuple[str, ...]:
+    """The keys of the nets that a JSON text defines."""
+    top = _mapping(_parsed(text), "the file", ("format", "version", "net", "definitions"))
+    return tuple(_mapping(top.get("definitions"), "'definitions'"))
+
+
+def _parsed(text: str) -> object:
+    if len(text) > MAX_BYTES:
+        raise NetError(f"{len(text):,} characters; nets of up to {MAX_BYTES:,} are read")
     try:
-        data = json.loads(text)
+        return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise NetError(f"not JSON: {error}") from None
-    return net_from_dict(data)
 
 
 def save_net(net: PetriNet, path: str | os.PathLike[str]) -> None:
     """Write a net to a JSON file, all of it or nothing."""
     write_atomically(path, net_to_json(net))
-
-
-def load_net(path: str | os.PathLike[str]) -> PetriNet:
-    """Read a net from a JSON file.
-
-    Raises
-    ------
-    FormatError
-        When the file cannot be read or is not a net; the message names the file and the place.
-    """
-    try:
-        return net_from_json(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, NetError) as error:
-        raise FormatError(f"{os.fspath(path)}: {error}") from error

@@ -1,14 +1,16 @@
 """PNML (ISO/IEC 15909-2): what a place/transition net cannot say, in one ``toolspecific`` block of ours, read back.
 
 The plain part of a file is a *skeleton* of the net (`skeleton`). The block holds the arcs that are not ordinary and, at its end, the whole
-net as JSON (`io.py`), so that reading gives an equal value; a file whose plain part was changed by another tool afterwards is refused
+net as JSON (`json.py`), so that reading gives an equal value; a file whose plain part was changed by another tool afterwards is refused
 rather than half believed.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 from ....errors import FormatError, NetError
 from ..net.modules import flatten
@@ -111,39 +113,57 @@ def _with_entries(
     refuse: Callable[[Node, str], FormatError],
 ) -> PetriNet:
     """The plain net with the arcs that the entries of a block without definition add."""
-    changed = {t.name: t for t in plain.transitions}
+    kinds = ("inputs", "outputs", "tests", "inhibitors", "sets")
+    changed: dict[str, dict[str, dict[str, float]]] = {t.name: {kind: dict(getattr(t, kind)) for kind in kinds} for t in plain.transitions}
     known = {p.name for p in plain.places}
     for node in block.children:
         if node.tag == "note":
             continue
-        if node.tag != "arc":
+        if node.tag != "arc" or node.namespace:
             raise refuse(node, "is not understood in our block; known: arc, definition, note")
+        for key in node.attributes:
+            if key not in ("type", "place", "transition", "threshold", "weight", "value"):
+                raise refuse(node, f"the attribute {key!r} is not understood; known: place, threshold, transition, type, value, weight")
         place, name = (names.get(node.attributes.get(end, ""), "") for end in ("place", "transition"))
-        kind = node.attributes.get("type", "")
         if place not in known or name not in changed:
             raise refuse(
                 node, f"joins {node.attributes.get('place')!r} and {node.attributes.get('transition')!r}, which the net does not have"
             )
-        t = changed[name]
-        try:
-            value = int(node.attributes.get("value" if kind == "set" else "threshold", "1"))
-            if kind == "inhibitor":
-                changed[name] = replace(t, inhibitors=FrozenMap({**t.inhibitors, place: value}))
-            elif kind == "set":
-                changed[name] = replace(t, sets=FrozenMap({**t.sets, place: value}), set_wins=True)
-            elif kind == "test":
-                weight = int(node.attributes.get("weight", "0"))
-                inputs, outputs = ({k: w - weight if k == place else w for k, w in arcs.items()} for arcs in (t.inputs, t.outputs))
-                inputs, outputs = ({k: w for k, w in arcs.items() if w} for arcs in (inputs, outputs))
-                changed[name] = replace(t, inputs=FrozenMap(inputs), outputs=FrozenMap(outputs), tests=FrozenMap({**t.tests, place: value}))
-            else:
-                raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")
-        except (ValueError, NetError) as error:
-            if isinstance(error, FormatError):
-                raise
-            raise refuse(node, str(error)) from None
+        _add_entry(node, place, changed[name], refuse)
     try:
         places = (replace(p, capacity=capacities.get(p.name, p.capacity)) if isinstance(p, Place) else p for p in plain.places)
-        return replace(plain, places=tuple(places), transitions=tuple(changed.values()))
+        moves = []
+        for t in plain.transitions:
+            arcs: Any = {kind: FrozenMap(found) for kind, found in changed[t.name].items()}
+            moves.append(replace(t, **arcs, set_wins=t.set_wins or bool(changed[t.name]["sets"])))
+        return replace(plain, places=tuple(places), transitions=tuple(moves))
     except NetError as error:
         raise refuse(block, str(error)) from None
+
+
+def _add_entry(node: Node, place: str, arcs: dict[str, dict[str, float]], refuse: Callable[[Node, str], FormatError]) -> None:
+    """Add one arc of our block to those of its transition."""
+
+    def number(key: str, default: str) -> int:
+        text = node.attributes.get(key, default).strip()
+        if not re.fullmatch(r"[0-9]{1,10}", text):
+            raise refuse(node, f"{key} is a whole number from 0, got {text[:40]!r}")
+        return int(text)
+
+    kind = node.attributes.get("type", "")
+    if kind == "inhibitor":
+        arcs["inhibitors"][place] = number("threshold", "1")
+    elif kind == "set":
+        arcs["sets"][place] = number("value", "1")
+    elif kind == "test":
+        weight = number("weight", "0")
+        for way in ("inputs", "outputs"):
+            if weight > arcs[way].get(place, 0):
+                raise refuse(node, f"weight {weight} of the test arc is more than the {way} of the plain part")
+            if weight:
+                arcs[way][place] -= weight
+                if not arcs[way][place]:
+                    del arcs[way][place]
+        arcs["tests"][place] = number("threshold", "1")
+    else:
+        raise refuse(node, f"arcs of type {kind!r} are not read here; known: inhibitor, set, test")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import sys
 from collections import Counter
 from collections.abc import Mapping
@@ -19,6 +20,22 @@ INFINITE = -1
 """`Transition.servers` of a transition with one clock for every time it is enabled at once."""
 MAX_WEIGHT = 2**31 - 1
 """Largest weight, capacity and number of tokens that can be written."""
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it: its first 80 characters, however large it is."""
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**60:
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, str):
+        return repr(value if len(value) <= 80 else value[:80] + "...")
+    if isinstance(value, (int, float, type(None))):
+        return repr(value)
+    text = _SHORT.repr(value)
+    return text if len(text) <= 160 else text[:160] + "..."
+
+
+_SHORT = reprlib.Repr()
+_SHORT.maxother = _SHORT.maxlong = _SHORT.maxstring = 80
 
 
 def check_name(name: object, what: str) -> None:
