@@ -54,7 +54,7 @@ class GoToBallMachine:
         ball = ball_percepts(observation)
         seen, fresh = ball["ball.seen"] > 0, ball["body.fresh"] > 0
         self.unseen = np.where(seen, 0, self.unseen + fresh)
-        aligned = np.abs(ball["ball.direction"]) <= self.ahead
+        aligned = np.abs(ball["ball.direction_deg"]) <= self.ahead
         self.state = np.where(
             seen,
             np.where(aligned, State.RUN, State.TURN),
@@ -62,7 +62,7 @@ class GoToBallMachine:
         )
         action = no_action(len(seen))
         speed = ball["body.speed"]
-        turn = np.where(self.state == State.TURN, self.damping * ball["ball.direction"], self.look_turn)
+        turn = np.where(self.state == State.TURN, self.damping * ball["ball.direction_deg"], self.look_turn)
         moment = np.clip(turn * (1.0 + self.inertia_moment * speed), -180.0, 180.0)
         # in blind cycles a turn would be a guess: TURN waits, LOOK waits for the eye, RUN runs on
         turning = ((self.state == State.TURN) & seen) | ((self.state == State.LOOK) & fresh)

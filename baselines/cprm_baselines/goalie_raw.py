@@ -52,7 +52,7 @@ class RawGoalie(SoccerAgent):
     def _read(self, observation: Observation) -> Percepts:
         """`goalie_percepts` and the last readings of ball and nearest opponent."""
         percepts = goalie_percepts(observation, self.opponents)
-        seen, moving = percepts["ball.seen"] > 0, percepts["ball.moving"] > 0
+        seen, moving = percepts["ball.placed"] > 0, percepts["ball.moving"] > 0
         for name, when in (("x", seen), ("y", seen), ("vx", moving), ("vy", moving)):
             self.last[f"raw.ball_{name}"] = np.where(when, percepts[f"ball.{name}"], self.last[f"raw.ball_{name}"])
         least = np.full(len(seen), np.inf)

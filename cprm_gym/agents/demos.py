@@ -127,9 +127,9 @@ def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> 
     if bank is not None and bank.answers and {"ball.x", "ball.y"} <= bank.variables.keys():
         x, y = (bank.variables[name].edges for name in ("ball.x", "ball.y"))
         return _grid(bank.marginal("ball.x"), x, bank.marginal("ball.y"), y)
-    if bank is not None and bank.answers and {"ball.dist", "ball.bearing"} <= bank.variables.keys() and "self" in observation:
-        dist, bearing = (bank.variables[name].edges for name in ("ball.dist", "ball.bearing"))
-        points = _grid(bank.marginal("ball.dist"), dist, bank.marginal("ball.bearing"), bearing)
+    if bank is not None and bank.answers and {"ball.dist", "ball.bearing_deg"} <= bank.variables.keys() and "self" in observation:
+        dist, bearing = (bank.variables[name].edges for name in ("ball.dist", "ball.bearing_deg"))
+        points = _grid(bank.marginal("ball.dist"), dist, bank.marginal("ball.bearing_deg"), bearing)
         way, angle = points[:, 0], np.radians(points[:, 1])
         x, y = observation["self"][0, [SelfFeature.X, SelfFeature.Y]]
         return np.stack([x + way * np.cos(angle), y + way * np.sin(angle), points[:, 2]], axis=1)

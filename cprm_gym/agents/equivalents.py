@@ -24,7 +24,9 @@ def _sighted(state: str) -> tuple[Rule, ...]:
 GO_TO_BALL_MACHINE = StateMachine(
     "go_to_ball_machine",
     states=("look", "turn", "turn_missed", "run", "run_missed"),
-    percepts={"seen": "ball.seen", "fresh": "body.fresh", "bearing": "ball.direction", "speed": "body.speed", "stamina": "body.stamina"},
+    percepts={
+        "seen": "ball.seen", "fresh": "body.fresh", "bearing": "ball.direction_deg", "speed": "body.speed", "stamina": "body.stamina",
+    },
     quantities={
         "off_axis": "abs(bearing)",
         "moment": "clip(0.9 * bearing * (1 + 5 * speed), -180, 180)",
@@ -47,8 +49,8 @@ GO_TO_BALL_REGIONS = RegionPolicy(
     objects={"ball": "Ball"},
     observations=SEEKER.observations,
     views=(
-        Belief("distance", variable="ball.dist"), Belief("bearing", variable="ball.dir"),
-        Belief("doubt", variable="ball.dir", view="entropy"),
+        Belief("distance", variable="ball.dist"), Belief("bearing", variable="ball.dir_deg"),
+        Belief("doubt", variable="ball.dir_deg", view="entropy"),
     ),
     quantities={"moment": "clip(0.9 * bearing, -180, 180)", "power": "clip(40 + 12 * distance, 30, 100)"},
     regions=(

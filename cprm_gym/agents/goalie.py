@@ -23,6 +23,7 @@ from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task
+from ..simulator.senses import BallLevel, PlayerLevel
 from ..simulator.state import PlayMode
 from .models import GOALIE_MODEL
 from .percepts import Percepts, body_percepts
@@ -177,7 +178,7 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
         places=(
             Place("shut", capacity=1, tokens=1), Place("guard", capacity=1, tokens=1), Place("watching", capacity=1),
             *seen, *watch, *((ObjectPlace("holder", "Opponent", holder),) if attended else ()),
-            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
+            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"),
             *KINEMATICS,
@@ -194,6 +195,12 @@ BALL = tuple(Belief(f"ball_{name}", variable=f"ball.{name}") for name in ("x", "
 BELIEVED = (*BALL, Belief("watched_x", variable="watched_1.x", value=FAR), Belief("watched_y", variable="watched_1.y"))
 """The ball, and the opponent nearest to it, as they are believed to be."""
 
+BALL_SEEN = tuple(
+    Observe(f"ball.seen_{name}", f"ball.{name}", when=f"ball.{given}")
+    for name, given in (("x", "placed"), ("y", "placed"), ("vx", "moving"), ("vy", "moving"))
+)
+"""What he is told of the ball."""
+
 
 def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
     """The goalie's net, his beliefs, and the links between them.
@@ -208,22 +215,16 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
     names = [f"o{k}" for k in range(1, opponents + 1)]
     watched = min(attended, opponents)
     seen = [
-        Observe(f"{o}.{variable}", f"{o}.{percept}", when=f"{o}.seen")
+        Observe(f"{o}.seen_{percept}", f"{o}.{percept}", when=f"{o}.{given}")
         for o in names
-        for variable, percept in (("seen_x", "x"), ("seen_y", "y"), ("seen_facing", "facing"))
+        for percept, given in (("x", "seen"), ("y", "seen"), ("facing", "faced"))
     ]
     return CPRM(
         "goalie",
         net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched),
         model=GOALIE_MODEL,
         objects={"ball": "Ball", **dict.fromkeys(names, "Opponent")},
-        observations=(
-            Observe("ball.seen_x", "ball.x", when="ball.seen"),
-            Observe("ball.seen_y", "ball.y", when="ball.seen"),
-            Observe("ball.seen_vx", "ball.vx", when="ball.moving"),
-            Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
-            *seen,
-        ),
+        observations=(*BALL_SEEN, *seen),
         clusters=(
             *(Cluster("attendedOpponent", (f"watched_{k}",)) for k in range(1, watched + 1)),
             *((Cluster("possessesOpponent", ("holder", "=ball")),) if watched else ()),
@@ -243,9 +244,10 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     Returns
     -------
     dict of (N,) float64
-        `body_percepts`; ``self.x``, ``self.y``, ``self.body``, ``self.vx``, ``self.vy``; ``game.stopped``; ``ball.seen``, ``ball.moving``
-        (its velocity was seen too), ``ball.x``, ``ball.y``, ``ball.vx``, ``ball.vy``, ``ball.distance`` (from him), ``ball.age``; for each
-        opponent ``o1.seen``, ``o1.x``, ``o1.y``, ``o1.facing`` (index of `FACING`).
+        `body_percepts`; ``self.x``, ``self.y``, ``self.body_deg``, ``self.vx``, ``self.vy``; ``game.stopped``; ``ball.seen``,
+        ``ball.placed`` (he knew his place as well), ``ball.moving`` (its velocity was told too), ``ball.x``, ``ball.y``, ``ball.vx``,
+        ``ball.vy``, ``ball.distance`` (from him), ``ball.age``; for each opponent ``o1.seen``, ``o1.x``, ``o1.y``, ``o1.faced`` (the way he
+        faces was told: only of one who is seen with his number), ``o1.facing`` (index of `FACING`).
     """
     percepts = body_percepts(observation)
     me = np.asarray(observation["self"], np.float64)
@@ -255,11 +257,13 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     fresh = percepts["body.fresh"] > 0
     percepts["self.x"], percepts["self.y"] = me[:, SelfFeature.X], me[:, SelfFeature.Y]
     percepts["self.vx"], percepts["self.vy"] = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
-    percepts["self.body"] = np.degrees(me[:, SelfFeature.BODY])
+    percepts["self.body_deg"] = np.degrees(me[:, SelfFeature.BODY])
     mode = observation["body"][:, BodyFeature.PLAY_MODE]
     percepts["game.stopped"] = (mode != PlayMode.play_on).astype(np.float64)
     percepts["ball.seen"] = (fresh & (level[:, 0] > 0)).astype(np.float64)
-    percepts["ball.moving"] = (fresh & (level[:, 0] >= 3)).astype(np.float64)
+    located = me[:, SelfFeature.LOCATED] > 0
+    percepts["ball.placed"] = (fresh & located & (level[:, 0] > 0)).astype(np.float64)
+    percepts["ball.moving"] = (fresh & located & (level[:, 0] >= BallLevel.MOVING)).astype(np.float64)
     for k, name in enumerate(("ball.x", "ball.y", "ball.vx", "ball.vy")):
         percepts[name] = memory[:, 0, k]
     percepts["ball.distance"] = np.hypot(memory[:, 0, 0] - percepts["self.x"], memory[:, 0, 1] - percepts["self.y"])
@@ -267,7 +271,8 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     rows = slice(12, 12 + opponents)
     first = 11 if observation["body"][0, BodyFeature.SIDE] > 0 else 0
     x, y = memory[:, rows, 0], memory[:, rows, 1]
-    seen = (fresh[:, None] & (age[:, rows] == 0)).astype(np.float64)
+    seen = (fresh & located)[:, None] & (age[:, rows] == 0)
+    faced = seen & (level[:, 1 + first : 1 + first + opponents] >= PlayerLevel.NUMBER)
     bodies = np.asarray(observation["players"][:, first : first + opponents, ObjectFeature.BODY], np.float64)
     heading = me[:, SelfFeature.FACE, None] + bodies
     off = np.degrees(heading - np.arctan2(-y, GOAL_X - x))
@@ -275,7 +280,8 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     facing = np.where(off < 40.0, 0.0, np.where(off > 110.0, 2.0, 1.0))
     for k in range(opponents):
         name = f"o{k + 1}"
-        percepts[f"{name}.seen"], percepts[f"{name}.facing"] = seen[:, k], facing[:, k]
+        percepts[f"{name}.seen"], percepts[f"{name}.faced"] = seen[:, k].astype(np.float64), faced[:, k].astype(np.float64)
+        percepts[f"{name}.facing"] = facing[:, k]
         percepts[f"{name}.x"], percepts[f"{name}.y"] = x[:, k], y[:, k]
     return percepts
 
@@ -314,8 +320,7 @@ class GoalieAgent(SoccerAgent):
             lambda observation: goalie_percepts(observation, opponents),
             needs=("memory",),
             objects=(lambda observation: opponent_attributes(observation, opponents)) if min(attended, opponents) else None,
-            engine=ProjectionEngine(CLUSTERS),
-            **options,
+            **{"engine": ProjectionEngine(CLUSTERS), **options},
         )
 
 

@@ -26,20 +26,20 @@ FELT = 3.0
 
 BALL = PRMClass(
     "Ball",
-    given=(Given("turned", TURNED, default=0.0), Given("advanced", ADVANCED, default=0.0)),
+    given=(Given("turned_deg", TURNED, default=0.0), Given("advanced", ADVANCED, default=0.0)),
     attributes=(
         # hidden: where the ball is; what the player himself did moves it in his frame, the ball's own roll is the noise
-        Attribute("dist", DISTANCE, parents=(prev("dist"), prev("dir"), "advanced"), initial=Uniform(),
-                  cpd=Noise("abs(prev.dist - advanced * cos(radians(prev.dir)))", sd=0.5, points=12)),
-        Attribute("dir", DIRECTION, parents=(prev("dir"), "turned"), initial=Uniform(),
-                  cpd=Noise("prev.dir - turned", sd="4 + 0.07 * abs(turned)")),
+        Attribute("dist", DISTANCE, parents=(prev("dist"), prev("dir_deg"), "advanced"), initial=Uniform(),
+                  cpd=Noise("abs(prev.dist - advanced * cos(radians(prev.dir_deg)))", sd=0.5, points=12)),
+        Attribute("dir_deg", DIRECTION, parents=(prev("dir_deg"), "turned_deg"), initial=Uniform(),
+                  cpd=Noise("prev.dir_deg - turned_deg", sd="4 + 0.07 * abs(turned_deg)")),
         # observed: only in cycles with a look
-        Attribute("seen", BOOL, parents=("dist", "dir"),
-                  cpd=Chance(f"0.98 if abs(dir) < {VIEW_HALF} or dist < {FELT} else 0.005")),
+        Attribute("seen", BOOL, parents=("dist", "dir_deg"),
+                  cpd=Chance(f"0.98 if abs(dir_deg) < {VIEW_HALF} or dist < {FELT} else 0.005")),
         Attribute("seen_dist", DISTANCE, parents=("seen", "dist"),
                   cpd=Switch("seen", {"yes": Noise("dist", sd="0.05 + 0.03 * dist"), "no": Uniform()})),
-        Attribute("seen_dir", DIRECTION, parents=("seen", "dir"),
-                  cpd=Switch("seen", {"yes": Noise("dir", sd=1.0), "no": Uniform()})),
+        Attribute("seen_dir_deg", DIRECTION, parents=("seen", "dir_deg"),
+                  cpd=Switch("seen", {"yes": Noise("dir_deg", sd=1.0), "no": Uniform()})),
     ),
 )  # fmt: skip
 """The ball: hidden distance and direction; observed distance, direction and whether it was seen (§2.3.5)."""
@@ -193,8 +193,8 @@ def _read(mean: str, sd: str, blurred: str) -> Mixture:
 PASSED_BALL = PRMClass(
     "Ball",
     given=(
-        Given("met", MET, default=0.0), Given("slid", SLID, default=0.0), Given("sent", SENT, default=-1.0),
-        Given("eyes", EYES, default=0.0),
+        Given("met", MET, default=0.0), Given("slid_deg", SLID, default=0.0), Given("sent", SENT, default=-1.0),
+        Given("eyes_deg", EYES, default=0.0),
     ),
     attributes=(
         # hidden: how it moves, and then where it is; distance and bearing are components of their own, so that both are cheap
@@ -204,22 +204,22 @@ PASSED_BALL = PRMClass(
                               (_KNOCKED, Noise("0", sd=1.0)))),
         Attribute("dist", RANGE, parents=(prev("dist"), "approach", "met"), initial=Uniform(),
                   cpd=Noise("prev.dist - approach - met", sd=0.03, floor=_LOST, points=2)),
-        Attribute("swing", SWING, parents=(prev("swing"), "sent"), initial=Uniform(),
-                  cpd=Mixture((1.0 - _KNOCKED, Noise(f"{BALL_DECAY} * prev.swing if {_NO_KICK} else 0", points=3,
-                                                     sd=f"0.1 + 0.25 * abs(prev.swing) if {_NO_KICK} else 1 + 4 * sent")),
+        Attribute("swing_deg", SWING, parents=(prev("swing_deg"), "sent"), initial=Uniform(),
+                  cpd=Mixture((1.0 - _KNOCKED, Noise(f"{BALL_DECAY} * prev.swing_deg if {_NO_KICK} else 0", points=3,
+                                                     sd=f"0.1 + 0.25 * abs(prev.swing_deg) if {_NO_KICK} else 1 + 4 * sent")),
                               (_KNOCKED, Noise("0", sd=15.0)))),
-        Attribute("bearing", BEARING, parents=(prev("bearing"), "swing", "slid"), initial=Uniform(),
-                  cpd=Noise("prev.bearing + swing - slid", sd=0.6, floor=_LOST, points=1)),
+        Attribute("bearing_deg", BEARING, parents=(prev("bearing_deg"), "swing_deg", "slid_deg"), initial=Uniform(),
+                  cpd=Noise("prev.bearing_deg + swing_deg - slid_deg", sd=0.6, floor=_LOST, points=1)),
         # observed in cycles with a look, the velocities where the eye tells them; they are what the decay has left
         Attribute("seen_dist", RANGE, parents=("dist",), cpd=_read("dist", f"0.03 + {QUANTUM} * dist", "0.1 + 0.2 * dist")),
         Attribute("seen_approach", APPROACH, parents=("approach",),
                   cpd=_read(f"{BALL_DECAY} * approach", f"0.03 + {QUANTUM} * abs(approach)", "0.4")),
-        Attribute("seen_bearing", BEARING, parents=("bearing",), cpd=_read("bearing", "1.2", "10")),
-        Attribute("seen_swing", SWING, parents=("swing",),
-                  cpd=_read(f"{BALL_DECAY} * swing", "0.1 + 0.05 * abs(swing)", "8")),
+        Attribute("seen_bearing_deg", BEARING, parents=("bearing_deg",), cpd=_read("bearing_deg", "1.2", "10")),
+        Attribute("seen_swing_deg", SWING, parents=("swing_deg",),
+                  cpd=_read(f"{BALL_DECAY} * swing_deg", "0.1 + 0.05 * abs(swing_deg)", "8")),
         # a ball that is not where the player looks is somewhere else
-        Attribute("seen", BOOL, parents=("bearing", "eyes"),
-                  cpd=Chance(f"0.98 if abs(norm_deg(bearing - eyes)) < {VIEW_HALF} else 0.005", points=8)),
+        Attribute("seen", BOOL, parents=("bearing_deg", "eyes_deg"),
+                  cpd=Chance(f"0.98 if abs(norm_deg(bearing_deg - eyes_deg)) < {VIEW_HALF} else 0.005", points=8)),
     ),
 )  # fmt: skip
 """The ball as a player tracks it who runs and kicks himself: distance, bearing and their rates (Fig. 2.25).
@@ -267,7 +267,7 @@ POSSESSES_MATE = Relation(
         })),
     ),
     conflict="mixture",
-    keep_joint=(("b.dist", "b.approach"), ("b.bearing", "b.swing")),
+    keep_joint=(("b.dist", "b.approach"), ("b.bearing_deg", "b.swing_deg")),
 )  # fmt: skip
 """A team-mate who has the ball: from the way he faces follows whether he passes, and then the ball comes (as Fig. 2.28)."""
 

@@ -27,7 +27,7 @@ from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
 from .models import BALL_DECAY, FELT, PASSER_MODEL
-from .percepts import OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
+from .percepts import NEVER, OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
 from .play import SoccerAgent
 from .skills.advance import ADVANCE
 from .skills.go_to_ball import GO_TO_BALL_REFLEX
@@ -62,19 +62,18 @@ AT_BALL = 1.6
 """Metres from the ball within which a team-mate has it, as far as the eye can tell."""
 AT_FEET = 2.0
 """Metres within which the player acts on what he sees of the ball in this very cycle."""
-NEVER = 1000.0
-"""Age of a team-mate who was never seen."""
 
 _BELIEVED: tuple[AnyPlace, ...] = (
-    Belief("believed_distance", variable="ball.dist"), Belief("believed_bearing", variable="ball.bearing"),
-    Belief("rolled", variable="ball.approach"), Belief("swung", variable="ball.swing"),
+    Belief("believed_distance", variable="ball.dist"), Belief("believed_bearing", variable="ball.bearing_deg"),
+    Belief("rolled", variable="ball.approach"), Belief("swung", variable="ball.swing_deg"),
     Belief("partner_x", variable="partner.x"), Belief("partner_y", variable="partner.y"),
     ObjectPlace("partner", "Teammate", Selection("Teammate", best="teammate.distance", where=f"teammate.age < {NEVER}", minimize=True)),
     ObjectPlace("holder", "Teammate", Selection("Teammate", best="teammate.ball_gap", where=f"teammate.ball_gap < {AT_BALL}",
                                                 minimize=True)),
     # at his feet a reading is finer than any bins; everything else is as it is believed to be
-    Input("seen", observes="ball.seen"), Input("seen_distance", observes="ball.distance"), Input("seen_bearing", observes="ball.bearing"),
-    Input("moving", observes="ball.moving"), Input("rolling", observes="ball.rolling"), Input("swinging", observes="ball.swinging"),
+    Input("seen", observes="ball.seen"), Input("seen_distance", observes="ball.distance"),
+    Input("seen_bearing", observes="ball.bearing_deg"), Input("moving", observes="ball.moving"),
+    Input("rolling", observes="ball.rolling"), Input("swinging", observes="ball.swinging_deg"),
     Math("at_feet", f"1 if seen and seen_distance < {AT_FEET} else 0"), Math("told", "1 if at_feet and moving else 0"),
     Math("ball_distance", "seen_distance if at_feet else believed_distance"),
     Math("ball_bearing", "seen_bearing if at_feet else believed_bearing"),
@@ -96,7 +95,7 @@ _PLACES: tuple[AnyPlace, ...] = (
     Place("intend", capacity=1, tokens=1),
     *(Place(name, capacity=1) for name in ("on_ball", "in_place", "faced", "taking", "over", "search", "searched")),
     Place("looking", capacity=1, tokens=1),
-    Input("me_x", observes="me.x"), Input("me_y", observes="me.y"), Input("facing", observes="me.facing"),
+    Input("me_x", observes="me.x"), Input("me_y", observes="me.y"), Input("facing", observes="me.facing_deg"),
     Input("ball_age", observes="ball.age"), Input("mate_age", observes="mate.age"),
     Input("goal_distance", observes="goal.distance"), Input("speed", observes="body.speed"),
     *_BELIEVED,
@@ -195,7 +194,7 @@ def passer_net(recovering: bool = True) -> PetriNet:
 PASSER_NET = passer_net()
 """With its recovery parts."""
 
-CLUSTERS = (("ball.dist", "ball.approach"), ("ball.bearing", "ball.swing"))
+CLUSTERS = (("ball.dist", "ball.approach"), ("ball.bearing_deg", "ball.swing_deg"))
 """What a possession has linked stays linked within the ball only: its belief is projected on these pairs."""
 _KICKS = ("passing.kick", "passing.trap", "shoot.kick")
 
@@ -222,20 +221,20 @@ def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
         model=PASSER_MODEL,
         objects={"ball": "Ball", **dict.fromkeys(names, "Teammate")},
         observations=(
-            Observe("ball.met", f"me.met - ({further})"),
-            Observe("ball.slid", f"me.slid - ({deflected})"),
-            Observe("ball.eyes", "me.eyes"),
+            Observe("ball.met", f"me.met - ({further})", when="me.located"),
+            Observe("ball.slid_deg", f"me.slid_deg - ({deflected})", when="me.located"),
+            Observe("ball.eyes_deg", "me.eyes_deg", when="me.located"),
             Observe("ball.sent", sent),
             Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
-            Observe("ball.seen_bearing", "ball.bearing", when="ball.seen"),
+            Observe("ball.seen_bearing_deg", "ball.bearing_deg", when="ball.placed"),
             Observe("ball.seen_approach", "ball.rolling", when="ball.moving"),
-            Observe("ball.seen_swing", "ball.swinging", when="ball.moving"),
+            Observe("ball.seen_swing_deg", "ball.swinging_deg", when="ball.moving"),
             # within this distance it is felt, wherever he looks
             Observe("ball.seen", "ball.seen", when=f"body.fresh >= 1 and believed_distance > {FELT + 1.0}"),
             *(
-                Observe(f"{m}.{variable}", f"{m}.{percept}", when=f"{m}.seen")
+                Observe(f"{m}.seen_{percept}", f"{m}.{percept}", when=f"{m}.{given}")
                 for m in names
-                for variable, percept in (("seen_x", "x"), ("seen_y", "y"), ("seen_facing", "facing"))
+                for percept, given in (("x", "seen"), ("y", "seen"), ("facing", "faced"))
             ),
         ),
         clusters=(Cluster("attendedTeammate", ("partner",)), Cluster("possessesTeammate", ("holder", "=ball"))),
@@ -269,7 +268,7 @@ class PasserAgent(SoccerAgent):
         def objects(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:
             return {"Teammate": mate_attributes(observation, mates)}
 
-        super().__init__(cprm, percepts, needs=("memory",), objects=objects, engine=ProjectionEngine(CLUSTERS), **options)
+        super().__init__(cprm, percepts, needs=("memory",), objects=objects, **{"engine": ProjectionEngine(CLUSTERS), **options})
 
 
 def make_controller(task: Task, agent: str, recovering: bool = True) -> PasserAgent:

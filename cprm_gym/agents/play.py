@@ -12,6 +12,7 @@ from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
+from .given import check_given
 from .percepts import PLAYER_DECAY, Percepts
 
 BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
@@ -46,6 +47,11 @@ class SoccerAgent:
         Parts of the observation that the percepts read beyond what is always there (`observation_space`): ``memory``, ``landmarks``.
     **options
         Passed on to `CPRMRunner`.
+
+    Raises
+    ------
+    ModelError
+        When the model would be told a reading that may not have been given (`given`).
     """
 
     def __init__(
@@ -56,6 +62,7 @@ class SoccerAgent:
         objects: Callable[[Observation], Objects] | None = None,
         **options: Any,
     ) -> None:
+        check_given(cprm)
         self.cprm = cprm
         self.needs = tuple(needs)
         self.percepts = percepts
@@ -74,15 +81,26 @@ class SoccerAgent:
         self.controller.reset(worlds)
         self._turned[slice(None) if worlds is None else worlds] = 0.0
 
+    def perceive(self, observation: Observation) -> Percepts:
+        """The percepts, and his own motion in the last cycle.
+
+        Returns
+        -------
+        dict of (N,) float64
+            With ``body.turned_deg``, the turn that was commanded, and ``body.advanced``, the metres that the body went ahead (the speed
+            that it feels is what the decay left).
+        """
+        percepts = self.percepts(observation)
+        percepts["body.turned_deg"] = self._turned
+        along = np.cos(np.radians(percepts["body.speed_direction_deg"]))
+        percepts["body.advanced"] = percepts["body.speed"] * along / PLAYER_DECAY
+        return percepts
+
     def act(self, observation: Observation) -> Action:
         """One cycle of every copy."""
         if self.controller is None:
             raise ControllerError("act before reset: the controller does not know how many worlds there are")
-        percepts = self.percepts(observation)
-        # his own motion: the turn that was commanded, and the way of the body in the cycle (the speed that it feels is what the decay left)
-        percepts["body.turned"] = self._turned
-        along = np.cos(np.radians(percepts["body.speed_direction"]))
-        percepts["body.advanced"] = percepts["body.speed"] * along / PLAYER_DECAY
+        percepts = self.perceive(observation)
         commands = self.controller.step(percepts, self.objects(observation) if self.objects else None)
         count = self.controller.batch
         action = no_action(count)
@@ -104,7 +122,7 @@ class SoccerAgent:
         if "look" in commands.fired:
             fired = commands.fired["look"]
             wanted = (commands.values["look"]["direction"] - self._turned + 180.0) % 360.0 - 180.0
-            neck = (np.clip(wanted, -NECK_MOST, NECK_MOST) - percepts["body.neck"]) / NECK_SCALE
+            neck = (np.clip(wanted, -NECK_MOST, NECK_MOST) - percepts["body.neck_deg"]) / NECK_SCALE
             action["turn_neck"][fired, 0] = np.clip(neck, -1.0, 1.0)[fired]
         if "change_view" in commands.fired:
             fired = commands.fired["change_view"]

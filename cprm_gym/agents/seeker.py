@@ -30,11 +30,11 @@ SEEKER = CPRM(
     model=BALL_MODEL,
     objects={"ball": "Ball"},
     observations=(
-        Observe("ball.turned", "body.turned"),
+        Observe("ball.turned_deg", "body.turned_deg"),
         Observe("ball.advanced", "body.advanced"),
         Observe("ball.seen", "ball.seen", when="body.fresh"),
         Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
-        Observe("ball.seen_dir", "ball.direction", when="ball.seen"),
+        Observe("ball.seen_dir_deg", "ball.direction_deg", when="ball.seen"),
     ),
 )
 """Net, belief about the ball, and the links between them."""

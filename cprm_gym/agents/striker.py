@@ -39,9 +39,9 @@ STRIKER_NET = PetriNet(
         Place("intend", capacity=1, tokens=1),
         *(Place(name, capacity=1) for name in ("waiting", "faced", "find", "searched", "over")),
         Place("looking", capacity=1, tokens=1),
-        Input("ball_age", observes="ball.age"), Input("ball_direction", observes="ball.reckoned_direction"),
+        Input("ball_age", observes="ball.age"), Input("ball_direction", observes="ball.reckoned_direction_deg"),
         Input("ball_distance", observes="ball.reckoned_distance"), Input("approach", observes="ball.approach"),
-        Input("mate_direction", observes="mate.direction"), Input("mate_y", observes="mate.y"), Input("speed", observes="body.speed"),
+        Input("mate_direction", observes="mate.direction_deg"), Input("mate_y", observes="mate.y"), Input("speed", observes="body.speed"),
         # as far forward as he may wait for the return pass without being offside, on the side away from the team-mate
         Continuous("forward", -3.0), Math("aside", "-6 if mate_y > 0 else 6"),
         Math("gaze", "mate_direction if passing.ongoing >= 1 and ball_distance < 1.3 else ball_direction if ball_age < 12 else 0"),

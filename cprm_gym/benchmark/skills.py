@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..agents.goalie import BALL, GOAL_X, KINEMATICS, SIDE_ON, goalie_percepts
+from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, KINEMATICS, SIDE_ON, goalie_percepts
 from ..agents.models import GOALIE_MODEL
 from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
@@ -34,7 +34,7 @@ from ..agents.skills.setup import SETUP
 from ..agents.skills.shoot import SHOOT
 from ..agents.skills.slow import SLOW
 from ..agents.skills.watch_ball import WATCH_BALL
-from ..architecture.cprm import CPRM, Observe
+from ..architecture.cprm import CPRM
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
@@ -64,7 +64,7 @@ def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball")
         f"{skill.name} alone",
         places=(
             Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
-            Input("direction", observes="mate.direction" if whom == "mate" else "ball.reckoned_direction"),
+            Input("direction", observes="mate.direction_deg" if whom == "mate" else "ball.reckoned_direction_deg"),
             Input("age", observes=f"{whom}.age"), Math("gaze", "direction if age < 15 else 0"),
             *(Input(f"given_{k}", observes=v) if isinstance(v, str) else Continuous(f"given_{k}", v) for k, v in given.items()),
         ),
@@ -91,7 +91,7 @@ def goalie_alone(skill: PetriNet) -> CPRM:
         places=(
             Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
             Place("watched", capacity=1), *BALL, Continuous("watched_x", 40.0), Continuous("watched_y"),
-            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body"),
+            Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"), *KINEMATICS,
         ),
@@ -99,8 +99,7 @@ def goalie_alone(skill: PetriNet) -> CPRM:
         fuse={f"skill.{p}": "hand_distance" if (skill, p) == (CLEAR, "ball_distance") else p for p in skill.ports.parameters},
         transitions=(Transition("set_out", ("intend",), ("skill.begin", "watched"), delay=SETTLE), finish, *((look,) if done else ())),
     )  # fmt: skip
-    seen = [Observe(f"ball.seen_{v}", f"ball.{v}", when="ball.moving" if v[0] == "v" else "ball.seen") for v in ("x", "y", "vx", "vy")]
-    return CPRM(net.name, net, GOALIE_MODEL, {"ball": "Ball"}, observations=tuple(seen))
+    return CPRM(net.name, net, GOALIE_MODEL, {"ball": "Ball"}, observations=BALL_SEEN)
 
 
 @dataclass(frozen=True)
@@ -295,7 +294,7 @@ TRIALS: dict[str, Trial] = {
     "advance": Trial(ADVANCE, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
                      "within 1.5 m of the place", given={"place_x": 20.0, "place_y": 10.0}),
     "drive": Trial(DRIVE, _ball_at(0.6, 0.8, 30, 15.0), lambda c: _apart(c) < REACH, "near the goal, ball in reach", cycles=200,
-                   given={"way_direction": "goal.direction"}),
+                   given={"way_direction": "goal.direction_deg"}),
     "watch_ball": Trial(WATCH_BALL, _ball_passes, _in_view, f"after {WATCHED} cycles the ball that passes is in view", goalie=True),
     "catch_ball": Trial(CATCH_BALL, _shot, lambda c: c.kickable(1) & ~c.crossed_goal_line(False), "the shot is in his hands", cycles=60,
                         goalie=True),

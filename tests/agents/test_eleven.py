@@ -33,7 +33,7 @@ def seen(unum=10, me=(0.0, 0.0), ball=(10.0, 0.0), ball_velocity=(0.0, 0.0), mat
     body = observation["body"]
     body[:, BodyFeature.STAMINA], body[:, BodyFeature.EFFORT], body[:, BodyFeature.FRESH] = 8000.0, 1.0, 1.0
     body[:, BodyFeature.SIDE], body[:, BodyFeature.UNUM], body[:, BodyFeature.PLAY_MODE] = 1.0, unum, int(mode)
-    observation["self"][:, SelfFeature.X], observation["self"][:, SelfFeature.Y] = me
+    observation["self"][:, SelfFeature.X], observation["self"][:, SelfFeature.Y], observation["self"][:, SelfFeature.LOCATED] = *me, 1.0
     observation["memory"][:, 0] = (*ball, *ball_velocity)
     observation["memory_age"][:, 0] = 0.0
     dx, dy = ball[0] - me[0], ball[1] - me[1]

@@ -19,9 +19,9 @@ from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.state import CommandKind
 
-HERE = {"ball.seen": 1.0, "body.fresh": 1.0, "body.speed": 0.0, "body.stamina": 8000.0, "ball.distance": 10.0, "ball.direction": 0.0,
+HERE = {"ball.seen": 1.0, "body.fresh": 1.0, "body.speed": 0.0, "body.stamina": 8000.0, "ball.distance": 10.0, "ball.direction_deg": 0.0,
         "ball.distance_change": 0.0}  # fmt: skip
-AWAY = {**HERE, "ball.seen": 0.0, "ball.distance": 0.0, "ball.direction": 0.0}
+AWAY = {**HERE, "ball.seen": 0.0, "ball.distance": 0.0, "ball.direction_deg": 0.0}
 
 
 @pytest.mark.parametrize("name", sorted(shipped_nets()))
@@ -44,7 +44,7 @@ def test_one_invariant_holds_in_every_marking_reached():
     for t in range(200):
         executor.step(
             {"ball.seen": draws.integers(0, 2, 50), "body.fresh": draws.integers(0, 2, 50), "body.speed": draws.random(50),
-             "body.stamina": 8000.0, "ball.distance": draws.uniform(0, 20, 50), "ball.direction": draws.uniform(-180, 180, 50),
+             "body.stamina": 8000.0, "ball.distance": draws.uniform(0, 20, 50), "ball.direction_deg": draws.uniform(-180, 180, 50),
              "ball.distance_change": 0.0},
             beliefs={"believed_distance": 10.0, "believed_direction": draws.uniform(-180, 180, 50)},
         )  # fmt: skip
@@ -72,7 +72,7 @@ def test_a_ball_ahead_is_run_to_and_a_ball_aside_is_faced_with_damping():
     _, (command,) = run([HERE])
     assert command["dash"]["direction"] == 0.0
     assert command["dash"]["power"] == 100.0
-    _, (command,) = run([{**HERE, "ball.direction": 50.0, "body.speed": 0.2}])
+    _, (command,) = run([{**HERE, "ball.direction_deg": 50.0, "body.speed": 0.2}])
     assert command["turn"]["moment"] == pytest.approx(0.9 * 50.0 * 2.0)
 
 
@@ -116,13 +116,13 @@ def test_the_seeker_acts_alike_in_a_batch_and_alone():
 
 def test_the_belief_follows_a_ball_that_leaves_the_view():
     controller = CPRMRunner(SEEKER)
-    seen = {**HERE, "body.turned": 0.0, "body.advanced": 0.0, "ball.direction": 20.0}
+    seen = {**HERE, "body.turned_deg": 0.0, "body.advanced": 0.0, "ball.direction_deg": 20.0}
     for _ in range(6):
         controller.step(seen)
     assert controller.executor.read("go.believed_direction")[0] == pytest.approx(20.0, abs=15.0)
     assert controller.executor.read("go.believed_distance")[0] == pytest.approx(10.0, abs=2.5)
     # he turns by 90 degrees to the left without looking: the ball is now to his right
-    controller.step({**seen, "ball.seen": 0.0, "body.fresh": 0.0, "body.turned": -90.0})
+    controller.step({**seen, "ball.seen": 0.0, "body.fresh": 0.0, "body.turned_deg": -90.0})
     assert controller.executor.read("go.believed_direction")[0] == pytest.approx(110.0, abs=25.0)
 
 
@@ -169,7 +169,7 @@ def test_percepts_are_degrees_from_the_body():
     observation["body"][0, 5] = np.radians(30.0)
     observation["ball"][0] = [7.0, np.radians(170.0), -0.5, 0.1]
     found = ball_percepts(observation)
-    assert found["ball.direction"][0] == pytest.approx(-160.0)
+    assert found["ball.direction_deg"][0] == pytest.approx(-160.0)
     assert (found["ball.distance"][0], found["ball.distance_change"][0]) == (7.0, -0.5)
 
 

@@ -6,6 +6,7 @@ from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 
 from cprm_gym.agents.goalie import AT_BALL, GOALIE_NET, GoalieAgent, goalie_cprm, make_controller
+from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.skills.catch_ball import CATCH_BALL
 from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
 from cprm_gym.agents.skills.reposition import REPOSITION
@@ -13,6 +14,7 @@ from cprm_gym.agents.skills.watch_ball import LOOKS, WATCH_BALL
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place
+from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks.goalie import CONCEDED, Goalie
 
@@ -27,7 +29,7 @@ def alone(module):
     return executor
 
 
-BODY = {"body.speed": 0.0, "body.stamina": 8000.0, "body.neck": 0.0, "body.fresh": 1.0, "ball.seen": 1.0, "game.stopped": 0.0}
+BODY = {"body.speed": 0.0, "body.stamina": 8000.0, "body.neck_deg": 0.0, "body.fresh": 1.0, "ball.seen": 1.0, "game.stopped": 0.0}
 SHOT = {"ball_distance": 9.0, "ball_direction": 70.0, "next_distance": 7.0, "way_distance": 1.5, "way_direction": -10.0, "coming": 1.0,
         "behind": 0.0, "flank": 60.0}  # fmt: skip
 
@@ -117,7 +119,7 @@ def test_the_eyes_follow_the_ball_warn_and_sweep_when_it_is_lost():
     step(executor, ball_direction=30.0, coming=0.0)
     assert not holds(executor, "ball_coming")
     for _ in range(LOOKS + 2):
-        command = step(executor, ball_direction=30.0, coming=0.0, **{"ball.seen": 0.0, "body.neck": 30.0})
+        command = step(executor, ball_direction=30.0, coming=0.0, **{"ball.seen": 0.0, "body.neck_deg": 30.0})
     assert command == {"look": {"direction": -90.0}}
     executor.write("m.stop", 1)
     step(executor, ball_direction=30.0, coming=0.0)
@@ -125,10 +127,10 @@ def test_the_eyes_follow_the_ball_warn_and_sweep_when_it_is_lost():
     assert not holds(executor, "ongoing")
 
 
-PERCEPTS = {**BODY, "self.x": -50.0, "self.y": 0.0, "self.body": 80.0, "self.vx": 0.0, "self.vy": 0.0, "ball.moving": 1.0,
-            "ball.x": -30.0, "ball.y": 2.0, "ball.vx": 0.0, "ball.vy": 0.0, "ball.distance": 20.1, "ball.age": 0.0,
+PERCEPTS = {**BODY, "self.x": -50.0, "self.y": 0.0, "self.body_deg": 80.0, "self.vx": 0.0, "self.vy": 0.0, "ball.moving": 1.0,
+            "ball.placed": 1.0, "ball.x": -30.0, "ball.y": 2.0, "ball.vx": 0.0, "ball.vy": 0.0, "ball.distance": 20.1, "ball.age": 0.0,
             **{f"o{k}.{name}": value for k in (1, 2, 3)
-               for name, value in (("seen", 1.0), ("x", -30.0 + 5 * k), ("y", 2.0), ("facing", 0.0))}}  # fmt: skip
+               for name, value in (("seen", 1.0), ("faced", 1.0), ("x", -30.0 + 5 * k), ("y", 2.0), ("facing", 0.0))}}  # fmt: skip
 NOBODY_NEAR = {"Opponent": {"danger": np.array([0.3, 0.2, 0.1]), "ball_gap": np.array([2.0, 4.0, 9.0])}}
 FIRST_HAS_IT = {"Opponent": {"danger": np.array([0.6, 0.2, 0.1]), "ball_gap": np.array([AT_BALL - 1, 4.0, 9.0])}}
 
@@ -151,7 +153,7 @@ def test_a_possession_makes_a_shot_expected_before_it_is_seen():
         controller = CPRMRunner(goalie_cprm(opponents=3))
         for _ in range(4):
             controller.step(PERCEPTS, candidates)
-        controller.step({**PERCEPTS, "body.fresh": 0.0, "ball.seen": 0.0, "ball.moving": 0.0}, candidates)
+        controller.step({**PERCEPTS, "body.fresh": 0.0, "ball.seen": 0.0, "ball.placed": 0.0, "ball.moving": 0.0}, candidates)
         expected.append(controller.executor.read("ball_vx")[0])
     assert expected[0] == pytest.approx(0.0, abs=0.1)
     assert expected[1] < -0.15
@@ -162,7 +164,8 @@ def test_beliefs_carry_the_ball_through_blind_cycles():
     x, v = -25.0, -2.0
     for cycle in range(8):
         blind = cycle % 2
-        seen = {**PERCEPTS, "ball.x": x, "ball.vx": v, "ball.vy": 0.1, "ball.seen": 1.0 - blind, "ball.moving": 1.0 - blind}
+        seen = {**PERCEPTS, "ball.x": x, "ball.vx": v, "ball.vy": 0.1, "ball.seen": 1.0 - blind, "ball.moving": 1.0 - blind,
+                "ball.placed": 1.0 - blind}  # fmt: skip
         controller.step({**seen, **({"ball.x": 0.0, "ball.vx": 0.0} if blind else {})})
         assert controller.executor.read("ball_x")[0] == pytest.approx(x, abs=0.8)
         assert controller.executor.read("ball_vx")[0] == pytest.approx(v, abs=0.2)
@@ -250,3 +253,9 @@ def test_the_goalies_net_holds_one_thing_to_do_at_a_time():
         assert (read("eyes.ongoing") == 1).all()
         core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
     assert {place.name for place in GOALIE_NET.places if isinstance(place, Place)} == {"shut", "guard", "watching"}
+
+
+def test_goalie_and_passer_infer_with_the_engine_that_they_are_given():
+    for agent in (GoalieAgent(2, engine="anytime"), PasserAgent(engine="anytime")):
+        assert agent.options["engine"] == "anytime"
+    assert isinstance(GoalieAgent(2).options["engine"], ProjectionEngine)

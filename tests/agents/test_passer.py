@@ -121,15 +121,18 @@ def stage(first, ball, second=(-20.0, 8.0, 0.0), velocity=(0.0, 0.0)):
 def told(agent, observation, **changes):
     """One cycle of an agent who is told that, with changes by percept (``ball_seen`` is ``ball.seen``)."""
     percepts = agent.percepts(observation)
+    changes |= {
+        f"{what}_{part}": changes[f"{what}_seen"] for what, part in (("ball", "placed"), ("m1", "faced")) if f"{what}_seen" in changes
+    }
     percepts.update({name.replace("_", ".", 1): np.array([float(value)]) for name, value in changes.items()})
-    percepts["body.turned"] = percepts["body.advanced"] = np.zeros(1)
+    percepts["body.turned_deg"] = percepts["body.advanced"] = np.zeros(1)
     agent.controller.step(percepts, agent.objects(observation))
 
 
 def near(agent, direction, width=20.0):
     """Probability that the ball's bearing is within `width` degrees of a direction."""
     off = (np.asarray(BEARING.values) - direction + 180.0) % 360.0 - 180.0
-    return agent.controller.bank.marginal("ball.bearing")[np.abs(off) < width].sum()
+    return agent.controller.bank.marginal("ball.bearing_deg")[np.abs(off) < width].sum()
 
 
 def test_not_seeing_the_ball_is_evidence_only_where_the_eyes_point():
@@ -139,8 +142,8 @@ def test_not_seeing_the_ball_is_evidence_only_where_the_eyes_point():
             told(agent, observation)
         assert near(agent, 0.0) > 0.95
     for _ in range(6):
-        told(looking[2], looking[1], ball_seen=0, ball_moving=0, me_eyes=0)
-        told(behind[2], behind[1], ball_seen=0, ball_moving=0, me_eyes=170)
+        told(looking[2], looking[1], ball_seen=0, ball_moving=0, me_eyes_deg=0)
+        told(behind[2], behind[1], ball_seen=0, ball_moving=0, me_eyes_deg=170)
     assert near(looking[2], 0.0) < 0.2
     assert near(behind[2], 0.0) > 0.9
     blind = stage((-20.0, 0.0, 0.0), (-8.0, 0.0))
@@ -153,7 +156,7 @@ def test_a_ball_near_enough_to_be_felt_is_no_evidence_when_it_is_not_seen():
     _, observation, agent = stage((-20.0, 0.0, 0.0), (-17.5, 0.0))
     for _ in range(3):
         told(agent, observation)
-    told(agent, observation, ball_seen=0, ball_moving=0, me_eyes=0)
+    told(agent, observation, ball_seen=0, ball_moving=0, me_eyes_deg=0)
     assert agent.controller.explain().evidence["ball.seen"] is None
 
 

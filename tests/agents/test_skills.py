@@ -24,9 +24,10 @@ from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import NetError
 
-HERE = {"goal.distance": 20.0, "goal.direction": 0.0, "mate.distance": 12.0, "mate.direction": 0.0, "mate.age": 0.0, "body.fresh": 1.0,
-        "ball.reckoned_distance": 0.7, "ball.reckoned_direction": 0.0, "ball.age": 0.0, "ball.speed_ahead": 0.0, "ball.speed_aside": 0.0,
-        "ball.approach": 0.0, "body.speed": 0.0, "body.stamina": 8000.0, "me.x": 0.0, "me.y": 0.0, "me.facing": 0.0}  # fmt: skip
+HERE = {"goal.distance": 20.0, "goal.direction_deg": 0.0, "mate.distance": 12.0, "mate.direction_deg": 0.0, "mate.age": 0.0,
+        "body.fresh": 1.0, "ball.reckoned_distance": 0.7, "ball.reckoned_direction_deg": 0.0, "ball.age": 0.0, "ball.speed_ahead": 0.0,
+        "ball.speed_aside": 0.0, "ball.approach": 0.0, "body.speed": 0.0, "body.stamina": 8000.0,
+        "me.x": 0.0, "me.y": 0.0, "me.facing_deg": 0.0}  # fmt: skip
 
 
 def run(net, *changes, **constants):
@@ -72,13 +73,13 @@ def test_a_kick_at_a_ball_out_of_reach_fails_without_a_command():
 
 
 def test_a_pass_turns_at_most_twice_and_then_kicks():
-    executor, commands = run(PASS_BALL, *[{"mate.direction": 50.0}] * (TURNS + 1))
+    executor, commands = run(PASS_BALL, *[{"mate.direction_deg": 50.0}] * (TURNS + 1))
     assert [list(c) for c in commands] == [["turn"]] * TURNS + [["kick"]]
     assert executor.read("turns")[0] == 0, "the set arc has reset the counter"
 
 
 def test_a_ball_that_drifts_away_or_does_not_move_off_fails_the_pass():
-    executor, _ = run(PASS_BALL, {"mate.direction": 50.0}, {"ball.reckoned_distance": 2.5})
+    executor, _ = run(PASS_BALL, {"mate.direction_deg": 50.0}, {"ball.reckoned_distance": 2.5})
     assert executor.read("failed")[0] == 1
     executor, _ = run(PASS_BALL, *[{}] * 12)
     assert executor.read("failed")[0] == 1
@@ -121,10 +122,10 @@ def test_percepts_place_ball_goal_and_mate_from_memory():
     observation["memory"][0, 3] = 2.5, -10.0, 0, 0
     observation["memory_age"][0, [0, 2, 3]] = 2.0, 0.0, 5.0
     found = {key: value[0] for key, value in field_percepts(observation).items()}
-    assert (found["ball.reckoned_distance"], found["ball.reckoned_direction"], found["ball.age"]) == pytest.approx((10.0, 0.0, 2.0))
+    assert (found["ball.reckoned_distance"], found["ball.reckoned_direction_deg"], found["ball.age"]) == pytest.approx((10.0, 0.0, 2.0))
     assert (found["ball.speed_ahead"], found["ball.approach"]) == pytest.approx((-1.0, 1.0))
-    assert (found["goal.distance"], found["goal.direction"]) == pytest.approx((np.hypot(40, 10), np.degrees(np.arctan2(10, 40)) - 90))
-    assert (found["mate.distance"], found["mate.direction"], found["mate.age"]) == pytest.approx((10.0, 90.0, 5.0))
+    assert (found["goal.distance"], found["goal.direction_deg"]) == pytest.approx((np.hypot(40, 10), np.degrees(np.arctan2(10, 40)) - 90))
+    assert (found["mate.distance"], found["mate.direction_deg"], found["mate.age"]) == pytest.approx((10.0, 90.0, 5.0))
     assert (found["game.ours"], found["game.waiting"], found["game.playing"]) == (1.0, 0.0, 0.0)
 
 
@@ -159,7 +160,7 @@ def test_the_net_of_a_machine_has_one_token_and_one_arc_in_and_out():
     executor, runner = Executor(net), MachineRunner(GO_TO_BALL_MACHINE)
     draws = np.random.default_rng(3)
     for _ in range(300):
-        percepts = {"ball.seen": draws.integers(0, 2), "body.fresh": draws.integers(0, 2), "ball.direction": draws.uniform(-30, 30),
+        percepts = {"ball.seen": draws.integers(0, 2), "body.fresh": draws.integers(0, 2), "ball.direction_deg": draws.uniform(-30, 30),
                     "body.speed": draws.random(), "body.stamina": draws.uniform(0, 8000)}  # fmt: skip
         assert executor.step(percepts).of() == runner.step(percepts)
         marked = [s for s in GO_TO_BALL_MACHINE.states if executor.read(s)[0] + executor.read(f"{s}.entered")[0]]
@@ -179,7 +180,7 @@ def test_the_belief_region_policy_as_a_cprm_acts_alike():
     seen = set()
     for _ in range(60):
         percepts = ball_percepts(observation)
-        percepts["body.turned"], percepts["body.advanced"] = np.zeros(1), percepts["body.speed"]
+        percepts["body.turned_deg"], percepts["body.advanced"] = np.zeros(1), percepts["body.speed"]
         expected = runner.step({k: float(v[0]) for k, v in percepts.items()})
         found = controller.step(percepts).of()
         assert found.keys() == expected.keys()

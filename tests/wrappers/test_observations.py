@@ -69,13 +69,13 @@ def ball_evidence(observation):
     return {
         "ball.seen": "yes",
         "ball.seen_dist": float(observation["ball"][ObjectFeature.DISTANCE]),
-        "ball.seen_dir": float((direction + 180.0) % 360.0 - 180.0),
+        "ball.seen_dir_deg": float((direction + 180.0) % 360.0 - 180.0),
     }
 
 
 def ball_belief():
     filtered = Filter(World(BALL_MODEL, {"ball": "Ball"}), on_impossible="restart")
-    return FilterBelief(filtered, {"ball.dist": len(DISTANCE.edges) - 1, "ball.dir": len(DIRECTION.edges) - 1}, ball_evidence)
+    return FilterBelief(filtered, {"ball.dist": len(DISTANCE.edges) - 1, "ball.dir_deg": len(DIRECTION.edges) - 1}, ball_evidence)
 
 
 def test_the_ball_models_posterior_becomes_part_of_the_observation():

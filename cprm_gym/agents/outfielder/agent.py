@@ -23,6 +23,7 @@ from ...architecture.petri import AnyPlace, Belief, Command, Continuous, Input, 
 from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature
 from ...envs.tasks import Task
+from ..percepts import Percepts
 from ..play import SoccerAgent
 from ..skills.advance import ADVANCE
 from ..skills.clear import CLEAR
@@ -100,11 +101,12 @@ _BELIEFS: tuple[AnyPlace, ...] = (
 )  # fmt: skip
 
 _INPUTS = {
-    "me_x": "me.x", "me_y": "me.y", "facing": "me.facing", "speed": "body.speed", "seen_x": "ball.x", "seen_y": "ball.y",
+    "me_x": "me.x", "me_y": "me.y", "facing": "me.facing_deg", "speed": "body.speed", "seen_x": "ball.x", "seen_y": "ball.y",
     "vx": "ball.speed_ahead", "vy": "ball.speed_aside", "ball_age": "ball.age", "ball_distance": "ball.reckoned_distance",
-    "ball_direction": "ball.reckoned_direction", "approach": "ball.approach", "me_time": "me.time", "meet_x": "meet.x", "meet_y": "meet.y",
-    "place_x": "place.x", "place_y": "place.y", "line": "line.x", "goal_distance": "goal.distance", "goal_direction": "goal.direction",
-    "goal_room": "goal.room", "way_direction": "way.direction", "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
+    "ball_direction": "ball.reckoned_direction_deg", "approach": "ball.approach", "me_time": "me.time", "meet_x": "meet.x",
+    "meet_y": "meet.y", "place_x": "place.x", "place_y": "place.y", "line": "line.x",
+    "goal_distance": "goal.distance", "goal_direction": "goal.direction_deg", "goal_room": "goal.room",
+    "way_direction": "way.direction_deg", "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
     "theirs": "game.theirs", "kick_off": "game.kick_off",
 }  # fmt: skip
 
@@ -264,7 +266,7 @@ OUTFIELDER = CPRM(
     objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
     observations=(
         Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
-        Observe("ball.seen_vx", "ball.vx", when="ball.placed"), Observe("ball.seen_vy", "ball.vy", when="ball.placed"),
+        Observe("ball.seen_vx", "ball.vx", when="ball.moving"), Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
         *(Observe(f"{o}{k}.seen_{v}", f"{o}{k}.{v}", when=f"{o}{k}.seen") for o in "to" for k in _NUMBERS for v in "xy"),
     ),
     clusters=(
@@ -280,12 +282,21 @@ OUTFIELDER = CPRM(
 class OutfieldAgent(SoccerAgent):
     """An outfield player as a controller; each copy may be another of the ten.
 
-    Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
+    He remembers whether the last look told how the ball moves: a slice of his model is longer than a cycle, so that it may take in a look
+    of the cycle before. Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(OUTFIELDER, outfield_percepts, needs=("memory",), objects=outfield_attributes, **options)
-        self._waiting = np.zeros(0, bool)
+        super().__init__(OUTFIELDER, self._perceive, needs=("memory",), objects=outfield_attributes, **options)
+        self._waiting = self._moving = np.zeros(0, bool)
+
+    def _perceive(self, observation: Observation) -> Percepts:
+        """`outfield_percepts`, where ``ball.moving`` is what the last look told, as ``ball.placed`` is."""
+        percepts = outfield_percepts(observation)
+        looked = percepts["ball.age"] == 0
+        self._moving = np.where(looked, percepts["ball.moving"] > 0, self._moving)
+        percepts["ball.moving"] = percepts["ball.placed"] * self._moving
+        return percepts
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes; the copies are made at the first one."""
@@ -293,6 +304,8 @@ class OutfieldAgent(SoccerAgent):
         odd = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64) % 2 == 1
         before = self._waiting if len(self._waiting) == len(odd) else np.zeros(len(odd), bool)
         self._waiting = odd if worlds is None else np.where(worlds, odd, before)
+        moved = self._moving if len(self._moving) == len(odd) else np.zeros(len(odd), bool)
+        self._moving = np.zeros(len(odd), bool) if worlds is None else moved & ~np.asarray(worlds, bool)
 
     def act(self, observation: Observation) -> Action:
         """One cycle of every copy."""

@@ -116,19 +116,19 @@ def outfield_percepts(observation: Observation) -> Percepts:
     Returns
     -------
     dict of (N,) float64
-        `field_percepts`, where ``goal.distance`` and ``goal.direction`` are of the point of the goal with the clearest way to it, and
-        ``goal.room`` says how clear (m; -20 while the ball is not at his feet); ``way.direction`` (degrees, the freest way ahead);
-        ``me.time``, ``meet.x``, ``meet.y`` (when and where he meets the ball); ``place.x``, ``place.y`` (his in the formation);
-        ``line.x`` (a team-mate beyond it would be offside); ``ball.vx``, ``ball.vy``; ``ball.placed`` (it was seen in the last
-        `PERIOD` cycles); ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen``
-        (likewise), ``t1.x``, ``t1.y``, ``o1.seen``, ...
+        `field_percepts`, where ``goal.distance`` and ``goal.direction_deg`` are of the point of the goal with the clearest way to it, and
+        ``goal.room`` says how clear (m; -20 while the ball is not at his feet); ``way.direction_deg`` (degrees, the freest way ahead);
+        ``me.time``, ``meet.x``, ``meet.y`` (when and where he meets the ball); ``place.x``, ``place.y`` (his in the formation); ``line.x``
+        (a team-mate beyond it would be offside); ``ball.vx``, ``ball.vy``; ``ball.placed`` (he saw it in the last `PERIOD` cycles, and knew
+        where he was); ``game.ours``, ``game.theirs`` (set plays), ``game.kick_off``; for each player of both teams ``t1.seen`` (likewise),
+        ``t1.x``, ``t1.y``, ``o1.seen``, ...
     """
     percepts = field_percepts(observation)
     memory = np.asarray(observation["memory"], np.float64)
     age = np.asarray(observation["memory_age"], np.float64)
     body = np.asarray(observation["body"])
     x, y = percepts["me.x"], percepts["me.y"]
-    turn = np.where(np.abs(percepts["ball.reckoned_direction"]) > 17.0, START, 0.0)[:, None]
+    turn = np.where(np.abs(percepts["ball.reckoned_direction_deg"]) > 17.0, START, 0.0)[:, None]
     time, meet_x, meet_y = meeting(memory, x[:, None], y[:, None])
     percepts["me.time"], percepts["meet.x"], percepts["meet.y"] = (time + turn)[:, 0], meet_x[:, 0], meet_y[:, 0]
     place = FORMATION[body[:, BodyFeature.UNUM].astype(np.int64) - 1]
@@ -138,7 +138,7 @@ def outfield_percepts(observation: Observation) -> Percepts:
     _seen(percepts, memory, age)
     _game(percepts, body)
     percepts["goal.room"] = np.full(len(x), -20.0)
-    percepts["way.direction"] = percepts["goal.direction"]
+    percepts["way.direction_deg"] = percepts["goal.direction_deg"]
     if (percepts["ball.reckoned_distance"] < AT_FEET).any():
         _with_ball(percepts, observation, memory, age)
     return percepts
@@ -147,7 +147,7 @@ def outfield_percepts(observation: Observation) -> Percepts:
 def _seen(percepts: Percepts, memory: np.ndarray, age: np.ndarray) -> None:
     """What was seen since the last slice of the model."""
     percepts["ball.vx"], percepts["ball.vy"] = memory[:, 0, 2], memory[:, 0, 3]
-    now = (age < PERIOD).astype(np.float64)
+    now = ((age < PERIOD) & (percepts["me.located"][:, None] > 0)).astype(np.float64)
     percepts["ball.placed"] = now[:, 0]
     for row in range(1, 23):
         name = _NAMES[row - 1]
@@ -174,7 +174,7 @@ def _with_ball(percepts: Percepts, observation: Observation, memory: np.ndarray,
     """Where to shoot and which way to drive the ball."""
     ball, opponents, known = memory[:, 0, :2], memory[:, OPPONENTS, :2], age[:, OPPONENTS] <= RECENT
     count, rows = len(memory), np.arange(len(memory))
-    x, y, facing = percepts["me.x"], percepts["me.y"], percepts["me.facing"]
+    x, y, facing = percepts["me.x"], percepts["me.y"], percepts["me.facing_deg"]
     aims = np.broadcast_to(_AIMS, (count, len(_AIMS)))
     room = lane(ball, np.full(aims.shape, GOAL_X + 0.5), aims, SHOT_SPEED, opponents, known) + 0.04 * np.abs(aims)
     best = room.argmax(axis=1)
@@ -182,14 +182,14 @@ def _with_ball(percepts: Percepts, observation: Observation, memory: np.ndarray,
     aim = np.where(feet, aims[rows, best], 0.0)
     percepts["goal.room"] = np.where(feet, room[rows, best], -20.0)
     percepts["goal.distance"] = np.hypot(GOAL_X - x, aim - y)
-    percepts["goal.direction"] = (np.degrees(np.arctan2(aim - y, GOAL_X - x)) - facing + 180.0) % 360.0 - 180.0
+    percepts["goal.direction_deg"] = (np.degrees(np.arctan2(aim - y, GOAL_X - x)) - facing + 180.0) % 360.0 - 180.0
     goal = np.arctan2(-0.7 * ball[:, 1], GOAL_X - ball[:, 0])
     angle = goal[:, None] + ANGLES
     to_x, to_y = ball[:, :1] + WAY * np.cos(angle), ball[:, 1:] + WAY * np.sin(angle)
     worth = np.minimum(nearest(to_x, to_y, opponents, known), 6.0) + np.minimum(lane(ball, to_x, to_y, 1.2, opponents, known), 3.0)
     worth = worth - 1.6 * np.abs(ANGLES) / 0.35 - 20.0 * ((np.abs(to_y) > 32.0) | (to_x > 51.0))
     way = np.where(feet, angle[rows, worth.argmax(axis=1)], np.arctan2(-y, GOAL_X - x))
-    percepts["way.direction"] = (np.degrees(way) - facing + 180.0) % 360.0 - 180.0
+    percepts["way.direction_deg"] = (np.degrees(way) - facing + 180.0) % 360.0 - 180.0
 
 
 def outfield_attributes(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:

@@ -28,7 +28,7 @@ ACCELERATE = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "ready", "acted"),
-        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
         Input("speed", observes="body.speed"), Math("off_course", "abs(bearing)"),
     ),
     transitions=(

@@ -28,7 +28,7 @@ ADVANCE = PetriNet(
     places=(
         *interface_places(_PORTS, "ready", "acted"),
         Continuous("place_x"), Continuous("place_y"), Input("x", observes="me.x"), Input("y", observes="me.y"),
-        Input("facing", observes="me.facing"),
+        Input("facing", observes="me.facing_deg"),
         Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
         Math("distance", "hypot(place_x - x, place_y - y)"),
         Math("bearing", "norm_deg(degrees(atan2(place_y - y, place_x - x)) - facing) if distance > 0.001 else 0"),

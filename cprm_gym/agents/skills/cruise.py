@@ -29,7 +29,7 @@ CRUISE = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "ready", "acted"),
-        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
         Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
         Math("off_axis", "abs(bearing)"), Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
         Math("power", f"{POWER} if stamina > 3500 else 50"),

@@ -36,9 +36,9 @@ GO_TO_BALL = PetriNet(
         Place("missed", capacity=LOOKS),  # looks in a row without the ball
         Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("speed", observes="body.speed"),
         Input("stamina", observes="body.stamina"), Input("seen_distance", observes="ball.distance"),
-        Input("seen_direction", observes="ball.direction"), Input("closing", observes="ball.distance_change"),
+        Input("seen_direction", observes="ball.direction_deg"), Input("closing", observes="ball.distance_change"),
         Belief("believed_distance", variable="ball.dist", view="expectation"),
-        Belief("believed_direction", variable="ball.dir", view="expectation"),
+        Belief("believed_direction", variable="ball.dir_deg", view="expectation"),
         Math("distance", "seen_distance if seen >= 1 else believed_distance"),
         Math("bearing", "seen_direction if seen >= 1 else believed_direction"),
         Math("off_axis", "abs(bearing)"),
@@ -70,7 +70,7 @@ GO_TO_BALL = PetriNet(
 )  # fmt: skip
 """The skill as a module; its outcomes are ``at_ball``, ``lost_ball`` and ``aborted``."""
 
-_RECKONED = {"believed_distance": "ball.reckoned_distance", "believed_direction": "ball.reckoned_direction"}
+_RECKONED = {"believed_distance": "ball.reckoned_distance", "believed_direction": "ball.reckoned_direction_deg"}
 
 GO_TO_BALL_REFLEX = replace(
     GO_TO_BALL,

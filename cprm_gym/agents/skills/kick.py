@@ -29,10 +29,10 @@ KICK = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "ready", "acted"),
-        Input("target_distance", observes="goal.distance"), Input("target_direction", observes="goal.direction"),
+        Input("target_distance", observes="goal.distance"), Input("target_direction", observes="goal.direction_deg"),
         Continuous("arriving", 1.0),  # m / cycle that the ball should have left at the target
         Continuous("at_most", 3.0),  # m / cycle that it may have at first
-        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction_deg"),
         Input("speed_ahead", observes="ball.speed_ahead"), Input("speed_aside", observes="ball.speed_aside"),
         # from the ball to the target, along the body and to its right
         Math("to_x", "target_distance * cos(radians(target_direction)) - distance * cos(radians(direction))"),

@@ -26,7 +26,7 @@ ORIENT = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "ready", "acted"), Place("turns", capacity=TURNS),
-        Input("bearing", observes="ball.reckoned_direction"), Input("speed", observes="body.speed"), Input("age", observes="ball.age"),
+        Input("bearing", observes="ball.reckoned_direction_deg"), Input("speed", observes="body.speed"), Input("age", observes="ball.age"),
         Math("off_axis", "abs(bearing) if age < 10 else 180"),
         Math("moment", "clip((bearing if age < 10 else 60) * (1 + 5 * speed), -180, 180)"),
     ),

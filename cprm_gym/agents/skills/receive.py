@@ -50,7 +50,7 @@ RECEIVE = PetriNet(
     places=(
         *interface_places(_PORTS, "ready", "acted"),
         Place("astray", capacity=PATIENCE),  # cycles in a row in which the ball did not come
-        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction_deg"),
         Input("age", observes="ball.age"), Input("approach", observes="ball.approach"),
         Input("vx", observes="ball.speed_ahead"), Input("vy", observes="ball.speed_aside"), Input("speed", observes="body.speed"),
         Math("ball_x", "distance * cos(radians(direction))"), Math("ball_y", "distance * sin(radians(direction))"),

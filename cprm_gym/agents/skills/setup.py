@@ -26,7 +26,7 @@ SETUP = PetriNet(
         *interface_places(_PORTS, "ready", "acted"),
         Continuous("place_x", -0.7), Continuous("place_y", 0.0),
         Input("waiting", observes="game.waiting"), Input("x", observes="me.x"), Input("y", observes="me.y"),
-        Input("bearing", observes="ball.reckoned_direction"), Input("ball_age", observes="ball.age"),
+        Input("bearing", observes="ball.reckoned_direction_deg"), Input("ball_age", observes="ball.age"),
         Math("away", "hypot(x - place_x, y - place_y)"),
         Math("off_axis", "abs(bearing) if ball_age < 10 else 0"),
     ),

@@ -24,7 +24,7 @@ SHOOT = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "kicking", "stopping_kick"), Continuous("arriving", 3.0),
-        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("direction", observes="ball.reckoned_direction_deg"),
         Input("speed_ahead", observes="ball.speed_ahead"), Input("speed_aside", observes="ball.speed_aside"),
     ),
     modules={"kick": KICK},

@@ -32,8 +32,8 @@ SLOW = PetriNet(
     ports=_PORTS,
     places=(
         *interface_places(_PORTS, "ready", "acted"),
-        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction"),
-        Input("speed", observes="body.speed"), Input("speed_direction", observes="body.speed_direction"),
+        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
+        Input("speed", observes="body.speed"), Input("speed_direction", observes="body.speed_direction_deg"),
         Math("ahead_speed", "speed * cos(radians(speed_direction))"),
         Math("off_axis", "abs(bearing) if distance > 1 else 0"), Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
         Math("power", f"clip((0.6 * (distance - {BESIDE}) - ahead_speed) / 0.006, -100, 100)"),

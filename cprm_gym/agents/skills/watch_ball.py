@@ -31,7 +31,7 @@ WATCH_BALL = PetriNet(
         Place("missed", capacity=LOOKS),  # looks in a row without the ball
         Continuous("ball_direction"),  # degrees from the body, believed
         Continuous("coming"),  # 1 while the ball is a danger
-        Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck"),
+        Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck_deg"),
         Math("other_side", f"{-NECK_MOST} if neck > 0 else {NECK_MOST}"),
     ),
     transitions=(
