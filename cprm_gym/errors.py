@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections.abc import Iterable
 
 
@@ -84,6 +85,10 @@ class ControllerError(CprmError, RuntimeError):
     """A controller broke its interface."""
 
 
+LONGEST_NAME, MOST_NAMES = 100, 2000
+"""Longer names get no suggestion, and of more names the first are looked at: comparing takes time with the square of their length."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """`` Did you mean 'idle'?``, or ```` when nothing known is close.
 
@@ -94,7 +99,11 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     known : iterable of str
         What is allowed.
     """
-    near = difflib.get_close_matches(str(name), [str(k) for k in known], n=1, cutoff=0.6)
+    given = str(name)
+    if len(given) > LONGEST_NAME:
+        return ""
+    options = [k for k in map(str, itertools.islice(known, MOST_NAMES)) if len(k) <= LONGEST_NAME]
+    near = difflib.get_close_matches(given, options, n=1, cutoff=0.6)
     return f" Did you mean {near[0]!r}?" if near else ""
 
 

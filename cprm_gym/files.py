@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import gzip
 import io
+import json
+import math
 import os
 import secrets
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from .errors import CprmError, FormatError
 
@@ -132,3 +134,44 @@ class AtomicFile:
             self._text.close()
         self._raw.close()
         self._temporary.unlink(missing_ok=True)
+
+
+MAX_DEPTH = 64
+"""Levels to which the JSON documents of this package may be nested; none of ours has half as many."""
+
+
+def parse_json(text: str, where: str) -> Any:
+    """The value of a JSON text from anywhere.
+
+    Parameters
+    ----------
+    text : str
+    where : str
+        Named in errors.
+
+    Raises
+    ------
+    FormatError
+        When the text is not JSON, holds a number that is not finite, or is nested more than `MAX_DEPTH` levels deep.
+    """
+
+    def refuse(constant: str) -> NoReturn:
+        raise FormatError(f"{where}: not JSON: {constant} is not a number")
+
+    try:
+        value = json.loads(text, parse_constant=refuse)
+    except RecursionError:
+        raise FormatError(f"{where}: nested too deeply; at most {MAX_DEPTH} levels") from None
+    except ValueError as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"{where}: not JSON: {error}") from None
+    level, depth = [value], 0
+    while level:
+        level = [v.values() if isinstance(v, dict) else v for v in level if isinstance(v, dict | list)]
+        if depth > MAX_DEPTH:
+            raise FormatError(f"{where}: nested too deeply; at most {MAX_DEPTH} levels")
+        if any(math.inf in items or -math.inf in items for items in level):
+            raise FormatError(f"{where}: a number is too large")
+        level, depth = [item for items in level for item in items if isinstance(item, dict | list)], depth + 1
+    return value

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import EvidenceError, FormatError, ModelError, NetError, did_you_mean
-from ..files import write_atomically
+from ..files import parse_json, write_atomically
 from .petri import Belief, ObjectPlace, PetriNet, compile_net
 from .petri.execution.commands import Commands
 from .petri.execution.executor import Executor
@@ -199,10 +199,7 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
     FormatError
         When the text is not such a document; `where` names it in the message.
     """
-    try:
-        data = json.loads(text)
-    except ValueError as error:
-        raise FormatError(f"{where}: not JSON: {error}") from None
+    data = parse_json(text, where)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise FormatError(f"{where}: not a document of the format {FORMAT!r}")
     if data.get("version") != VERSION:

@@ -234,6 +234,7 @@ def test_a_cprm_is_written_to_a_file_and_read_back(tmp_path):
     ("text", "message"),
     [
         ("{", "file: not JSON"),
+        ("[" * 200_000, "file: nested too deeply"),
         ("[]", "not a document of the format 'cprm_gym cprm'"),
         ('{"format": "cprm_gym cprm", "version": 9}', "version 9 is not known; known is 1"),
         ('{"format": "cprm_gym cprm", "version": 1, "name": "x"}', "a part is missing"),

@@ -13,7 +13,8 @@ text                            value
 ``mode``                        mid-point of the likeliest bin; index of the likeliest named state
 ``argmax``                      index of the likeliest state
 ``probability(state)``          of one state, or of several, ``probability(own|middle)``
-``probability(a..b)``           of an interval, uniform inside bins; ``a..`` and ``..b`` are open; an angle may wrap, ``3..-3``
+``probability(a..b)``           of an interval, uniform inside bins; ``a..`` and ``..b`` are open; an angle may wrap, ``3..-3``; there
+                                is nothing beyond the bins, and an interval that lies wholly there is an error
 ``entropy``                     in nats
 ``quantile(q)``                 the value below which the share q lies, uniform inside bins
 ``resultant``                   length of the mean direction of an angle: 1 certain, 0 spread evenly
@@ -196,6 +197,8 @@ def _interval_weights(low: str | None, high: str | None, domain: Bins, argument:
     if not domain.circular:
         if a > b:
             raise ModelError(f"view probability({argument}): the interval is empty")
+        if b < edges[0] or a > edges[-1]:
+            raise ModelError(f"view probability({argument}): the interval lies outside the bins, {edges[0]:g} to {edges[-1]:g}")
         return _overlap(edges, a, b)
     if b - a >= domain.period:
         return np.full(len(domain), 1.0)

@@ -1,5 +1,8 @@
 """Flat nets in the Bayesian Interchange Format: written exactly, read from any program that writes it.
 
+Read are the format's version 0.15 too (JavaBayes: names in quotation marks, the child first, no ``|`` and no commas), and states of any
+letters, ``<7.5`` and ``>=7.5``. A file's tables have at most `MAX_FILE_CELLS` cells together.
+
 Names that other programs would not take (``ball.dist#1``, ``2..5``) are replaced by plain ones, and kept in properties, so that a
 net read back is the one that was written: names, states, bins, and tables to the last bit. A slice with parents in the previous
 one is unrolled first (`grounding.unroll`).
@@ -12,6 +15,7 @@ Cozman, "The Interchange Format for Bayesian Networks", 1998.
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 from collections.abc import Iterable
@@ -28,10 +32,15 @@ ROUNDING = 1e-2
 """How far a row of a foreign file may be from summing to 1; it is normalised. Rows within 1e-9 are left as they are."""
 
 MAX_FILE_CELLS = 5_000_000
-"""Largest table that is read."""
+"""Most cells that all tables of a file may have together, 40 MB; ``default`` and few words can ask for any number."""
+
+MAX_PARENTS = 30
+"""A table has fewer axes than arrays may have."""
 
 _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:[^"\\]|\\.)*"|[{}()\[\]|,;=]|[^\s{}()\[\]|,;="]+', re.DOTALL)
+_TOKEN = re.compile(r'//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\]|\\.)*(?:"|\Z)|[{}()\[\]|,;]|[^\s{}()\[\]|,;"]+', re.DOTALL)
+_PROPERTY = re.compile(r'([^\s="]+)\s*=\s*("(?:[^"\\]|\\.)*")\Z', re.DOTALL)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\Z", re.ASCII)
 _WORDS = ("network", "variable", "probability", "property", "type", "discrete", "table", "default")
 
 
@@ -172,6 +181,12 @@ def _unescaped(text: str) -> str:
     return text.replace("%7C", "|").replace("%25", "%")
 
 
+def _closed(text: str) -> bool:
+    """A text in quotation marks ends with one that is not escaped."""
+    body = text[1:-1]
+    return len(text) > 1 and text[-1] == '"' and (len(body) - len(body.rstrip("\\"))) % 2 == 0
+
+
 class _Reader:
     """Reads one text, once."""
 
@@ -183,12 +198,16 @@ class _Reader:
         for match in _TOKEN.finditer(text):
             line += text.count("\n", end, match.start())
             word = match.group()
+            if (word.startswith("/*") and not (len(word) > 3 and word.endswith("*/"))) or (word[0] == '"' and not _closed(word)):
+                raise FormatError(f"{where}, line {line}: {'a comment' if word[0] == '/' else 'a text'} is not closed")
             if not word.startswith(("//", "/*")):
                 self.tokens.append(Token(word, line))
             line += word.count("\n")
             end = match.end()
         self.at = 0
-        self.states: dict[str, list[str]] = {}
+        self.cells = 0
+        self.has_default = False
+        self.states: dict[str, dict[str, int]] = {}
         self.properties: dict[str, dict[str, str]] = {}
         self.tables: dict[str, tuple[list[str], np.ndarray]] = {}
 
@@ -236,11 +255,12 @@ class _Reader:
             words.append(self.tokens[self.at].text)
             self.at += 1
         self.next(";")
-        if len(words) == 3 and words[1] == "=" and words[2].startswith('"'):
+        given = _PROPERTY.match(" ".join(words))
+        if given is not None:
             try:
-                into[words[0]] = str(json.loads(words[2]))
+                into[given.group(1)] = str(json.loads(given.group(2), strict=False))
             except ValueError:
-                raise self.fail(f"property {words[0]!r} is not a text: {words[2]}") from None
+                raise self.fail(f"property {given.group(1)!r} is not a text: {given.group(2)[:80]}") from None
 
     def variable(self) -> None:
         name = self.next()
@@ -253,6 +273,8 @@ class _Reader:
                 self.property(found)
                 continue
             self.next("type")
+            if name in self.states:
+                raise self.fail(f"variable {name!r} has two types")
             self.next("discrete")
             self.next("[")
             size = self.next()
@@ -264,7 +286,9 @@ class _Reader:
                 raise self.fail(f"variable {name!r} has {len(states)} states, announced are {size}")
             if len(set(states)) != len(states):
                 raise self.fail(f"variable {name!r} has two states of one name: {', '.join(states)}")
-            self.states[name] = states
+            if not states:
+                raise self.fail(f"variable {name!r} has no states")
+            self.states[name] = {state: k for k, state in enumerate(states)}
         self.next("}")
         if name not in self.states:
             raise self.fail(f"variable {name!r} has no type")
@@ -272,12 +296,13 @@ class _Reader:
 
     def list_until(self, end: str) -> list[str]:
         words: list[str] = []
-        while True:
+        while self.peek() != end:
+            mark = self.peek()
             word = self.next()
-            if word == end:
-                return words
-            if word != ",":
+            if mark != ",":
                 words.append(word)
+        self.next(end)
+        return words
 
     def known(self, name: str) -> str:
         if name not in self.states:
@@ -286,10 +311,10 @@ class _Reader:
 
     def numbers(self, count: int, what: str) -> np.ndarray:
         words = self.list_until(";")
-        try:
-            values = np.array([float(w) for w in words])
-        except ValueError:
-            raise self.fail(f"{what}: numbers expected, got {' '.join(words[:5])}") from None
+        wrong = [w for w in words if not _NUMBER.match(w)]
+        if wrong:
+            raise self.fail(f"{what}: numbers expected, got {' '.join(wrong[:5])[:80]}")
+        values = np.array([float(w) for w in words])
         if len(values) != count:
             raise self.fail(f"{what}: {len(values)} numbers for {count}")
         return values
@@ -297,7 +322,7 @@ class _Reader:
     def row(self, values: np.ndarray, what: str) -> np.ndarray:
         total = float(values.sum())
         if not np.isfinite(values).all() or (values < 0.0).any() or abs(total - 1.0) > ROUNDING:
-            raise self.fail(f"{what} is not a distribution: {values.tolist()}")
+            raise self.fail(f"{what} is not a distribution: {values[:20].tolist()}{' ...' if len(values) > 20 else ''}")
         return values if abs(total - 1.0) <= 1e-9 else values / total
 
     def probability(self) -> None:
@@ -305,24 +330,26 @@ class _Reader:
         child = self.known(self.next())
         if child in self.tables:
             raise self.fail(f"{child!r} has two probabilities")
-        parents = []
-        word = self.next()
-        if word == "|":
-            parents = [self.known(p) for p in self.list_until(")")]
-        elif word != ")":
-            raise self.fail(f"'|' or ')' expected, got {word!r}")
+        if self.peek() in ("|", ","):  # format 0.15 has neither: the first name is the child
+            self.next()
+        parents = [self.known(p) for p in self.list_until(")")]
+        if len({child, *parents}) != 1 + len(parents):
+            raise self.fail(f"a variable stands twice in the probability of {child!r}")
         card = len(self.states[child])
         shape = tuple(len(self.states[p]) for p in parents)
-        if int(np.prod([float(s) for s in (*shape, card)])) > MAX_FILE_CELLS:
-            raise self.fail(f"the table of {child!r} has more than {MAX_FILE_CELLS} cells")
+        self.cells += math.prod((*shape, card))
+        if self.cells > MAX_FILE_CELLS or len(shape) >= MAX_PARENTS:
+            raise self.fail(f"with the table of {child!r} the file has more than {MAX_FILE_CELLS} cells, or it has {MAX_PARENTS} parents")
         table = np.full((*shape, card), np.nan)
         self.next("{")
+        self.has_default = False
         while self.peek() != "}":
             self.entry(child, parents, table)
         self.next("}")
-        if np.isnan(table).any():
-            gap = np.argwhere(np.isnan(table[..., 0]))[0] if parents else ()
-            names = tuple(self.states[p][int(k)] for p, k in zip(parents, gap))
+        missing = np.isnan(table[..., 0])
+        if missing.any():
+            gap = np.unravel_index(int(np.argmax(missing)), shape)
+            names = tuple([*self.states[p]][int(k)] for p, k in zip(parents, gap))
             raise self.fail(f"probability of {child!r} has no row for {names}")
         self.tables[child] = parents, table
 
@@ -341,6 +368,9 @@ class _Reader:
                 table[index] = self.row(table[index], what)
         elif word == "default":
             self.next()
+            if self.has_default:
+                raise self.fail(f"{what} has two defaults")
+            self.has_default = True
             values = self.row(self.numbers(card, what), what)
             table[...] = np.where(np.isnan(table), values, table)
         else:
@@ -351,7 +381,7 @@ class _Reader:
             for p, s in zip(parents, given):
                 if s not in self.states[p]:
                     raise self.fail(f"{what}: {p!r} has no state {s!r}.{did_you_mean(s, self.states[p])}")
-            index = tuple(self.states[p].index(s) for p, s in zip(parents, given))
+            index = tuple(self.states[p][s] for p, s in zip(parents, given))
             table[index] = self.row(self.numbers(card, f"{what}, row {tuple(given)}"), f"{what}, row {tuple(given)}")
 
     def net(self) -> GroundSlice:

@@ -1,7 +1,7 @@
 """Drawings of a model (its classes and relations) and of a ground slice, as Graphviz DOT text or as a plain SVG picture.
 
 The SVG needs no other program. In a ground net solid arrows stay in the slice, dashed ones come from the previous slice (drawn
-as pale copies on the left of each object), dotted ones from static variables.
+as pale copies on the left of each object), dotted ones from static variables; those that an earlier slice defined are pale too.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Iterable
 from html import escape
 
-from ..grounding.grounding import PREVIOUS, SAME, GroundSlice
+from ..grounding.grounding import PREVIOUS, SAME, STATIC, GroundSlice
 from ..model.model import Model
 from ..model.schema import Attribute, PRMClass, Relation, parent_text
 
@@ -101,6 +101,7 @@ def ground_net_dot(ground: GroundSlice, observed: Collection[str] = ()) -> str:
         for name in names:
             shape = ", shape=box, fillcolor=palegreen" if name in ground.given else ""
             fill = ', style=filled, fillcolor="gray85"' if name in observed else (", style=filled" if shape else "")
+            fill = fill if name in ground.variables else ", style=dashed, color=gray60"
             out.append(f"    {_quote(name)} [label={_quote(_short(ground, name))}{fill}{shape}];")
         out.append("  }")
     past: dict[str, None] = {}
@@ -117,8 +118,10 @@ def ground_net_dot(ground: GroundSlice, observed: Collection[str] = ()) -> str:
 
 
 def _owners(ground: GroundSlice) -> dict[str, list[str]]:
-    """Variables of each object or tuple, in topological order."""
+    """Variables of each object or tuple, in topological order; before them static parents that an earlier slice defined."""
     out: dict[str, list[str]] = {}
+    for name in _earlier(ground):
+        out.setdefault(name.rpartition(".")[0], []).append(name)
     for name in ground.variables:
         out.setdefault(ground.variables[name].object_name, [])
     for name in ground.order():
@@ -126,7 +129,14 @@ def _owners(ground: GroundSlice) -> dict[str, list[str]]:
     return out
 
 
+def _earlier(ground: GroundSlice) -> list[str]:
+    """Static parents that are no variables of this slice."""
+    return list(dict.fromkeys(p for c in ground.cpds for p, lag in c.parents if lag == STATIC and p not in ground.variables))
+
+
 def _short(ground: GroundSlice, name: str) -> str:
+    if name not in ground.variables:
+        return f"{name.rpartition('.')[2]} (static)"
     owner = ground.variables[name].object_name
     return name.removeprefix(f"{owner}.") if owner else name
 
@@ -246,7 +256,7 @@ def ground_net_svg(ground: GroundSlice, observed: Collection[str] = (), columns:
         for row, name in enumerate(names):
             at = y + LINE + PAD + 2 * LINE * row
             left = x + block - PAD - BEND - wide
-            kind = "given" if name in ground.given else "seen" if name in observed else "node"
+            kind = "given" if name in ground.given else "seen" if name in observed else "node" if name in ground.variables else "past"
             picture.box(kind, left, at, wide, LINE + 4, 3.0 if kind == "given" else 11.0)
             picture.text(_short(ground, name), left + wide / 2, at + LINE - 3, anchor="middle")
             place[name] = (left, at + LINE / 2 + 2, wide)

@@ -10,19 +10,21 @@ import dataclasses
 import json
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....errors import CprmError, FormatError, did_you_mean
-from ....files import write_atomically
+from ....files import parse_json, read_bounded, write_atomically
 from ..grounding.grounding import Grounding
 from ..model import aggregates, cpds, domains, schema
 from ..model.model import Model
 
 FORMAT = "cprm_gym relational model"
 VERSION = 1
+MAX_FILE_BYTES = 64 * 1024 * 1024
+"""Largest file that is read."""
+
 LINE = 120
 """Length up to which a part of a model is written on one line."""
 
@@ -73,10 +75,7 @@ def model_from_json(text: str, where: str = "model") -> Model:
     ModelError
         If the model in it is not well defined.
     """
-    try:
-        value = _decode(_document(text, where, "model"), f"{where}: model")
-    except RecursionError:
-        raise FormatError(f"{where}: nested too deeply") from None
+    value = _decode(_document(text, where, "model"), f"{where}: model")
     if not isinstance(value, Model):
         raise FormatError(f"{where}: holds a {type(value).__name__}, not a Model")
     return value
@@ -133,21 +132,13 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 def read_text(path: str | os.PathLike[str]) -> str:
     """The text of a file, or a `FormatError` that names it."""
     try:
-        return Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        return read_bounded(path, MAX_FILE_BYTES).decode()
+    except UnicodeDecodeError as error:
         raise FormatError(f"{path}: cannot be read: {error}") from None
 
 
 def _document(text: str, where: str, part: str) -> Any:
-    def refuse(constant: str) -> Any:
-        raise FormatError(f"{where}: {constant} is not a number of a model")
-
-    try:
-        document = json.loads(text, parse_constant=refuse)
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, CprmError):
-            raise
-        raise FormatError(f"{where}: not JSON: {error}") from None
+    document = parse_json(text, where)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise FormatError(f"{where}: not a relational model: 'format' must be {FORMAT!r}")
     if document.get("version") != VERSION:

@@ -6,7 +6,7 @@ parents, and never a table over n parents.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -39,8 +39,7 @@ class Aggregate:
 
     def moved(self, path: str) -> Aggregate:
         """The same aggregate over another path."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return type(self)(**{**values, "path": path})
+        return replace(self, path=path)
 
     def domain(self, source: Domain, where: str) -> Domain:
         """Domain of the result."""

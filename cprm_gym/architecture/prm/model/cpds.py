@@ -23,6 +23,9 @@ Parents = Sequence[tuple[str, Domain]]
 SUM_TOLERANCE = 1e-9
 """How far the sum of a written row may be from 1."""
 
+MAX_CHANCES = 200_000_000
+"""Most values that one `Chance` may compute, at some nanoseconds each; see `integration.MAX_VALUES` for those of a `Noise`."""
+
 MAX_CELLS = 20_000_000
 """Largest table that is built; a larger one is a mistake in the model."""
 
@@ -337,7 +340,10 @@ class Chance(CPD):
                 raise ModelError(f"{where}: {self.p!r} gives {float(p[~((p >= 0) & (p <= 1))][0])!r}; a probability is 0 to 1")
             return np.stack([1.0 - p, p], axis=1)
 
-        small = average_over_bins(value, [d for _, d in used], [self.points] * len(used), 2)
+        try:
+            small = average_over_bins(value, [d for _, d in used], [self.points] * len(used), 2, MAX_CHANCES)
+        except ModelError as error:
+            raise ModelError(f"{where}: {error}" if where not in str(error) else str(error)) from None
         return spread_axes(with_floor(small, self.floor), [n for n, _ in used], [n for n, _ in parents], shape)
 
 

@@ -30,8 +30,8 @@ MAX_CELLS = 4_000_000
 MAX_TURNS = 500
 """Most turns of a circle that the mean and the noise of one CPD may span."""
 
-MAX_NODES = 1_000_000
-"""Most quadrature nodes in one combination of bins; 64 nodes in each of three parents are 262144."""
+MAX_VALUES = 20_000_000
+"""Most values that are computed for one CPD: nodes of all combinations of bins, times what is computed at each. A second or two."""
 
 Vectorised = Callable[[list[np.ndarray]], np.ndarray]
 """A function of one (N,) array per parent that returns (N, K)."""
@@ -153,7 +153,7 @@ def nodes(low: float, high: float, points: int) -> tuple[np.ndarray, np.ndarray]
     return low + (high - low) * x, w
 
 
-def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence[int], width: int) -> np.ndarray:
+def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence[int], width: int, most: int = MAX_VALUES) -> np.ndarray:
     """Average of `value` over every combination of states of some parents, uniform inside the bins.
 
     Parameters
@@ -165,14 +165,17 @@ def average_over_bins(value: Vectorised, domains: list[Domain], points: Sequence
     points : sequence of int
         Gauss-Legendre nodes per bin, for each parent.
     width : int
+    most : int
+        Values that may be computed.
 
     Returns
     -------
     (K_1, ..., K_n, width) float array
     """
-    total = math.prod(n for d, n in zip(domains, points) if isinstance(d, Bins))
-    if total > MAX_NODES:
-        raise ModelError(f"{total} quadrature nodes for each combination of bins; at most {MAX_NODES}: set fewer `points`")
+    total = math.prod(len(d) * (n if isinstance(d, Bins) else 1) for d, n in zip(domains, points)) * width
+    if total > most:
+        nodes_ = " x ".join(str(n) for d, n in zip(domains, points) if isinstance(d, Bins))
+        raise ModelError(f"{total} values would be computed ({nodes_} nodes a bin); at most {most}: set fewer `points` or bins")
     grids = [_grid(d, n) for d, n in zip(domains, points)]
     out = np.empty([*(len(d) for d in domains), width])
     for index in np.ndindex(out.shape[:-1]):
@@ -235,7 +238,7 @@ def integrate_noise(
         raise ModelError(f"{where}: noise of mean {mean.text!r} (parents p0, p1, ... as declared): {error}") from None
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: tuple[Domain, ...], points: int) -> np.ndarray:
     mean, sd = Formula(mean_text), Formula(sd_text)
     parents = [(f"p{k}", d) for k, d in enumerate(domains)]
@@ -247,6 +250,17 @@ def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: 
     count = len(steps) - 1
     per_bin = [points] * len(others) if points else _points_for(mean, sd, others, closed, steps)
 
+    spent = 0
+
+    def spend(means: np.ndarray, deviation: np.ndarray) -> None:
+        """Each turn of a circle takes the work again."""
+        nonlocal spent
+        spent += means.size * len(child) * len(_images(edges, child.circular, means, deviation))
+        if spent > MAX_VALUES:
+            raise ModelError(
+                f"more than {MAX_VALUES} values would be computed for the turns of a circle, at most as many: set fewer `points` or bins"
+            )
+
     def value(arrays: list[np.ndarray]) -> np.ndarray:
         size = len(arrays[0]) if arrays else 1
         deviation = sd({n: a for (n, _), a in zip(others, arrays)}, size)
@@ -255,10 +269,12 @@ def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: 
             raise ModelError(f"the deviation {sd.text!r} is {least!r} somewhere; it must not be negative")
         if not closed:
             centre = mean({n: a for (n, _), a in zip(others, arrays)}, size)[:, None]
+            spend(centre, deviation)
             return point_masses(shape, edges, child.circular, centre, deviation).reshape(size, len(child))
         known = {n: np.repeat(a, count + 1) for (n, _), a in zip(others, arrays)}
         known[closed] = np.tile(steps, size)
         centres = mean(known, size * (count + 1)).reshape(size, count + 1)
+        spend(centres, deviation)
         return spread_masses(shape, edges, child.circular, centres, deviation).reshape(size, count * len(child))
 
     flat = average_over_bins(value, [d for _, d in others], per_bin, count * len(child))

@@ -12,9 +12,15 @@ from ....errors import ModelError, did_you_mean
 from .aggregates import Aggregate
 from .cpds import CPD, Dense, Uniform, check_rows
 from .domains import Domain
-from .schema import Add, Attribute, Given, Parent, PRMClass, Reference, Relation, Replace
+from .schema import Add, Attribute, Given, Parent, PRMClass, Reference, Relation, Replace, table_size
 
 Key = tuple[str, str, str, str]
+
+MAX_MODEL_CELLS = 50_000_000
+"""Most cells that all tables of a model may have together, 400 MB."""
+
+MAX_REMEMBERED = 200_000
+"""Larger tables are not kept for the next model that has the same CPD."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +119,9 @@ class RelationInfo:
 
 def build_table(cpd: CPD, child: Domain, parents: tuple[tuple[str, Domain], ...], where: str) -> np.ndarray:
     """The checked, read-only table of a CPD; those that take work to make are remembered."""
-    return _build(cpd, child, parents, where) if isinstance(cpd, Dense) else _remembered(cpd, child, parents, where)
+    size = table_size([child, *(d for _, d in parents)])
+    once = isinstance(cpd, Dense) or size > MAX_REMEMBERED
+    return _build(cpd, child, parents, where) if once else _remembered(cpd, child, parents, where)
 
 
 def _build(cpd: CPD, child: Domain, parents: tuple[tuple[str, Domain], ...], where: str) -> np.ndarray:
@@ -149,6 +157,7 @@ class Checked:
 
     def __init__(self, name: str, classes: Sequence[PRMClass], relations: Sequence[Relation]) -> None:
         self.where = f"model {name!r}"
+        self._cells = 0
         self.classes: dict[str, ClassInfo] = {}
         self.relations: dict[str, RelationInfo] = {}
         self._by_name: dict[str, PRMClass] = {}
@@ -250,6 +259,9 @@ class Checked:
         return Rules(main, self._rule(first, cpd, domain, f"{where}, initial", (*place, "initial")))
 
     def _rule(self, slots: tuple[Slot, ...], cpd: CPD, domain: Domain, where: str, key: Key) -> Rule:
+        self._cells += table_size([domain, *(s.domain for s in slots)])
+        if self._cells > MAX_MODEL_CELLS:
+            raise ModelError(f"{where}: with this table the model has {self._cells} cells; at most {MAX_MODEL_CELLS}")
         table = build_table(cpd, domain, tuple((s.text, s.domain) for s in slots), where)
         return Rule(slots, domain, cpd, table, key)
 

@@ -161,3 +161,13 @@ def test_a_view_that_a_variable_does_not_have_is_refused(text, domain, message):
 def test_a_belief_of_the_wrong_size_is_refused():
     with pytest.raises(EvidenceError, match="a belief over 5 states is needed"):
         view("expectation")(np.ones(4) / 4, DIST)
+
+
+@pytest.mark.parametrize("argument", ["50..60", "-5..-1", "40.5..", "..-0.5"])
+def test_an_interval_beyond_the_bins_is_an_error_and_not_a_probability_of_zero(argument):
+    with pytest.raises(ModelError, match="interval"):
+        View.parse(f"probability({argument})")(np.array([0.5, 0.5]), Bins((0, 20, 40)))
+
+
+def test_an_interval_that_reaches_beyond_the_bins_counts_what_lies_inside():
+    assert View.parse("probability(30..100)")(np.array([0.5, 0.5]), Bins((0, 20, 40))) == pytest.approx(0.25)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -158,6 +160,97 @@ def test_a_mistake_in_a_file_is_named_with_its_line(old, new, message):
     assert old in FOREIGN
     with pytest.raises(FormatError, match=f"x.bif.*{message}"):
         from_bif(FOREIGN.replace(old, new, 1), "x.bif")
+
+
+CHILD = """
+network child { }
+variable CO2 { type discrete [ 3 ] { Normal, Low, High }; }
+variable CO2Report { type discrete [ 2 ] { <7.5, >=7.5 }; }
+variable Age { type discrete [ 3 ] { 0-3_days, 4-10_days, 11-30_days }; property a=b ; property cprm_unit="d" ; }
+probability ( CO2 ) { table 0.8, 0.1, 0.1; }
+probability ( CO2Report | CO2 ) { (Normal) 0.9, 0.1; (Low) 0.9, 0.1; (High) 0.1, 0.9; }
+probability ( Age ) { table 0.1, 0.2, 0.7; }
+"""
+
+
+def test_states_may_be_comparisons_as_in_the_child_net():
+    net = from_bif(CHILD)
+    assert net.variables["CO2Report"].states == ("<7.5", ">=7.5")
+    assert net.by_child["CO2Report"].table[2].tolist() == [0.1, 0.9]
+    assert net.variables["Age"].unit == "d"
+    same(net, from_bif(to_bif(net)))
+
+
+DOG = """
+// Bayesian network
+network "Dog-Problem" { //2 variables and 2 probability distributions
+        property "credal-set constant-density-bounded 1.1" ;
+}
+variable  "light-on" { //2 values
+        type discrete[2] {  "true"  "false" };
+        property "position = (218, 195)" ;
+}
+variable  "family-out" { //2 values
+        type discrete[2] {  "true"  "}" };
+}
+probability (  "light-on"  "family-out" ) { //2 variable(s) and 4 values
+        table 0.6 0.05 0.4 0.95 ;
+}
+probability (  "family-out" ) { //1 variable(s) and 2 values
+        table 0.15 0.85 ;
+}
+"""
+
+
+def test_the_older_dialect_has_the_child_first_no_bar_and_no_commas():
+    net = from_bif(DOG)
+    assert net.by_child["light-on"].parents == (("family-out", 0),)
+    assert net.by_child["light-on"].table.tolist() == [[0.6, 0.4], [0.05, 0.95]]
+    assert net.variables["family-out"].states == ("true", "}")
+    rows = DOG.replace("table 0.6 0.05 0.4 0.95 ;", '("true") 0.6 0.4 ; default 0.05 0.95 ;')
+    assert np.array_equal(from_bif(rows).by_child["light-on"].table, net.by_child["light-on"].table)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (FOREIGN.replace("0.1, 0.9", "0.1, 0.9_0"), "numbers expected, got 0.9_0"),
+        (FOREIGN.replace("0.1, 0.9", "0.1, nan"), "numbers expected, got nan"),
+        (FOREIGN.replace("comment */", "comment"), "line 7: a comment is not closed"),
+        (FOREIGN + 'variable "a', "line 13: a text is not closed"),
+        (FOREIGN.replace("default 0.5, 0.5;", "default 0.5, 0.5; default 0.1, 0.9;"), "two defaults"),
+        (FOREIGN.replace("( wet | rain )", "( wet | rain, rain )"), "stands twice"),
+        (FOREIGN.replace("variable wet { ", "variable wet { type discrete [ 1 ] { a }; "), "two types"),
+        (FOREIGN.replace("[2]{ yes, no }", "[0]{ }"), "has no states"),
+    ],
+)
+def test_what_only_looks_like_bif_is_refused(text, message):
+    with pytest.raises(FormatError, match=message):
+        from_bif(text)
+
+
+def test_a_small_file_cannot_ask_for_tables_that_fill_the_memory():
+    """Sixty variables of twenty parents each, in 20 kB: 2.4 GB of tables before there was a limit for the whole file."""
+    names = [f"v{k}" for k in range(60)]
+    text = "".join(f"variable {n} {{ type discrete [ 2 ] {{ a, b }}; }}\n" for n in names)
+    for k, n in enumerate(names):
+        parents = f" | {', '.join(names[max(0, k - 20) : k])}" if k else ""
+        text += f"probability ( {n}{parents} ) {{ default 0.5, 0.5; }}\n"
+    assert len(text) < 20_000
+    tracemalloc.start()
+    with pytest.raises(FormatError, match="the file has more than 5000000 cells"):
+        from_bif(text)
+    assert tracemalloc.get_traced_memory()[1] < 150e6
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("text", ["/* " * 60_000, '"' + '\\"' * 60_000, "network a { property b " + "c " * 60_000, "x" * 200_000])
+def test_reading_time_grows_with_the_length_of_a_text_and_no_faster(text):
+    """Each of these took time with the square of its length: a comment or a text that never ends."""
+    begun = time.process_time()
+    with pytest.raises(FormatError):
+        from_bif(text)
+    assert time.process_time() - begun < 2.0
 
 
 def test_a_net_with_a_cycle_is_refused():

@@ -11,6 +11,7 @@ from defusedxml.ElementTree import fromstring
 
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.interchange.drawing import class_diagram_dot, class_diagram_svg, ground_net_dot, ground_net_svg
+from cprm_gym.architecture.prm.model.cpds import Table
 from cprm_gym.architecture.prm.model.domains import BOOL
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Reference
@@ -100,3 +101,15 @@ def test_references_and_odd_names_are_drawn():
     net = Grounding(model, {"a": "A", "b": "B"}).ground()
     assert "x" in texts(fromstring(ground_net_svg(net)))
     assert '"A" -> "A" [label="peers *"]' in class_diagram_dot(model)
+
+
+def test_static_parents_of_an_earlier_slice_are_drawn():
+    room = PRMClass("Room", (Attribute("infected", BOOL, static=True),))
+    cpd = Table({"yes": (0.3, 0.7), "no": (0.9, 0.1)})
+    patient = PRMClass("Patient", (Attribute("ill", BOOL, cpd, parents=("room.infected",)),), references=(Reference("room", "Room"),))
+    world = Grounding(Model("hospital", (room, patient)), {"r": "Room", "p": "Patient"})
+    later = world.ground()
+    picture = fromstring(ground_net_svg(later))
+    assert [p.get("class") for p in picture.iter(f"{SVG}path") if p.get("class")] == ["static"]
+    assert {"r", "p", "ill", "infected (static)"} <= set(texts(picture))
+    assert '"r.infected" [label="infected (static)"' in ground_net_dot(later)

@@ -104,14 +104,14 @@ def edited(change):
     [
         ("{", "not JSON"),
         ("[1]", "'format' must be"),
-        ("[" * 100_000, "not JSON"),
+        ("[" * 100_000, "nested too deeply"),
         (edited(lambda d: d.update(version=2)), "version 2; this program reads version 1"),
         (edited(lambda d: d.pop("model")), "has no 'model'"),
         (edited(lambda d: d["model"].update(classes=[{"is": "os.system"}])), "must name a part of a model, got 'os.system'"),
         (edited(lambda d: d["model"]["classes"][0].update(naem="x")), "unknown field 'naem'. Did you mean 'name'"),
         (edited(lambda d: d["model"]["classes"][0].pop("name")), "cannot be made from"),
         (edited(lambda d: d.update(model={"is": "Labels", "names": ["a"]})), "holds a Labels, not a Model"),
-        (io.model_to_json(soccer(4)).replace("1.0", "NaN", 1), "NaN is not a number of a model"),
+        (io.model_to_json(soccer(4)).replace("1.0", "NaN", 1), "NaN is not a number"),
     ],
 )
 def test_a_text_that_is_no_model_is_refused_with_its_place(text, message):

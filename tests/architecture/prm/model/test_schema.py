@@ -7,9 +7,11 @@ import dataclasses
 import pytest
 from ball_world import soccer
 
+from cprm_gym.architecture.prm.grounding.grounding import Grounding
+from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
 from cprm_gym.architecture.prm.model.aggregates import Exists
 from cprm_gym.architecture.prm.model.cpds import Dense, Noise, Prior, Table, Uniform
-from cprm_gym.architecture.prm.model.domains import BOOL, Bins
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace, parse_tuple, prev
 from cprm_gym.errors import ModelError
@@ -191,3 +193,24 @@ def test_a_model_with_other_cpds_keeps_everything_else():
     assert learned.classes[0].name == "Ball"
     with pytest.raises(ModelError, match="has no CPD"):
         model.with_cpds({("class", "Ball", "zon", "cpd"): Dense((0.1, 0.1, 0.8))})
+
+
+def test_add_keeps_an_aggregate_parent_of_the_class():
+    """`Add` wrote the class's parents anew from their fields and tripped over the aggregate's name (TypeError)."""
+    a = PRMClass("A", (Attribute("on", BOOL, (0.5, 0.5)), Attribute("w", BOOL, (0.3, 0.7))))
+    alarm = Attribute("alarm", BOOL, Table({"yes": (0.1, 0.9), "no": (0.9, 0.1)}), parents=(Exists("as_.on"),))
+    b = PRMClass("B", (alarm,), references=(Reference("as_", "A", many=True),))
+    table = Table({("yes", "yes"): (0.0, 1.0), ("yes", "no"): (0.4, 0.6), ("no", "*"): (0.9, 0.1)})
+    model = Model("m", (a, b), (Relation("r", {"x": "A", "y": "B"}, (Add("y.alarm", ("x.w",), table),)),))
+    world = Grounding(model, {"x0": "A", "x1": "A", "y": "B"})
+    net = BayesNet(world.ground(["r(x1,y)"], first=True))
+    some, w = 0.75, 0.7
+    assert net.query()["y.alarm"][0, 1] == pytest.approx(some * (w + 0.6 * (1 - w)) + (1 - some) * 0.1)
+
+
+def test_the_tables_of_a_model_have_a_limit_together():
+    wide = Labels(tuple(f"s{k}" for k in range(250)))
+    attributes = [Attribute("a", wide), Attribute("b", wide)]
+    attributes += [Attribute(f"c{k}", wide, Uniform(), parents=("a", "b")) for k in range(4)]
+    with pytest.raises(ModelError, match=r"attribute 'c3': with this table the model has \d+ cells; at most 50000000"):
+        Model("m", (PRMClass("C", tuple(attributes)),))
