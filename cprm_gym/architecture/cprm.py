@@ -30,7 +30,7 @@ from .petri.files.json import net_from_dict, net_to_dict
 from .petri.net.values import FrozenMap
 from .prm.grounding.grounding import Grounding
 from .prm.grounding.slices import GroundVariable
-from .prm.inference.evidence import UNOBSERVED, state_of
+from .prm.inference.evidence import UNOBSERVED, StateRows, state_of
 from .prm.inference.filter_bank import FilterBank, Link, Role
 from .prm.inference.views import View
 from .prm.interchange.json import model_from_json, model_to_json, read_text
@@ -321,6 +321,7 @@ class CPRMRunner:
                 raise ModelError(f"cprm {cprm.name!r}: the grounding given is of another model or other objects")
             self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
             self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
+            self._sight_names = tuple(s.name for s in self._sights)
         self._trace = trace
         self._percepts: Percepts = {}
         self._told: tuple[NDArray[np.float64], NDArray[np.bool_]] | None = None
@@ -416,10 +417,10 @@ class CPRMRunner:
                 active.append(canonical_tuple(link.relation, names))
         return tuple(dict.fromkeys(active))
 
-    def _read(self, bank: FilterBank, percepts: Percepts) -> dict[str, NDArray[np.int64]]:
-        """What the model is told: name -> (W,) states, -1 where not observed."""
+    def _read(self, bank: FilterBank, percepts: Percepts) -> StateRows:
+        """What the model is told: (W,) states of each name, -1 where not observed."""
         if not self._sights:
-            return {}
+            return StateRows((), np.empty((0, self.batch), np.int64))
         values = self._evaluate([s.value for s in self._sights], percepts)
         shown = self._evaluate([s.when for s in self._sights], percepts) >= 0.5
         states = np.full(values.shape, UNOBSERVED, np.int64)
@@ -435,7 +436,7 @@ class CPRMRunner:
                     state_of(bank.variables[sight.name], row[mask])
                 raise
         self._told = values, shown
-        return {sight.name: row for sight, row in zip(self._sights, states)}
+        return StateRows(self._sight_names, states)
 
     def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
         """(n, W) values of expressions over percepts and places."""

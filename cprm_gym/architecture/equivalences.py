@@ -211,8 +211,8 @@ class RegionsRunner:
         for variable, value, when in self._links:
             observed = when is None or when({n: given[n] for n in when.names}, 1)[0] >= 0.5
             number = value({n: given[n] for n in value.names}, 1)
-            state = number if self._variables[variable].edges is not None else np.rint(number).astype(np.int64)
-            evidence[variable] = state if observed else np.full(1, -1, np.int64)
+            if observed:
+                evidence[variable] = number if self._variables[variable].edges is not None else np.rint(number).astype(np.int64)
         posterior = self._filter.step(evidence, relations=())
         values = {view.name: view_of(view)(posterior[view.variable], self._variables[view.variable]) for view in self.policy.views}
         for name, formula in self._quantities.items():

@@ -37,7 +37,7 @@ from .interchange.json import load_model, model_from_json, model_to_json, save_m
 from .model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
 from .model.diffusion import diffusion_report
-from .model.domains import BOOL, Bins, Labels
+from .model.domains import BOOL, Bins, Index, Labels
 from .model.model import Model
 from .model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace, prev
 
@@ -59,6 +59,7 @@ __all__ = [
     "Given",
     "GroundSlice",
     "Grounding",
+    "Index",
     "Labels",
     "Link",
     "Max",

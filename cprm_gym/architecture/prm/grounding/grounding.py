@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....errors import EvidenceError, ModelError, did_you_mean
+from ..model.domains import Index
 from ..model.model import Model
 from ..model.schema import canonical_tuple, parse_tuple
 from .slice_building import SliceBuilder
@@ -94,7 +95,7 @@ class Grounding:
             self._set_references(name, slots)
         self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
         self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
-        self._defaults: dict[GroundSlice, dict[str, int | None]] = {}
+        self._defaults: dict[GroundSlice, dict[str, Index | None]] = {}
 
     def _set_references(self, name: str, slots: Mapping[str, Any]) -> None:
         checked = self.model.checked
@@ -260,21 +261,24 @@ class Grounding:
             if len(self._defaults) >= CACHED_SLICES:
                 self._defaults.clear()
             self._defaults[ground] = known
+        if not isinstance(evidence, Mapping):
+            raise EvidenceError(f"evidence is a mapping of variables to what was observed, got a {type(evidence).__name__}")
         out = dict(evidence)
         for name, state in known.items():
-            if out.get(name) is None:
+            value = out.get(name)
+            if value is None or (isinstance(value, float) and value != value):
                 if state is None:
                     raise EvidenceError(f"{name!r} must be given: it has no default")
                 out[name] = state
         return out
 
-    def _defaults_of(self, ground: GroundSlice) -> dict[str, int | None]:
+    def _defaults_of(self, ground: GroundSlice) -> dict[str, Index | None]:
         classes = self.model.checked.classes
-        out: dict[str, int | None] = {}
+        out: dict[str, Index | None] = {}
         for name in ground.given:
             variable = ground.variables[name]
             default = classes[self.objects[variable.object_name]].given[variable.attribute].default
-            out[name] = None if default is None else variable.index(default)
+            out[name] = None if default is None else Index(variable.index(default))
         return out
 
 

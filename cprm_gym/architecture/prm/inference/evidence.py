@@ -1,19 +1,23 @@
 """What was observed, checked: from names and values as a user gives them to arrays of state indices.
 
-An observation is a state index, a state's name, or a number that falls in a bin, for one agent or for all of them; -1 or None
-means not observed. Everything else is refused by the variable's name: a NaN, a value outside the bins, an index that is no
-state, a name that is no variable.
+A *number* given to a variable with bins is a quantity, whether it is written ``5``, ``5.0`` or ``np.int64(5)``; it is never the number of a
+bin. Named states take a name, and since a number cannot be anything else there, the index of a state. What is meant as an index
+everywhere is said to be one: ``Index(3)``, ``Index(np.array([0, -1, 2]))`` with -1 where nothing was observed. None, NaN and masked
+entries are not observed, for one agent or for all; everything else is refused by the variable's name.
+
+Who has state indices already, row by row, hands them over as `StateRows`, or as an array of all variables.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....errors import EvidenceError, did_you_mean
 from ..grounding.slices import GroundVariable
+from ..model.domains import Index
 
 UNOBSERVED = -1
 
@@ -42,6 +46,31 @@ class Readings(NamedTuple):
         return Readings(self.hard[:, agents], {name: likelihood[agents] for name, likelihood in self.soft.items()})
 
 
+class StateRows(Mapping[str, Index]):
+    """Evidence as one array of state indices, a row for each of some variables.
+
+    Parameters
+    ----------
+    names : tuple of str
+    states : (n, W) int64 array
+        -1 where not observed.
+    """
+
+    def __init__(self, names: tuple[str, ...], states: np.ndarray) -> None:
+        self.names, self.states = names, states
+
+    def __getitem__(self, name: str) -> Index:
+        if name not in self.names:
+            raise KeyError(name)
+        return Index(self.states[self.names.index(name)])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
 def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
     """Bins that numbers fall in.
 
@@ -53,15 +82,22 @@ def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
         In the unit of the edges. Bin k holds ``edges[k] <= x < edges[k + 1]``, the last bin its upper edge too; a circular
         variable takes any finite value, and so does one that clips.
 
+    Returns
+    -------
+    int64 array
+        -1 for NaN.
+
     Raises
     ------
     EvidenceError
-        For a NaN or infinite value, or one outside the bins.
+        For an infinite value, or one outside the bins.
     """
-    if variable.edges is None:
-        raise EvidenceError(
-            f"evidence for {variable.name!r}: got the number {values.flat[0]!r}, but its states are names: {_shown(variable)}"
-        )
+    assert variable.edges is not None
+    seen = ~np.isnan(values)
+    if not seen.all():
+        states = np.full(values.shape, UNOBSERVED, np.int64)
+        states[seen] = bin_of(variable, values[seen])
+        return states
     if not np.isfinite(values).all():
         raise EvidenceError(f"evidence for {variable.name!r}: {values[~np.isfinite(values)].flat[0]} is not a finite number")
     edges = np.asarray(variable.edges, dtype=np.float64)
@@ -87,36 +123,96 @@ def state_of(variable: GroundVariable, value: Any) -> np.ndarray | int:
     Parameters
     ----------
     variable : GroundVariable
-    value : int, str, float, None, or array of int or float, possibly masked
-        An array has one entry for each agent. Masked entries are unobserved.
+    value : Index, str, number, None, or an array or list of them, possibly masked
+        A list or array has one entry for each agent. None, NaN and masked entries are unobserved.
+
+    Returns
+    -------
+    int or int64 array
+        -1 where not observed.
 
     Raises
     ------
     EvidenceError
-        If the value is none of these or no state.
+        If the value is none of these, or no state.
     """
     if value is None:
         return UNOBSERVED
+    if isinstance(value, Index):
+        return _indices(variable, value.value)
     if isinstance(value, str):
         if value not in variable.states:
             hint = did_you_mean(value, variable.states)
-            raise EvidenceError(f"evidence for {variable.name!r}: unknown state {value!r}.{hint} Known: {_shown(variable)}")
+            raise EvidenceError(f"evidence for {variable.name!r}: unknown state {_brief(value)}.{hint} Known: {_shown(variable)}")
         return variable.states.index(value)
+    if isinstance(value, np.ma.MaskedArray):
+        return _unmasked(variable, value)
+    try:
+        array = np.asarray(value)
+    except (ValueError, OverflowError):  # ragged, or deeper than arrays may be
+        raise _wrong(variable, value) from None
+    if array.dtype.kind in "OUS" and array.ndim == 1:
+        return np.array([_one(variable, v) for v in (value if isinstance(value, list | tuple) else array.tolist())], np.int64)
+    if array.dtype.kind == "U" and not array.ndim:
+        return state_of(variable, str(array))
+    if array.dtype.kind == "O" and isinstance(value, int):  # beyond 64 bits
+        raise EvidenceError(f"evidence for {variable.name!r}: an integer of {value.bit_length()} bits is too large")
+    if array.dtype.kind not in "iufb":
+        raise _wrong(variable, value)
+    if variable.edges is None:
+        return _indices(variable, array)
+    if array.dtype.kind == "b":
+        raise _wrong(variable, value)
+    return bin_of(variable, np.atleast_1d(array).astype(np.float64)).reshape(array.shape)
+
+
+def _one(variable: GroundVariable, value: Any) -> int:
+    """State of an entry of a list: an array inside it is a mistake."""
+    if isinstance(value, list | tuple | np.ndarray):
+        raise _wrong(variable, value)
+    return int(state_of(variable, value))
+
+
+def _indices(variable: GroundVariable, value: Any) -> np.ndarray:
+    """State indices from numbers that are meant to be such; NaN is not observed."""
     array = np.asarray(value)
-    if array.ndim and array.dtype.kind in "OUS":
-        return np.array([state_of(variable, v) for v in array.ravel()], np.int64).reshape(array.shape)
-    mask = np.ma.getmaskarray(value) if isinstance(value, np.ma.MaskedArray) else None
-    if mask is not None:
-        states = np.full(array.shape, UNOBSERVED, np.int64)
-        seen = np.asarray(np.ma.getdata(value))[~mask]
-        if seen.size:
-            states[~mask] = state_of(variable, seen)
-        return states
     if array.dtype.kind == "f":
-        return bin_of(variable, np.atleast_1d(array)).reshape(array.shape)
-    if array.dtype.kind not in "iub":
-        raise EvidenceError(f"evidence for {variable.name!r}: got {value!r}; give a state index, a state's name or a number")
+        unseen = np.isnan(array)
+        if not unseen.all():
+            found = array[~unseen].flat[0]
+            raise EvidenceError(f"evidence for {variable.name!r}: got the number {found!r}, but its states are names: {_shown(variable)}")
+        return np.full(array.shape, UNOBSERVED, np.int64)
+    if array.dtype.kind == "b" and variable.card != 2:
+        raise _wrong(variable, value)
+    if ((array < UNOBSERVED) | (array >= variable.card)).any():
+        found = int(array[(array < UNOBSERVED) | (array >= variable.card)].flat[0])
+        raise EvidenceError(_no_state(variable.name, found, variable.card))
     return array.astype(np.int64)
+
+
+def _unmasked(variable: GroundVariable, value: np.ma.MaskedArray[Any, Any]) -> np.ndarray:
+    mask, data = np.ma.getmaskarray(value), np.asarray(np.ma.getdata(value))
+    states = np.full(data.shape, UNOBSERVED, np.int64)
+    if not mask.all():
+        states[~mask] = state_of(variable, data[~mask])
+    return states
+
+
+def _brief(value: Any) -> str:
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested beyond reason, or an int of more digits than are written out
+        return f"a {type(value).__name__}"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _wrong(variable: GroundVariable, value: Any) -> EvidenceError:
+    kind = "a number" if variable.edges is not None else "a state's name"
+    return EvidenceError(f"evidence for {variable.name!r}: got {_brief(value)}; give {kind}, an Index, or one of them for each agent")
+
+
+def _no_state(name: str, found: int, card: int) -> str:
+    return f"evidence for {name!r}: {found} is no state; allowed are 0 to {card - 1}, -1 is not observed"
 
 
 def read_hard(
@@ -156,14 +252,13 @@ def read_hard(
         hard = evidence.astype(np.int64, copy=True)
     else:
         hard = np.full((len(names), batch), UNOBSERVED, np.int64)
-        items = () if _all_at_once(hard, row, evidence) else (evidence or {}).items()
+        if evidence is not None and not isinstance(evidence, Mapping):
+            raise EvidenceError(f"evidence is a mapping of variables to what was observed, got {_brief(evidence)}")
+        items = () if _all_at_once(hard, variables, row, evidence) else (evidence or {}).items()
         for name, value in items:
             at = row.get(name)
             if at is None:
                 raise EvidenceError(f"evidence for unknown variable {name!r}.{did_you_mean(name, names)}")
-            if type(value) is int:
-                hard[at] = value
-                continue
             state = state_of(variables[name], value)
             if isinstance(state, np.ndarray) and state.shape not in ((), (1,), (batch,)):
                 raise EvidenceError(f"evidence for {name!r} has shape {state.shape} for {batch} agents")
@@ -171,23 +266,34 @@ def read_hard(
     bad = (hard < UNOBSERVED) | (hard >= cards[:, None])
     if bad.any():
         at, agent = (int(i) for i in np.argwhere(bad)[0])
-        raise EvidenceError(
-            f"evidence for {names[at]!r}: {hard[at, agent]} is no state; allowed are 0 to {cards[at] - 1}, -1 is not observed"
-        )
+        raise EvidenceError(_no_state(names[at], int(hard[at, agent]), int(cards[at])))
     return hard
 
 
-def _all_at_once(hard: np.ndarray, row: Mapping[str, int], evidence: Mapping[str, Any] | None) -> bool:
-    """Put in evidence that is all plain integers, or all integer arrays with one entry for each agent; else do nothing."""
+def _all_at_once(
+    hard: np.ndarray, variables: Mapping[str, GroundVariable], row: Mapping[str, int], evidence: Mapping[str, Any] | None
+) -> bool:
+    """Put in evidence that is rows of state indices, or whose values all are indices of named states; else do nothing."""
     if not evidence:
         return True
+    if not all(map(row.__contains__, evidence)):
+        return False
+    rows = list(map(row.__getitem__, evidence))
+    if isinstance(evidence, StateRows):
+        if evidence.states.shape != (len(rows), hard.shape[1]):
+            raise EvidenceError(f"state rows have shape {evidence.states.shape} for {len(rows)} variables and {hard.shape[1]} agents")
+        hard[rows] = evidence.states
+        return True
     types = set(map(type, evidence.values()))
-    if (types != {int} and types != {np.ndarray}) or not all(map(row.__contains__, evidence)):
+    if (types != {int} and types != {np.ndarray}) or any(variables[name].edges is not None for name in evidence):
         return False
     values = list(evidence.values())
     if types == {np.ndarray} and any(v.shape != (hard.shape[1],) or v.dtype != np.int64 for v in values):
         return False
-    hard[list(map(row.__getitem__, evidence))] = np.array(values, np.int64).reshape(len(values), -1)
+    try:
+        hard[rows] = np.array(values, np.int64).reshape(len(values), -1)
+    except OverflowError:
+        return False  # the message names the variable
     return True
 
 
@@ -209,11 +315,16 @@ def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] |
     EvidenceError
         For an unknown name, a wrong shape, or a negative or non-finite likelihood.
     """
+    if soft is not None and not isinstance(soft, Mapping):
+        raise EvidenceError(f"soft evidence is a mapping of variables to likelihoods, got {_brief(soft)}")
     read = {}
     for name, value in (soft or {}).items():
         if name not in variables:
             raise EvidenceError(f"soft evidence for unknown variable {name!r}.{did_you_mean(name, variables)}")
-        likelihood = np.asarray(value, dtype=np.float64)
+        try:
+            likelihood = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise EvidenceError(f"soft evidence for {name!r}: got {_brief(value)}; give one likelihood for each state") from None
         card = variables[name].card
         if likelihood.shape not in ((card,), (batch, card)):
             raise EvidenceError(f"soft evidence for {name!r} has shape {likelihood.shape}; give one likelihood for each of {card} states")

@@ -28,6 +28,7 @@ import numpy as np
 from ....errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError, did_you_mean
 from ..grounding.grounding import Grounding, Situation
 from ..grounding.slices import STATIC, GroundSlice, GroundVariable
+from ..model.domains import Index
 from . import smoothing
 from .compiled.steps import NeedsVariable, SliceInfo
 from .engines.anytime import AnytimeEngine
@@ -253,7 +254,7 @@ class Filter:
                 known = dict(given)
                 for name in ground.given:
                     if name not in known and last is not None and name in last.info.row:
-                        known[name] = last.readings.hard[last.info.row[name]]
+                        known[name] = Index(last.readings.hard[last.info.row[name]])
                 result = self.step(known, soft if left == 0 else None, relations=situation)
         finally:
             self.restore(kept)

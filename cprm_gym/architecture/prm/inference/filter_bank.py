@@ -30,7 +30,7 @@ from ..grounding.grounding import Grounding, Situation
 from ..model.schema import canonical_tuple, parse_tuple
 from .compiled.steps import Layout, Node, Piece, Recent
 from .engines.exact import FactoredBelief
-from .evidence import UNOBSERVED, read_hard
+from .evidence import UNOBSERVED, StateRows, read_hard
 from .filter import Filter
 from .posterior import Past, Result, Snapshot
 from .views import View
@@ -360,10 +360,10 @@ class FilterBank:
             )
         return known
 
-    def _readings(self, hard: NDArray[np.int64], told: Sequence[str], relations: tuple[str, ...]) -> dict[str, Any] | NDArray[np.int64]:
+    def _readings(self, hard: NDArray[np.int64], told: Sequence[str], relations: tuple[str, ...]) -> StateRows | NDArray[np.int64]:
         """Readings as the next slice wants them: an array in its own order, or by name where what is given may take its default."""
         if not self._given <= set(told):
-            return {name: hard[self._row[name]] for name in told}
+            return StateRows(tuple(told), hard[[self._row[name] for name in told]])
         names = self._pilot.variables(relations)
         rows = self._rows_in.fetch(names, lambda: np.array([names.index(name) for name in self._names]))
         out = np.full((len(names), hard.shape[1]), UNOBSERVED, np.int64)

@@ -34,7 +34,7 @@ class Observed:
     Attributes
     ----------
     evidence : dict of str to value
-        Variable -> state, number or index, for all runs or an array with one entry for each; what is left out, None or -1 is
+        Variable -> state, number or `Index`, for all runs or an array with one entry for each; what is left out, None or NaN is
         missing.
     relations : tuple of str
         Active tuples.

@@ -140,6 +140,30 @@ class Bins:
 
 Domain = Labels | Bins
 
+
+@dataclass(frozen=True, eq=False)
+class Index:
+    """The number of a state, or one for each agent, where a bare number would be a quantity: ``Index(3)`` is the fourth bin.
+
+    Attributes
+    ----------
+    value : int or (W,) int array
+        From 0; -1 where not observed.
+
+    Raises
+    ------
+    EvidenceError
+        For anything but integers.
+    """
+
+    value: int | np.ndarray
+
+    def __post_init__(self) -> None:
+        array = self.value if isinstance(self.value, np.ndarray) else np.asarray(self.value)
+        if array.dtype.kind not in "iu":
+            raise EvidenceError(f"an Index is an integer, or an array of integers, got {type(self.value).__name__} of {array.dtype}")
+
+
 BOOL = Labels(("no", "yes"))
 """The two-state domain of flags; the second state is the one that holds."""
 
@@ -161,7 +185,7 @@ def as_domain(value: object, where: str) -> Domain:
 def state_index(domain: Domain, value: object, where: str) -> int:
     """Index of the state that an observed value falls into.
 
-    Named states take a name (or a `bool` when there are two states, or an index); bins take a number.
+    Named states take a name (or a `bool` when there are two states, or an index); bins take a number; both an `Index`.
 
     Parameters
     ----------
@@ -175,13 +199,21 @@ def state_index(domain: Domain, value: object, where: str) -> int:
     EvidenceError
         For an unknown state, NaN, infinity, or a number outside the bins.
     """
+    if isinstance(value, Index):
+        state = int(value.value) if np.ndim(value.value) == 0 else -1
+        if not 0 <= state < len(domain):
+            raise EvidenceError(f"{where}: {value!r} is not one state index of 0 to {len(domain) - 1}")
+        return state
     if isinstance(domain, Labels):
         return _label_index(domain, value, where)
     if isinstance(value, str) and value in domain.states:
         return domain.states.index(value)
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
         raise EvidenceError(f"{where}: bins take a number{_unit(domain)}, got {value!r}")
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        raise EvidenceError(f"{where}: the number is too large") from None
     index = _bin_index(domain, number)
     if index < 0:
         what = "is not a finite number" if not math.isfinite(number) else "is outside the bins"

@@ -286,7 +286,8 @@ def test_what_is_given_has_no_cpd_and_takes_its_default():
     world = scene(opponents=1)
     ground = world.ground()
     assert "ball.turn" not in ground.by_child
-    assert world.with_defaults(ground, {"o1.turn": -0.5}) == {"o1.turn": -0.5, "ball.turn": 2}
+    full = world.with_defaults(ground, {"o1.turn": -0.5, "ball.turn": float("nan")})
+    assert (full["o1.turn"], full["ball.turn"].value) == (-0.5, 2)
     needy = PRMClass("C", (Attribute("x", BOOL),), given=(Given("act", BOOL),))
     world = Grounding(Model("m", (needy,)), {"c": "C"})
     with pytest.raises(EvidenceError, match=r"'c.act' must be given: it has no default"):

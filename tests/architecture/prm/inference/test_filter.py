@@ -10,7 +10,9 @@ from inference_scene import Active, Scene
 from inference_worlds import RandomWorld, table, unrolled_joint
 
 from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.evidence import StateRows
 from cprm_gym.architecture.prm.inference.filter import Filter
+from cprm_gym.architecture.prm.model.domains import Index
 from cprm_gym.errors import CostError, EvidenceError, ImpossibleEvidence, ModelError, ParameterError
 
 
@@ -222,13 +224,84 @@ def test_a_number_falls_into_its_bin_and_an_angle_goes_round():
     result = filter_.step({"d": np.array([0.0, 1.0, 5.9, 6.0]), "a": np.array([3.5, -2.5, 0.0, 8.9])})
     np.testing.assert_array_equal(result["d"].argmax(axis=1), [0, 1, 2, 2])
     np.testing.assert_array_equal(result["a"].argmax(axis=1), [0, 0, 1, 2])
-    for wrong, match in ((np.nan, "'d'.*nan"), (7.0, "'d'.*outside"), (-0.1, "'d'.*outside")):
+    for wrong, match in ((np.inf, "'d'.*inf is not a finite"), (7, "'d'.*outside"), (7.0, "'d'.*outside"), (-0.1, "'d'.*outside")):
         with pytest.raises(EvidenceError, match=match):
             filter_.step({"d": wrong})
     with pytest.raises(EvidenceError, match="'d'"):
-        filter_.step({"d": np.array([0.5, np.nan, 1.0, 1.0])})
+        filter_.step({"d": np.array([0.5, np.nan, 1.0, -1.0])})
     masked = np.ma.masked_array([0.5, np.nan, 1.0, 1.0], mask=[False, True, False, False])
-    np.testing.assert_allclose(filter_.step({"d": masked})["d"][1], uniform)
+    for unseen in (masked, np.array([0.5, np.nan, 1.0, 1.0]), [0.5, None, 1, 1], Index(np.array([0, -1, 1, 1]))):
+        np.testing.assert_allclose(filter_.step({"d": unseen})["d"][1], uniform)
+
+
+def test_an_integer_given_to_bins_is_a_quantity_and_an_index_says_that_it_is_one():
+    """`5` was bin 5 and `5.0` the bin that holds 5 m; -1 was "not observed" where -1.0 was a quantity."""
+    edges = np.array([-10.0, 0.0, 1.0, 3.0, 6.0])
+    variables = {"d": GroundVariable("d", tuple("abcd"), edges)}
+    slice_ = GroundSlice(variables, (GroundCPD("d", (), np.full(4, 0.25), 0),))
+    filter_ = Filter(Fixed(slice_, slice_), batch=2)
+    for value, bins in (
+        (5, [3, 3]),
+        (np.int64(5), [3, 3]),
+        (-1, [0, 0]),
+        (np.array([2, -1]), [2, 0]),
+        ([2, -1], [2, 0]),
+        (Index(1), [1, 1]),
+        (Index(np.array([3, 1])), [3, 1]),
+        (StateRows(("d",), np.array([[3, 1]])), [3, 1]),
+        (np.array([[3, 1]]), [3, 1]),
+    ):
+        evidence = value if isinstance(value, StateRows) or np.ndim(value) == 2 else {"d": value}
+        assert filter_.step(evidence)["d"].argmax(axis=1).tolist() == bins
+
+
+@pytest.mark.parametrize("binned", [False, True])
+@pytest.mark.parametrize(
+    "value",
+    [
+        [],
+        {},
+        set(),
+        2**80,
+        -(2**80),
+        [10**5000],
+        [2**80],
+        1e400,
+        [[1, 2], [3]],
+        [[0]],
+        ["x", 1],
+        b"a",
+        1j,
+        object,
+        Index(9),
+        Index(np.array([7])),
+    ],
+)
+def test_a_value_that_is_none_is_an_error_of_ours_that_names_the_variable(value, binned):
+    variables = {"d": GroundVariable("d", ("a", "b"), np.array([0.0, 1.0, 2.0]) if binned else None)}
+    filter_ = Filter(Fixed(*[GroundSlice(variables, (GroundCPD("d", (), np.full(2, 0.5), 0),))] * 2), batch=2)
+    with pytest.raises(EvidenceError, match="'d'"):
+        filter_.step({"d": value})
+
+
+def test_evidence_nested_beyond_reason_is_refused():
+    deep = []
+    for _ in range(100_000):
+        deep = [deep]
+    with pytest.raises(EvidenceError, match="evidence for 'umb': got a list"):
+        umbrella().step({"umb": deep}, relations="prior")
+
+
+def test_evidence_that_is_no_mapping_is_refused():
+    for evidence in ([1], "umb", 3, np.array([0.5])):
+        with pytest.raises(EvidenceError, match="evidence"):
+            umbrella().step(evidence, relations="prior")
+    with pytest.raises(EvidenceError, match="soft evidence"):
+        umbrella().step({}, [1.0, 2.0], relations="prior")
+    with pytest.raises(EvidenceError, match="soft evidence for 'umb'"):
+        umbrella().step({}, {"umb": ["a", "b"]}, relations="prior")
+    with pytest.raises(EvidenceError, match="an Index is an integer"):
+        Index(0.5)
 
 
 def test_wrong_observations_are_refused_by_name_and_change_nothing():

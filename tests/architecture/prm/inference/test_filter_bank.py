@@ -9,7 +9,7 @@ from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link, Role
 from cprm_gym.architecture.prm.inference.views import View
 from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
-from cprm_gym.architecture.prm.model.domains import Bins
+from cprm_gym.architecture.prm.model.domains import Bins, Index
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, Given, PRMClass, Reference, Relation, Replace, prev
 from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
@@ -179,7 +179,7 @@ def test_a_refused_reading_leaves_every_belief_as_it_was():
     bank.step({"p2.seen_at": np.array([1, 1])}, links(whom, nobody, nobody))
     before = bank.marginal("p2.at", 0).copy(), bank.log_likelihood.copy()
     with pytest.raises(EvidenceError, match=r"p2\.seen_at.*9 is no state"):
-        bank.step({"p2.seen_at": np.array([1, 9])}, links(whom, nobody, nobody))
+        bank.step({"p2.seen_at": Index(np.array([1, 9]))}, links(whom, nobody, nobody))
     with pytest.raises(EvidenceError, match=r"unknown variable 'p2\.sen_at'.*seen_at"):
         bank.step({"p2.sen_at": np.array([1, 1])}, links(whom, nobody, nobody))
     np.testing.assert_array_equal(bank.marginal("p2.at", 0), before[0])

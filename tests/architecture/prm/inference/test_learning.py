@@ -10,7 +10,7 @@ from cases import load
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, count, em
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
-from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Index, Labels
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError, ParameterError
@@ -238,7 +238,7 @@ def test_learning_recovers_the_motion_that_made_the_data():
                 rows = cpd.table[tuple((values if lag else new)[p] for p, lag in cpd.parents)]
                 cumulative = np.cumsum(np.broadcast_to(rows, (runs, rows.shape[-1])), axis=1)
                 new[name] = (rng.random((runs, 1)) > cumulative[:, :-1]).sum(axis=1)
-        steps.append(Observed(dict(new)))
+        steps.append(Observed({n: Index(k) for n, k in new.items()}))
         values = new
     fit = count(world, [Episode(tuple(steps), batch=runs)])
     truth = table_of(world.model, "Ball", "dist")

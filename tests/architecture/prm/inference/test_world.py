@@ -18,6 +18,7 @@ from cprm_gym.architecture.prm import (
     Exists,
     Filter,
     Given,
+    Index,
     Labels,
     Model,
     Noise,
@@ -42,11 +43,11 @@ def small(conflict="exclusive", bins=3):
 
 MIXED = small("mixture", 2)
 SCRIPT = [
-    ({"ball.seen": 1, "ball.obs_dist": 2, "o1.seen": 0, "ball.turn": 1}, (), None),
-    ({"o1.seen": 1, "o1.obs_dist": 1}, ("attended(o1)",), None),
-    ({"ball.seen": 0, "o1.obs_dist": 1, "o1.turn": 4}, ("attended(o1)", "possesses(o1,ball)"), None),
-    ({"ball.obs_dist": 1, "ball.seen": 1}, ("attended(o1)",), ("ball", "o1")),
-    ({"o2.obs_dist": 0, "o2.seen": 1}, ("attended(o2)",), None),
+    ({"ball.seen": 1, "ball.obs_dist": Index(2), "o1.seen": 0, "ball.turn": Index(1)}, (), None),
+    ({"o1.seen": 1, "o1.obs_dist": Index(1)}, ("attended(o1)",), None),
+    ({"ball.seen": 0, "o1.obs_dist": Index(1), "o1.turn": Index(4)}, ("attended(o1)", "possesses(o1,ball)"), None),
+    ({"ball.obs_dist": Index(1), "ball.seen": 1}, ("attended(o1)",), ("ball", "o1")),
+    ({"o2.obs_dist": Index(0), "o2.seen": 1}, ("attended(o2)",), None),
 ]
 
 
@@ -57,7 +58,7 @@ def unrolled(world, script):
         before = world.situation(relations, objects, before)
         ground = world.ground(before, first=t == 0)
         slices.append(ground)
-        evidence.update({f"{n}#{t}": k for n, k in world.with_defaults(ground, given).items()})
+        evidence.update({f"{n}#{t}": ground.variables[n].index(k) for n, k in world.with_defaults(ground, given).items()})
     return unroll(slices), evidence
 
 
@@ -86,7 +87,9 @@ def test_tracking_any_sequence_of_relations_objects_and_readings_equals_enumerat
         objects = ["ball", *data.draw(st.sets(st.sampled_from(["o1", "o2"])), label="there")]
         active = [f"attended({o})" for o in objects[1:] if data.draw(st.booleans(), label="attended")]
         active += [f"possesses({o},ball)" for o in objects[1:] if data.draw(st.booleans(), label="possesses")]
-        given_ = {f"{o}.{a}": data.draw(st.integers(0, 1)) for o in objects for a in ("obs_dist", "seen") if data.draw(st.booleans())}
+        given_ = {
+            f"{o}.{a}": Index(data.draw(st.integers(0, 1))) for o in objects for a in ("obs_dist", "seen") if data.draw(st.booleans())
+        }
         script.append((given_, tuple(active), tuple(objects)))
         seen = tracker.step(given_, active, objects=objects)
         net, evidence = unrolled(world, script)
@@ -97,7 +100,7 @@ def test_tracking_any_sequence_of_relations_objects_and_readings_equals_enumerat
 
 def test_a_mixture_of_two_possessors_is_tracked_exactly_with_its_selector():
     world = small("mixture", 2)
-    script = [({}, (), None), ({"ball.obs_dist": 1, "ball.seen": 1}, ("possesses(o1,ball)", "possesses(o2,ball)"), None)]
+    script = [({}, (), None), ({"ball.obs_dist": Index(1), "ball.seen": 1}, ("possesses(o1,ball)", "possesses(o2,ball)"), None)]
     tracker = world.tracker()
     for given, relations, objects in script:
         seen = tracker.step(given, relations, objects=objects)
@@ -225,13 +228,13 @@ def test_a_static_attribute_is_remembered_through_every_slice():
 
 def test_prediction_leaves_the_tracker_where_it_is():
     tracker = small().tracker()
-    tracker.step({"ball.seen": 1, "ball.obs_dist": 2})
+    tracker.step({"ball.seen": 1, "ball.obs_dist": Index(2)})
     before = tracker.step({}, ["attended(o1)"])["ball.dist"].copy()
-    tracker.predict(3, relations=["possesses(o1,ball)"], given={"ball.turn": 1})
+    tracker.predict(3, relations=["possesses(o1,ball)"], given={"ball.turn": Index(1)})
     assert tracker.filter.step_count == 2
     assert tracker.situation.relations == ("attended(o1)",)
     again = small().tracker()
-    again.step({"ball.seen": 1, "ball.obs_dist": 2})
+    again.step({"ball.seen": 1, "ball.obs_dist": Index(2)})
     again.step({}, ["attended(o1)"])
     assert np.array_equal(tracker.step({})["ball.dist"], again.step({})["ball.dist"])
     assert not np.array_equal(before, tracker.step({})["ball.dist"])
@@ -239,10 +242,11 @@ def test_prediction_leaves_the_tracker_where_it_is():
 
 def test_wrong_evidence_leaves_the_belief_as_it_was():
     tracker = small().tracker()
-    tracker.step({"ball.seen": 1, "ball.obs_dist": 2})
+    tracker.step({"ball.seen": 1, "ball.obs_dist": Index(2)})
     for wrong, message in (
         ({"ball.obs_dist": 99.0}, "evidence for 'ball.obs_dist': 99.0"),
-        ({"ball.obs_dist": float("nan")}, "'ball.obs_dist': nan is not a finite number"),
+        ({"ball.obs_dist": float("inf")}, "'ball.obs_dist': inf is not a finite number"),
+        ([1], "evidence is a mapping"),
         ({"ball.obs_dits": 1}, "unknown variable 'ball.obs_dits'. Did you mean 'ball.obs_dist'"),
     ):
         with pytest.raises(EvidenceError, match=message):
@@ -283,7 +287,7 @@ def test_cost_and_slice_are_known():
     with pytest.raises(ModelError, match=r"Did you mean 'ball.dist'"):
         tracker.variable("ball.dst")
     pair = {"ball.dist", "o1.dist"}
-    seen = {"ball.obs_dist": 1}
+    seen = {"ball.obs_dist": Index(1)}
     linked = tracker.cost(["attended(o1)", "possesses(o1,ball)"], evidence=seen)
     assert any(pair <= set(c.variables) for c in linked)
     assert not any(pair <= set(c.variables) for c in tracker.cost(evidence=seen))
