@@ -30,8 +30,9 @@ autodoc_typehints = "none"
 autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_use_param = False  # types of parameters are prose, not references
 napoleon_custom_sections = [
-    "Description", "Actions", "Observations", "Rewards", "Start", "End", "Arguments", "Version history", "Success",
+    ("Attributes", "params_style"), "Description", "Actions", "Observations", "Rewards", "Start", "End", "Arguments", "Version history", "Success",
 ]  # fmt: skip
 
 html_theme = "furo"

@@ -8,12 +8,14 @@ from __future__ import annotations
 import ast
 import dataclasses
 import importlib
+import importlib.util
 import inspect
 import re
 import shutil
 import textwrap
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -63,7 +65,7 @@ def member_notes(enumeration: type[IntEnum]) -> dict[str, str]:
     (definition,) = ast.parse(textwrap.dedent(inspect.getsource(enumeration))).body
     assert isinstance(definition, ast.ClassDef)
     notes: dict[str, str] = {}
-    for member, note in zip(definition.body, definition.body[1:]):
+    for member, note in pairwise(definition.body):
         if isinstance(member, ast.Assign) and isinstance(note, ast.Expr) and isinstance(note.value, ast.Constant):
             notes[member.targets[0].id] = " ".join(str(note.value.value).split())  # type: ignore[attr-defined]
     missing = set(enumeration.__members__) - set(notes)
@@ -303,15 +305,44 @@ def reference_page(face: str, homes: dict[str, str]) -> str:
 
 
 def described(face: str, name: str, thing: Any) -> str:
-    """The directive that documents one name."""
-    kinds: dict[str, tuple[str, str]] = {
-        "class": ("autoclass", ":members:"), "function": ("autofunction", ""), "value": ("autodata", ":no-value:"), "module": ("", ""),
-    }  # fmt: skip
-    directive, option = kinds[kind_of(thing)]
-    if not directive:
-        return f"## {name}\n\n" + (inspect.getdoc(thing) or "").split("\n\n")[0]
-    body = f".. {directive}:: {face}.{name}\n" + (f"   {option}\n" if option else "")
-    return f"## {name}\n\n```{{eval-rst}}\n{body}```"
+    """The directive that documents one name; a value, whose docstring is its type's, gets what the code says under it."""
+    kind = kind_of(thing)
+    if kind == "module":
+        return f"## {name}\n\n{summary(thing)}"
+    if kind == "value":
+        body = f".. data:: {face}.{name}\n\n" + textwrap.indent(value_note(face, name), "   ")
+    elif kind == "class":
+        body = f".. autoclass:: {face}.{name}\n   :members:"
+    else:
+        body = f".. autofunction:: {face}.{name}"
+    return f"## {name}\n\n```{{eval-rst}}\n{body}\n```"
+
+
+def value_note(face: str, name: str) -> str:
+    """The string under the assignment of `name` in the module from which the face takes it, or nothing."""
+    for module, taken in imports_of(face):
+        if taken != name:
+            continue
+        body = ast.parse(Path(inspect.getfile(importlib.import_module(module))).read_text(encoding="utf-8")).body
+        for statement, note in pairwise(body):
+            targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+            if any(getattr(target, "id", None) == name for target in targets) and isinstance(note, ast.Expr):
+                return inspect.cleandoc(str(ast.literal_eval(note.value)))
+        return next((value_note(module, name) for origin, again in imports_of(module) if again == name), "")
+    return ""
+
+
+def imports_of(module: str) -> list[tuple[str, str]]:
+    """(module, name) of everything that a module imports by name."""
+    loaded = importlib.import_module(module)
+    package = module if hasattr(loaded, "__path__") else module.rpartition(".")[0]
+    tree = ast.parse(Path(inspect.getfile(loaded)).read_text(encoding="utf-8"))
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return [
+        (importlib.util.resolve_name("." * node.level + str(node.module), package), alias.asname or alias.name)
+        for node in found
+        for alias in node.names
+    ]
 
 
 # ---------------------------------------------------------------------- gallery

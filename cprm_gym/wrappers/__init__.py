@@ -1,17 +1,17 @@
 """Wrappers of the environments, one per file.
 
-================== ====================================================================================================
-`Flatten`          one vector instead of a dict, optionally scaled to [-1, 1] by the bounds
-`DiscreteActions`  one number instead of a hybrid action (DQN)
-`MacroSteps`       a macro action is carried on until it ends: summed reward, ``info["macro_steps"]`` (SMDP)
-`FrameStack`       the last k observations
+=================== ===================================================================================================
+`Flatten`           one vector instead of a dict, optionally scaled to [-1, 1] by the bounds
+`DiscreteActions`   one number instead of a hybrid action (DQN)
+`MacroSteps`        a macro action is carried on until it ends: summed reward, ``info["macro_steps"]`` (SMDP)
+`FrameStack`        the last k observations
 `BeliefObservation` a model's posteriors appended to the observation
-`SingleAgent`      one agent of a parallel environment as a Gymnasium environment
+`SingleAgent`       one agent of a parallel environment as a Gymnasium environment
 `EpisodeStatistics` return, length, status, success and reward terms of every episode, in ``info["episode"]``
-`Disturbed`        something goes wrong once in every episode: things displaced, eyes shut, noise (`disturbances`)
-`GameLog`          every episode as a game log (``.rcg``) that rcssmonitor plays
-`sb3.SoccerVecEnv` agents x worlds as one batch for stable-baselines3 (imported from `cprm_gym.wrappers.sb3`)
-================== ====================================================================================================
+`Disturbed`         something goes wrong once in every episode: things displaced, eyes shut, noise (`disturbances`)
+`GameLog`           every episode as a game log (``.rcg``) that rcssmonitor plays
+`sb3.SoccerVecEnv`  agents x worlds as one batch for stable-baselines3 (imported from `cprm_gym.wrappers.sb3`)
+=================== ===================================================================================================
 """
 
 from .belief import BeliefObservation
