@@ -31,9 +31,8 @@ autodoc_default_options = {"members": True, "undoc-members": False, "show-inheri
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_param = False  # types of parameters are prose, not references
-napoleon_custom_sections = [
-    ("Attributes", "params_style"), "Description", "Actions", "Observations", "Rewards", "Start", "End", "Arguments", "Version history", "Success",
-]  # fmt: skip
+OUR_SECTIONS = ("Description", "Actions", "Observations", "Rewards", "Start", "End", "Arguments", "Version history", "Success")
+napoleon_custom_sections = [("Attributes", "params_style"), *OUR_SECTIONS]
 
 html_theme = "furo"
 html_title = f"cprm_gym {release}"

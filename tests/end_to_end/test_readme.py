@@ -52,4 +52,4 @@ def test_the_readme_names_the_commands_that_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for script in re.findall(r"bash (scripts/\S+\.sh)", text):
         assert (ROOT / script).is_file()
-    assert (ROOT / ".ci" / "run").read_text().rstrip().endswith("bash scripts/test.sh")
+    assert (ROOT / ".ci" / "run").read_text().rstrip().endswith("bash scripts/test.sh\nbash scripts/docs.sh")
