@@ -11,7 +11,10 @@ from cprm_gym.architecture.petri.files.pnml_reader import read_pnml
 CASES = SHARED / "cases" / "petri"
 INDEX = json.loads((CASES / "index.json").read_text()) if (CASES / "index.json").is_file() else {}
 
-pytestmark = pytest.mark.skipif(not INDEX, reason="data of ../shared absent")
+pytestmark = [
+    pytest.mark.skipif(not INDEX, reason="data of ../shared absent"),
+    pytest.mark.filterwarnings("ignore::cprm_gym.errors.FormatWarning"),
+]
 
 
 def answers(file):

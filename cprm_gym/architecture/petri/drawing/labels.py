@@ -20,6 +20,10 @@ SIDES = np.array([(1, 0), (-1, 0), (1, -1), (-1, 1), (1, 1), (-1, -1)])
 """Where a label may stand from a point of its arc: right and left of it, and half a height higher or lower."""
 
 
+MAX_LOOKS = 200_000_000
+"""Most pairs of a label and a point of an arc that are looked at; the labels of larger drawings just stand at their arcs."""
+
+
 def curve_points(path: Sequence[Point]) -> NDArray[np.float64]:
     """Points along the curve that is drawn through `path`, upright at each of its points; (N, 2)."""
     parts = []
@@ -44,6 +48,9 @@ def place_labels(labels: Sequence[tuple[float, int]], height: float, texts: Sequ
     paths : sequence of paths
         All arcs.
     """
+    length = sum(math.hypot(x1 - x0, y1 - y0) for path in paths for (x0, y0), (x1, y1) in pairwise(path))
+    if len(labels) * (length / STEP + 2 * len(paths) + len(texts)) > MAX_LOOKS:
+        return [_at_middle(width, height, paths[arc]) for width, arc in labels]
     curves = [curve_points(path) for path in paths]
     points = np.concatenate([np.zeros((0, 2)), *curves])
     owner = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
@@ -65,6 +72,13 @@ def place_labels(labels: Sequence[tuple[float, int]], height: float, texts: Sequ
         taken = np.concatenate((taken, best[None]))
         found.append((float(best[0]), float(best[1]), float(best[2]), float(best[3])))
     return found
+
+
+def _at_middle(width: float, height: float, path: Sequence[Point]) -> Rect:
+    """A label at the middle of the end of its arc, whatever stands there."""
+    (x0, y0), (x1, y1) = path[-2:]
+    left, top = (x0 + x1) / 2 + GAP, (y0 + y1 - height) / 2
+    return (left, top, left + width, top + height)
 
 
 def _overlaps(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:

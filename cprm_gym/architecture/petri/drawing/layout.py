@@ -3,6 +3,9 @@
 The usual four steps (Sugiyama, Tagawa and Toda 1981): turn arcs of circles round, give each node a layer, order the layers so that
 few arcs cross (barycentres), and choose coordinates. The last step is exact for each layer: the positions nearest to the average of
 the neighbours that keep their distances, by pooling adjacent violators.
+
+The time is proportional to the size of the drawing: large ones get fewer sweeps, and when their edges would bend in more than `MAX_BENDS`
+places, the longest run straight.
 """
 
 from __future__ import annotations
@@ -41,6 +44,8 @@ class Edge:
 
 
 GAP_X, GAP_Y = 26.0, 44.0
+MAX_BENDS = 20_000
+"""Most layers that edges pass through in all."""
 
 
 def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> tuple[float, float]:
@@ -132,9 +137,9 @@ def _set_layers(nodes: Sequence[Node], forward: Sequence[tuple[int, int]]) -> No
             lowest = min(layer[b] for b in below[i]) - 1
             if not above[i] or len(below[i]) > len(above[i]):
                 layer[i] = lowest
-    used = sorted(set(layer))
+    rank = {level: i for i, level in enumerate(sorted(set(layer)))}
     for node, level in zip(nodes, layer):
-        node.layer = used.index(level)
+        node.layer = rank[level]
 
 
 def _topological(above: Sequence[Sequence[int]], below: Sequence[Sequence[int]]) -> list[int]:
@@ -152,9 +157,13 @@ def _with_dummies(nodes: Sequence[Node], forward: Sequence[tuple[int, int]]) -> 
     """The nodes and one narrow dummy per layer that an edge crosses; and per edge the cells it runs through, downwards."""
     cells = list(nodes)
     chains = []
+    left, longest = MAX_BENDS, 0
+    for span in sorted(nodes[b].layer - nodes[a].layer for a, b in forward):
+        left -= max(0, span - 1)
+        longest = span if left >= 0 else longest
     for a, b in forward:
         chain = [a]
-        for layer in range(nodes[a].layer + 1, nodes[b].layer):
+        for layer in range(nodes[a].layer + 1, nodes[b].layer if nodes[b].layer - nodes[a].layer <= longest else 0):
             cells.append(Node("", 5.0, 5.0, 0.0, layer=layer))
             chain.append(len(cells) - 1)
         chains.append([*chain, b])
@@ -165,32 +174,35 @@ def _order(rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequenc
     """Reorder each row by the barycentre of its neighbours, down and up; the order with the fewest crossings is kept."""
     best, kept = _crossings(rows, cells, pulls), [list(row) for row in rows]
     segments = sum(map(len, pulls)) // 2
+    position = {i: k for row in rows for k, i in enumerate(row)}
     for sweep in range(max(4, min(24, 30_000 // max(segments, 1)))):
         down = sweep % 2 == 0
         for level in range(len(rows)) if down else reversed(range(len(rows))):
-            position = {i: k for row in rows for k, i in enumerate(row)}
             near = level - 1 if down else level + 1
             keys = {}
             for i in rows[level]:
                 there = [position[j] for j, _ in pulls[i] if cells[j].layer == near]
                 keys[i] = sum(there) / len(there) if there else position[i]
             rows[level].sort(key=lambda i: keys[i])
+            position.update((i, k) for k, i in enumerate(rows[level]))
         if segments < 1500:
-            _transpose(rows, cells, pulls)
+            _transpose(rows, cells, pulls, position)
         crossings = _crossings(rows, cells, pulls)
         if crossings < best:
             best, kept = crossings, [list(row) for row in rows]
     rows[:] = kept
 
 
-def _transpose(rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequence[tuple[int, float]]]) -> None:
-    """Swap neighbours in a row where that removes crossings."""
+def _transpose(
+    rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequence[tuple[int, float]]], position: dict[int, int]
+) -> None:
+    """Swap neighbours in a row where that removes crossings; `position` in the rows is kept up to date."""
     for row in rows:
-        position = {i: k for other in rows for k, i in enumerate(other)}
         for k in range(len(row) - 1):
             a, b = row[k], row[k + 1]
             if _pair_crossings(a, b, cells, pulls, position) > _pair_crossings(b, a, cells, pulls, position):
                 row[k], row[k + 1] = b, a
+                position[a], position[b] = k + 1, k
 
 
 def _pair_crossings(a: int, b: int, cells: Sequence[Node], pulls: Sequence[Sequence[tuple[int, float]]], position: dict[int, int]) -> int:
@@ -222,7 +234,7 @@ def _place(rows: Sequence[Sequence[int]], cells: Sequence[Node], pulls: Sequence
             x += cells[i].left
             cells[i].x = x
             x += cells[i].right + GAP_X
-    for sweep in range(60):
+    for sweep in range(max(6, min(60, 300_000 // len(cells)))):
         for row in rows if sweep % 2 == 0 else reversed(rows):
             wanted, weights = [], []
             for i in row:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from ....errors import NetError
 from ...expressions import Expression
 from ..net.net import PetriNet, resolve_name
 from ..net.places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, Transition
 
 ALL = -1
 """`unfold` for a drawing with every module unfolded."""
+MAX_DRAWN = 20_000
+"""Most places, transitions, ports and arcs of one drawing."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,27 @@ def picture(net: PetriNet, unfold: int = 0) -> Box:
     net : PetriNet
     unfold : int
         Levels of modules drawn with their inside; `ALL` for every level.
+
+    Raises
+    ------
+    NetError
+        When it would show more than `MAX_DRAWN` places, transitions, ports and arcs.
     """
+    if (size := _size(net, unfold, {})) > MAX_DRAWN:
+        hint = "; unfold fewer levels" if net.modules and unfold else ""
+        raise NetError(f"net {net.name!r}: its drawing has {size:,} places, transitions, ports and arcs, more than {MAX_DRAWN:,}{hint}")
     return _box(net, "", net.name, unfold)
+
+
+def _size(net: PetriNet, unfold: int, known: dict[tuple[int, int], int]) -> int:
+    """How much a drawing shows."""
+    key = (id(net), unfold)
+    if key not in known:
+        arcs = sum(len(t.inputs) + len(t.outputs) + len(t.tests) + len(t.inhibitors) + len(t.sets) for t in net.transitions)
+        inner = unfold - 1 if unfold > 0 else ALL
+        modules = (len(m.ports.all) + 1 if unfold == 0 else _size(m, inner, known) for m in net.modules.values())
+        known[key] = len(net.places) + len(net.transitions) + arcs + sum(modules)
+    return known[key]
 
 
 def _box(net: PetriNet, path: str, title: str, unfold: int) -> Box:

@@ -92,9 +92,10 @@ def _lay(box: Box, outermost: bool = False) -> _Laid:
     owner = {key: "box " + child.box.key for child in children for key in child.items}
     links = [link for link in box.links if link.source in laid.items and link.target in laid.items]
     edges = []
+    tops = _tops(children)
     for link in links:
         source, target = (owner.get(end, end) for end in (link.source, link.target))
-        if link.style == "fuse" and link.target in _tops(children):
+        if link.style == "fuse" and link.target in tops:
             source, target = owner.get(link.source, link.source), owner[link.target]
         elif link.style == "fuse":
             source, target = target, source

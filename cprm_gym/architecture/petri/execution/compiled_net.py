@@ -14,8 +14,8 @@ from ....errors import NetError, did_you_mean
 from ...expressions import Expression
 from ...expressions.interpreter import interpret
 from ..net.modules import flatten
-from ..net.net import PetriNet, math_order
-from ..net.places import INFINITE, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
+from ..net.net import MAX_PARTS, PetriNet, math_order
+from ..net.places import INFINITE, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, shown
 
 UNBOUNDED = 2**62
 """Capacity of a place without one."""
@@ -236,15 +236,23 @@ def initial_marking(net: PetriNet) -> NDArray[np.float64]:
     return np.array(list(marking.values()), np.float64)
 
 
-def compile_net(net: PetriNet) -> CompiledNet:
+def compile_net(net: PetriNet, max_parts: int = MAX_PARTS) -> CompiledNet:
     """The arrays of `net`, flattened if it has modules.
+
+    Parameters
+    ----------
+    net : PetriNet
+    max_parts : int
+        As for `flatten`.
 
     Raises
     ------
     NetError
-        When the hierarchy does not flatten to a valid net.
+        When the hierarchy has more parts, or does not flatten to a valid net.
     """
-    flat = flatten(net)
+    if not isinstance(net, PetriNet):
+        raise NetError(f"a net is a PetriNet, got {shown(net)}")
+    flat = flatten(net, max_parts)
     index = {p.name: i for i, p in enumerate(flat.places)}
 
     def arcs(kind: str) -> Arcs:

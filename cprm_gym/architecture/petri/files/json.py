@@ -198,6 +198,9 @@ def _dataclass(cls: type[Any], value: object, where: str) -> Any:
     if cls is Ports and "answers" in given:
         answers = _mapping(given["answers"], f"{where}: 'answers'")
         given["answers"] = {key: tuple(_list(v, f"{where}: 'answers'")) for key, v in answers.items()}
+    for field in fields(cls):
+        if field.default is MISSING and field.default_factory is MISSING and field.name not in given:
+            raise NetError(f"{where}: has no {field.name!r}")
     return _call(cls, where, given)
 
 
@@ -240,6 +243,8 @@ def _transition(data: object, where: str) -> Transition:
     for key in ("inputs", "outputs", "tests", "inhibitors", "sets"):
         if key in given:
             given[key] = _mapping(given[key], f"{where}: {key!r}")
+    if "name" not in given:
+        raise NetError(f"{where}: has no 'name'")
     transition: Transition = _call(Transition, where, given)
     return transition
 

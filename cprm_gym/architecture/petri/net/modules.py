@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from ....errors import NetError
 from ...expressions import Expression
-from .net import PetriNet, resolve_name
+from .net import MAX_PARTS, PetriNet, check_size, resolve_name
 from .places import AnyPlace, Belief, Command, Math, ObjectPlace, Selection, Transition
 from .values import FrozenMap
 
@@ -38,8 +38,15 @@ class Instance:
         return f"Instance({self.path!r}, {self.net.name!r})"
 
 
-def instances(net: PetriNet) -> dict[str, Instance]:
-    """Every instance in the hierarchy of `net` by its path, the outermost net first under ``""``."""
+def instances(net: PetriNet, max_parts: int = MAX_PARTS) -> dict[str, Instance]:
+    """Every instance in the hierarchy of `net` by its path, the outermost net first under ``""``.
+
+    Raises
+    ------
+    NetError
+        When the hierarchy has more than `max_parts` places, transitions and modules.
+    """
+    check_size(net, max_parts, "its hierarchy has")
     return {instance.path: instance for instance in _walk(net, "", {})}
 
 
@@ -60,22 +67,34 @@ def _walk(net: PetriNet, path: str, bound: Mapping[str, str]) -> Iterator[Instan
         yield from _walk(module, prefix + name, inner)
 
 
-def flatten(net: PetriNet) -> PetriNet:
+def flatten(net: PetriNet, max_parts: int = MAX_PARTS) -> PetriNet:
     """The one flat net that a hierarchy means.
 
     A place ``begin`` of instance ``orient`` is called ``orient.begin``; fused places have the name and the definition of the
     place they were fused with. The order of declaration is: a net's own parts, then its modules' in order.
 
+    Parameters
+    ----------
+    net : PetriNet
+    max_parts : int
+        Most places, transitions and modules that the hierarchy may have in all: a short file can mean an enormous net.
+
     Returns
     -------
     PetriNet
         Without modules; equal to `net` when that has none.
+
+    Raises
+    ------
+    NetError
+        When it has more parts, which costs no time to find, or does not flatten to a valid net.
     """
     if not net.modules:
         return net
+    check_size(net, max_parts, "flattening would make")
     places: list[AnyPlace] = []
     transitions: list[Transition] = []
-    for instance in instances(net).values():
+    for instance in instances(net, max_parts).values():
         scope = {p.name: p for p in instance.net.places} | instance.net.port_places()
         prefix = f"{instance.path}." if instance.path else ""
         rename = _Rename(scope, instance.places)

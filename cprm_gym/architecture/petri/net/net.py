@@ -22,13 +22,20 @@ from .places import (
     Semantics,
     Transition,
     check_name,
+    shown,
 )
 from .values import FrozenMap
 
 _KIND_NAMES = {Place: "discrete", Continuous: "continuous", Input: "input", Belief: "belief", Math: "math", ObjectPlace: "object"}
 
 
-@dataclass(frozen=True)
+MAX_DEPTH = 64
+"""Most levels of modules in modules."""
+MAX_PARTS = 200_000
+"""Most places and transitions that a hierarchy may have in all, unless another number is given where it is flattened."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PetriNet:
     """A Petri net, or a module when it has ports.
 
@@ -45,6 +52,13 @@ class PetriNet:
     semantics : Semantics
         Of the whole, when this net is the outermost.
 
+    Attributes
+    ----------
+    depth : int
+        Levels of modules below it; at most `MAX_DEPTH`.
+    parts : int
+        Places, transitions and modules of the whole hierarchy, each counted as often as it occurs.
+
     Raises
     ------
     NetError
@@ -58,19 +72,50 @@ class PetriNet:
     fuse: Mapping[str, str] = field(default_factory=FrozenMap)
     ports: Ports = field(default_factory=Ports)
     semantics: Semantics = field(default_factory=Semantics)
+    depth: int = field(init=False, default=0)
+    parts: int = field(init=False, default=0)
+    _hash: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
         check_name(self.name, "net")
-        object.__setattr__(self, "places", tuple(self.places))
-        object.__setattr__(self, "transitions", tuple(self.transitions))
-        object.__setattr__(self, "modules", FrozenMap(self.modules))
-        object.__setattr__(self, "fuse", FrozenMap(self.fuse))
+        where = f"net {self.name!r}"
+        for key, what in (("places", "places"), ("transitions", "transitions")):
+            object.__setattr__(self, key, _tuple(getattr(self, key), what, where))
+        for key, what in (("modules", "instance name to net"), ("fuse", "port to place")):
+            value = getattr(self, key)
+            if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
+                raise NetError(f"{where}: `{key}` takes a mapping from {what}, got {shown(value)}")
+            object.__setattr__(self, key, FrozenMap(value))
+        for part, cls in ((self.ports, Ports), (self.semantics, Semantics)):
+            if not isinstance(part, cls):
+                raise NetError(f"{where}: `{cls.__name__.lower()}` takes a {cls.__name__}, got {shown(part)}")
         try:
             _Check(self).run()
         except NetError as error:
             message = str(error)
-            prefix = f"net {self.name!r}"
-            raise NetError(message if message.startswith(prefix) else f"{prefix}, {message}") from None
+            raise NetError(message if message.startswith(where) else f"{where}, {message}") from None
+        inside = self.modules.values()
+        object.__setattr__(self, "depth", 1 + max((m.depth for m in inside), default=-1))
+        object.__setattr__(self, "parts", len(self.places) + len(self.transitions) + 1 + sum(m.parts for m in inside))
+        everything = (self.name, self.places, self.transitions, self.modules, self.fuse, self.ports, self.semantics)
+        object.__setattr__(self, "_hash", hash(everything))
+        if self.depth > MAX_DEPTH:
+            raise NetError(f"{where}: its modules are nested {self.depth} deep, more than {MAX_DEPTH}")
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PetriNet) and _equal(self, other, set())
+
+    def __repr__(self) -> str:
+        """What it holds; modules by their names alone."""
+        parts = [f"{self.name!r}, places={self.places!r}, transitions={self.transitions!r}"]
+        if self.modules:
+            parts.append("modules={" + ", ".join(f"{instance!r}: {module.name}" for instance, module in self.modules.items()) + "}")
+        parts += [f"fuse={self.fuse!r}"] if self.fuse else []
+        parts += [f"{key}={part!r}" for key, part in (("ports", self.ports), ("semantics", self.semantics)) if part != type(part)()]
+        return f"PetriNet({', '.join(parts)})"
 
     def place(self, name: str) -> AnyPlace:
         """The place of that name, own or port of an instance (``"orient.begin"``)."""
@@ -93,6 +138,38 @@ class PetriNet:
             own = {p.name: p for p in module.places}
             found.update({f"{instance}.{port}": own[port] for port in module.ports.all})
         return found
+
+
+def _tuple(value: object, what: str, where: str) -> tuple[object, ...]:
+    """`value`, a tuple or other collection of parts, as a tuple."""
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+        hint = "" if isinstance(value, (str, bytes, Mapping)) or value is None else "; write (part,) for one"
+        raise NetError(f"{where}: `{what}` takes a tuple, got {shown(value)}{hint}")
+    return tuple(value)
+
+
+def _equal(a: PetriNet, b: PetriNet, seen: set[tuple[int, int]]) -> bool:
+    """Whether two nets are equal; `seen` holds the pairs of modules found equal, each of which is compared once."""
+    if a is b or (id(a), id(b)) in seen:
+        return True
+    if hash(a) != hash(b) or a.modules.keys() != b.modules.keys():
+        return False
+    own = all(getattr(a, key) == getattr(b, key) for key in ("name", "places", "transitions", "fuse", "ports", "semantics"))
+    if own and all(_equal(a.modules[instance], b.modules[instance], seen) for instance in a.modules):
+        seen.add((id(a), id(b)))
+        return True
+    return False
+
+
+def check_size(net: PetriNet, limit: int, what: str) -> None:
+    """Refuse a hierarchy of more than `limit` parts before anything is made of it.
+
+    Raises
+    ------
+    NetError
+    """
+    if net.modules and net.parts > limit:
+        raise NetError(f"net {net.name!r}: {what} {net.parts:,} places, transitions and modules, more than {limit:,} (`max_parts`)")
 
 
 def resolve_name(name: str, scope: Mapping[str, AnyPlace]) -> tuple[str, str]:
@@ -168,10 +245,10 @@ class _Check:
         net = self.net
         for place in net.places:
             if not isinstance(place, PLACE_KINDS):
-                raise NetError(f"`places` takes Place, Continuous, Input, Belief, Math and ObjectPlace, got {place!r}")
+                raise NetError(f"`places` takes Place, Continuous, Input, Belief, Math and ObjectPlace, got {shown(place)}")
         for transition in net.transitions:
             if not isinstance(transition, Transition):
-                raise NetError(f"`transitions` takes Transition, got {transition!r}")
+                raise NetError(f"`transitions` takes Transition, got {shown(transition)}")
         self.names()
         self.scope = {p.name: p for p in net.places} | net.port_places()
         self.fused()
@@ -193,10 +270,11 @@ class _Check:
             if not instance.isidentifier() or instance.startswith("_"):
                 raise NetError(f"instance {instance!r}: the name of an instance is a plain word, without dots")
             if not isinstance(module, PetriNet):
-                raise NetError(f"instance {instance!r}: `modules` maps names to nets, got {module!r}")
-            for name in [p.name for p in net.places] + [t.name for t in net.transitions]:
-                if name == instance or name.startswith(instance + "."):
-                    raise NetError(f"{name!r} is declared although {instance!r} is an instance of a module")
+                raise NetError(f"instance {instance!r}: `modules` maps names to nets, got {shown(module)}")
+        for name in [p.name for p in net.places] + [t.name for t in net.transitions]:
+            instance = name.partition(".")[0]
+            if instance in net.modules:
+                raise NetError(f"{name!r} is declared although {instance!r} is an instance of a module")
 
     def known(self, name: str, where: str) -> AnyPlace:
         if name in self.scope:
@@ -212,7 +290,9 @@ class _Check:
 
     def fused(self) -> None:
         for port, target in self.net.fuse.items():
-            where = f"fuse {port!r} with {target!r}"
+            where = f"fuse {port!r} with {shown(target)}"
+            if not isinstance(target, str):
+                raise NetError(f"{where}: a port is fused with a place, by its name")
             if port not in self.net.port_places():
                 self.known(port, where)
                 raise NetError(f"{where}: only ports of instances are fused")

@@ -24,8 +24,10 @@ MAX_WEIGHT = 2**31 - 1
 
 def shown(value: object) -> str:
     """A value as an error shows it: its first 80 characters, however large it is."""
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**60:
+    if isinstance(value, int) and value.bit_length() > 10_000:  # longer ones cannot be written in digits
         return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"{str(value)[:40]}..."
     if isinstance(value, str):
         return repr(value if len(value) <= 80 else value[:80] + "...")
     if isinstance(value, (int, float, type(None))):
@@ -41,7 +43,7 @@ _SHORT.maxother = _SHORT.maxlong = _SHORT.maxstring = 80
 def check_name(name: object, what: str) -> None:
     """Refuse a name that is not short printable text."""
     if not isinstance(name, str):
-        raise NetError(f"the name of a {what} is text, got {type(name).__name__}: {name!r}")
+        raise NetError(f"the name of a {what} is text, got {type(name).__name__}: {shown(name)}")
     if not name or len(name) > 200 or not name.isprintable() or name != name.strip():
         raise NetError(f"the name of a {what} is 1 to 200 printable characters without spaces around them, got {name[:80]!r}")
     if name in FUNCTIONS or name in CONSTANTS or name in WORDS:
@@ -50,21 +52,21 @@ def check_name(name: object, what: str) -> None:
 
 def _count(value: object, what: str, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or (isinstance(value, float) and not value.is_integer()):
-        raise NetError(f"{what} is a whole number, got {value!r}")
+        raise NetError(f"{what} is a whole number, got {shown(value)}")
     if not least <= value <= MAX_WEIGHT:
-        raise NetError(f"{what} is {least} to {MAX_WEIGHT}, got {value}")
+        raise NetError(f"{what} is {least} to {MAX_WEIGHT}, got {shown(value)}")
     return int(value)
 
 
 def _real(value: object, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
-        raise NetError(f"{what} is a finite number, got {value!r}")
+        raise NetError(f"{what} is a finite number, got {shown(value)}")
     return int(value) if float(value).is_integer() and abs(value) <= MAX_WEIGHT else float(value)
 
 
 def _expression(text: object, what: str) -> None:
     if not isinstance(text, str):
-        raise NetError(f"{what} is an expression written as text, got {type(text).__name__}: {text!r}")
+        raise NetError(f"{what} is an expression written as text, got {type(text).__name__}: {shown(text)}")
     try:
         Expression(text)
     except ExpressionError as error:
@@ -131,7 +133,7 @@ class Input:
 
     def __post_init__(self) -> None:
         check_name(self.name, "place")
-        if not self.observes:
+        if isinstance(self.observes, str) and not self.observes:
             object.__setattr__(self, "observes", self.name)
         check_name(self.observes, "observation")
         object.__setattr__(self, "value", _real(self.value, f"place {self.name!r}: value"))
@@ -166,6 +168,8 @@ class Belief:
         check_name(self.name, "place")
         check_name(self.variable, "variable")
         check_name(self.view, "view")
+        if not isinstance(self.state, str):
+            raise NetError(f"belief place {self.name!r}: `state` is text, got {shown(self.state)}")
         if (self.view == "probability") != bool(self.state):
             given = f"view={self.view!r}, state={self.state!r}"
             raise NetError(f"belief place {self.name!r}: `state` goes with view='probability', got {given}")
@@ -225,9 +229,11 @@ class Selection:
     def __post_init__(self) -> None:
         check_name(self.class_name, "class")
         _expression(self.best, f"selection of a {self.class_name}: best")
-        if self.where:
+        if self.where != "":
             _expression(self.where, f"selection of a {self.class_name}: where")
         object.__setattr__(self, "k", _count(self.k, "selection: k", 1))
+        if not isinstance(self.minimize, bool):
+            raise NetError(f"selection of a {self.class_name}: `minimize` is True or False, got {shown(self.minimize)}")
 
     @property
     def candidate(self) -> str:
@@ -250,6 +256,8 @@ class ObjectPlace:
     def __post_init__(self) -> None:
         check_name(self.name, "place")
         check_name(self.class_name, "class")
+        if self.select is not None and not isinstance(self.select, Selection):
+            raise NetError(f"object place {self.name!r}: `select` takes a Selection, got {shown(self.select)}")
         if self.select is not None and self.select.class_name != self.class_name:
             raise NetError(f"object place {self.name!r} holds a {self.class_name}, its selection a {self.select.class_name}")
 
@@ -283,21 +291,27 @@ class Command:
         object.__setattr__(self, "params", FrozenMap(params))
 
 
+def _place(name: object, where: str) -> str:
+    if not isinstance(name, str):
+        raise NetError(f"{where} names places by text, got {shown(name)}")
+    return name
+
+
 def _weights(spec: object, where: str) -> FrozenMap[int]:
     if isinstance(spec, str):
         raise NetError(f"{where} takes a tuple of place names, got the string {spec!r}; write ({spec!r},)")
     if isinstance(spec, Mapping):
-        return FrozenMap({str(place): _count(weight, f"{where}: weight of {place!r}", 1) for place, weight in spec.items()})
+        return FrozenMap({_place(place, where): _count(weight, f"{where}: weight of {place!r}", 1) for place, weight in spec.items()})
     if isinstance(spec, (tuple, list)) and all(isinstance(place, str) for place in spec):
         return FrozenMap(dict(Counter(spec)))
-    raise NetError(f"{where} takes a tuple of place names or a mapping from place to weight, got {spec!r}")
+    raise NetError(f"{where} takes a tuple of place names or a mapping from place to weight, got {shown(spec)}")
 
 
 def _thresholds(spec: object, where: str) -> FrozenMap[float]:
     if isinstance(spec, str):
         raise NetError(f"{where} takes a mapping from place to threshold, got the string {spec!r}; write {{{spec!r}: 1}}")
     if isinstance(spec, Mapping):
-        return FrozenMap({str(place): _real(value, f"{where}: threshold of {place!r}") for place, value in spec.items()})
+        return FrozenMap({_place(place, where): _real(value, f"{where}: threshold of {place!r}") for place, value in spec.items()})
     return FrozenMap(dict(_weights(spec, where)))
 
 
@@ -367,31 +381,33 @@ class Transition:
         check_name(name, "transition")
         where = f"transition {name!r}"
         if sets is not None and not isinstance(sets, Mapping):
-            raise NetError(f"{where}: `sets` takes a mapping from place to tokens, got {sets!r}")
+            raise NetError(f"{where}: `sets` takes a mapping from place to tokens, got {shown(sets)}")
         if emits is not None and not isinstance(emits, Command):
-            raise NetError(f"{where}: `emits` takes a Command, got {emits!r}")
+            raise NetError(f"{where}: `emits` takes a Command, got {shown(emits)}")
         if memory not in ("enabling", "age", "resampling"):
-            raise NetError(f"{where}: `memory` is 'enabling', 'age' or 'resampling', got {memory!r}")
-        if servers != INFINITE and not (isinstance(servers, int) and 1 <= servers <= 64):
-            raise NetError(f"{where}: `servers` is 1 to 64 or INFINITE, got {servers!r}")
+            raise NetError(f"{where}: `memory` is 'enabling', 'age' or 'resampling', got {shown(memory)}")
+        if isinstance(servers, bool) or not (isinstance(servers, int) and (servers == INFINITE or 1 <= servers <= 64)):
+            raise NetError(f"{where}: `servers` is 1 to 64 or INFINITE, got {shown(servers)}")
         if not (isinstance(weight, (int, float)) and 0.0 < weight <= sys.float_info.max):
-            raise NetError(f"{where}: `weight` is a positive number, got {weight!r}")
-        if not isinstance(priority, int) or abs(priority) > MAX_WEIGHT:
-            raise NetError(f"{where}: `priority` is a whole number, got {priority!r}")
+            raise NetError(f"{where}: `weight` is a positive number, got {shown(weight)}")
+        if isinstance(priority, bool) or not isinstance(priority, int) or abs(priority) > MAX_WEIGHT:
+            raise NetError(f"{where}: `priority` is a whole number of up to {MAX_WEIGHT}, got {shown(priority)}")
+        if not isinstance(set_wins, bool):
+            raise NetError(f"{where}: `set_wins` is True or False, got {shown(set_wins)}")
         values = {
             "name": name,
             "inputs": _weights(inputs, f"{where}: `inputs`"),
             "outputs": _weights(outputs, f"{where}: `outputs`"),
             "tests": _thresholds(tests, f"{where}: `tests`"),
             "inhibitors": _thresholds(inhibitors, f"{where}: `inhibitors`"),
-            "sets": FrozenMap({str(p): _count(v, f"{where}: `sets` of {p!r}", 0) for p, v in (sets or {}).items()}),
+            "sets": FrozenMap({_place(p, f"{where}: `sets`"): _count(v, f"{where}: `sets` of {p!r}", 0) for p, v in (sets or {}).items()}),
             "delay": _count(delay, f"{where}: `delay`", 0),
             "priority": int(priority),
             "emits": emits,
             "weight": float(weight),
             "memory": memory,
             "servers": servers,
-            "set_wins": bool(set_wins),
+            "set_wins": set_wins,
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -400,6 +416,12 @@ class Transition:
     def is_timed(self) -> bool:
         """Whether it waits for its delay."""
         return self.delay > 0
+
+
+def _names(value: object, where: str) -> tuple[str, ...]:
+    if not isinstance(value, (tuple, list)) or not all(isinstance(name, str) for name in value):
+        raise NetError(f"{where} takes a tuple of place names, got {shown(value)}")
+    return tuple(value)
 
 
 @dataclass(frozen=True)
@@ -443,20 +465,27 @@ class Ports:
             value = getattr(self, key)
             if isinstance(value, str):
                 raise NetError(f"ports: `{key}` takes a tuple of place names, got the string {value!r}; write ({value!r},)")
-            object.__setattr__(self, key, tuple(value))
+            object.__setattr__(self, key, _names(value, f"ports: `{key}`"))
+        for key in ("begin", "ongoing", "done"):
+            value = getattr(self, key)
+            if value is not None and (not isinstance(value, str) or not value):
+                raise NetError(f"ports: `{key}` is the name of a place, got {shown(value)}")
         for name, count in Counter(self.all).items():
             if count > 1:
                 raise NetError(f"ports: place {name!r} is named {count} times")
         object.__setattr__(self, "within", _count(self.within, "ports: `within`", 1))
-        for interrupt, outcomes in self.answers.items():
+        if not isinstance(self.answers, Mapping):
+            raise NetError(f"ports: `answers` takes a mapping from interrupt to outcomes, got {shown(self.answers)}")
+        answers = {_place(key, "ports: `answers`"): _names(value, f"ports: `answers` of {key!r}") for key, value in self.answers.items()}
+        for interrupt, outcomes in answers.items():
             if interrupt not in self.interrupts:
                 raise NetError(f"ports: `answers` names {interrupt!r}, which is not an interrupt")
             for outcome in outcomes:
                 if outcome not in self.outcomes:
                     raise NetError(f"ports: `answers` of {interrupt!r} names {outcome!r}, which is neither done nor an error")
-        object.__setattr__(self, "answers", FrozenMap({key: tuple(value) for key, value in self.answers.items()}))
+        object.__setattr__(self, "answers", FrozenMap(answers))
         if self.idle_interrupts not in ("consumed", "kept"):
-            raise NetError(f"ports: `idle_interrupts` is 'consumed' or 'kept', got {self.idle_interrupts!r}")
+            raise NetError(f"ports: `idle_interrupts` is 'consumed' or 'kept', got {shown(self.idle_interrupts)}")
 
     @property
     def outcomes(self) -> tuple[str, ...]:
@@ -504,5 +533,5 @@ class Semantics:
         allowed = {"capacity": ("strong", "weak"), "persistence": ("intermediate", "atomic"), "choice": ("declared", "random")}
         for key, values in allowed.items():
             if getattr(self, key) not in values:
-                raise NetError(f"semantics: `{key}` is {' or '.join(map(repr, values))}, got {getattr(self, key)!r}")
+                raise NetError(f"semantics: `{key}` is {' or '.join(map(repr, values))}, got {shown(getattr(self, key))}")
         object.__setattr__(self, "max_firings", _count(self.max_firings, "semantics: `max_firings`", 1))

@@ -124,3 +124,38 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     (tmp_path / "bad.json").write_bytes(b"{\xff")
     with pytest.raises(FormatError, match=r"bad\.json: "):
         load_net(tmp_path / "bad.json")
+
+
+TOP = '{"format": "cprm_gym net", "version": 1, "net": "n", "definitions": {"n": %s}}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"format": "cprm_gym net", "version": 1, "net": {}, "definitions": {}}', "'net' names {}, which is not defined"),
+        ('{"format": "cprm_gym net", "version": ' + "9" * 5000 + "}", "not JSON"),
+        ('{"format": "cprm_gym net", "version": 1e999}', "version inf of the net format"),
+        ('{"a": ' * 2000 + "1" + "}" * 2000, "unknown entry 'a'|not JSON"),
+        ("[" * 200_000, "not JSON"),
+        (TOP % '{"modules": {"x": ["n"]}}', r"unknown module \['n'\]"),
+        (TOP % '{"name": 3}', "the name of a net is text, got int: 3"),
+        (TOP % '{"places": [{"kind": ["place"]}]}', r"unknown kind \['place'\]"),
+        (TOP % '{"places": [{"kind": "place"}]}', "definition 'n': place 0: has no 'name'"),
+        (TOP % '{"places": [{"kind": "math", "name": "m"}]}', "definition 'n': place 0: has no 'expression'"),
+        (TOP % '{"transitions": [{}]}', "definition 'n': transition 0: has no 'name'"),
+        (TOP % ('{"places": [{"kind": "place", "name": "p", "tokens": ' + "9" * 4000 + "}]}"), "got a whole number of 13288 bits"),
+        (TOP % '{"places": [{"kind": "input", "name": "p", "value": NaN}]}', "value is a finite number, got nan"),
+        (TOP % '{"fuse": {"a": []}}', r"fuse 'a' with \[\]"),
+        (TOP % '{"ports": {"errors": [["a"]]}}', "ports: `errors` takes a tuple of place names"),
+        (TOP % '{"transitions": [{"name": "t", "emits": {"command": []}}]}', "the name of a command is text"),
+        (TOP % '{"transitions": [{"name": "t", "inputs": {"p": 1e999}}]}', "weight of 'p' is a whole number, got inf"),
+    ],
+)
+def test_hostile_json_is_refused_in_our_own_words(text, message):
+    with pytest.raises(NetError, match=message):
+        net_from_json(text)
+
+
+def test_a_command_may_have_parameters_of_any_name():
+    net = net_from_json(TOP % '{"transitions": [{"name": "t", "emits": {"command": "c", "params": {"self": 1, "name": 2}}}]}')
+    assert net.transition("t").emits.params == {"self": 1, "name": 2}
