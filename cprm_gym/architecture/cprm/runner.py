@@ -1,237 +1,28 @@
-"""CPRM: a Petri net that acts and a relational model that infers, each seeing the other in its own terms (dissertation §2.3.1, §2.3.4).
-
-The net sees variables as places (`Belief` places: a view of a posterior), the model sees places as variables (`Observe`: a variable whose
-reading is an expression over percepts and places), and relations follow object tokens (`Cluster`: while its object places hold objects,
-the relation is active on them). `CPRM` is the value; `CPRMRunner` runs it for many agents at once. Neither knows what is being
-controlled.
-
-One cycle: percepts set input places -> every `period` cycles the relations that the object places ask for are switched, the model
-is told its observations and inference runs -> belief places -> object selection -> math -> immediate transitions -> clocks -> timed
-transitions -> commands.
-"""
+"""A CPRM that runs for many agents at once, and what explains its decisions."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import EvidenceError, FormatError, ModelError, NetError, did_you_mean
-from ..files import parse_json, write_atomically
-from .petri import Belief, ObjectPlace, PetriNet, compile_net
-from .petri.execution.commands import Commands
-from .petri.execution.executor import Executor
-from .petri.files.json import net_from_dict, net_to_dict
-from .petri.net.values import FrozenMap
-from .prm.grounding.grounding import Grounding
-from .prm.grounding.slices import GroundVariable
-from .prm.inference.evidence import UNOBSERVED, StateRows, state_of
-from .prm.inference.filter_bank import FilterBank, Link, Role
-from .prm.inference.views import View
-from .prm.interchange.json import model_from_json, model_to_json, read_text
-from .prm.model.formulas import Formula
-from .prm.model.model import Model
-from .prm.model.schema import canonical_tuple
+from ...errors import EvidenceError, ModelError, NetError, did_you_mean
+from ..petri import ObjectPlace, compile_net
+from ..petri.execution.commands import Commands
+from ..petri.execution.executor import Executor
+from ..prm.grounding.grounding import Grounding
+from ..prm.grounding.slices import GroundVariable
+from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
+from ..prm.inference.filter_bank import FilterBank, Link, Role
+from ..prm.model.formulas import Formula
+from ..prm.model.schema import canonical_tuple
+from .value import CPRM, Observe, view_of
 
 Percepts = Mapping[str, NDArray[Any]]
 """Name -> (W,) numbers: what the agents perceive in a cycle."""
-
-
-@dataclass(frozen=True)
-class Observe:
-    """A variable, or an input, of the model that is read from percepts and places.
-
-    Parameters
-    ----------
-    variable : str
-        ``"ball.seen_dist"``.
-    value : str
-        Expression over percepts and places of the net. A place is read as the cycle before left it, since a place that follows from a
-        belief must not be counted as fresh evidence for it. Named states take their index.
-    when : str
-        Expression; the variable is observed where it is true. Empty: always.
-    """
-
-    variable: str
-    value: str
-    when: str = ""
-
-    def __post_init__(self) -> None:
-        for text in (self.value, self.when):
-            if text:
-                Formula(text)
-
-
-@dataclass(frozen=True)
-class Cluster:
-    """Object places that switch a relation: it is active on the objects that they hold (§2.3.4).
-
-    Parameters
-    ----------
-    relation : str
-    places : tuple of str
-        For each role, in the relation's order, an object place of the net, or ``"=name"`` for a fixed object.
-    """
-
-    relation: str
-    places: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if isinstance(self.places, str):
-            raise ModelError(f"cluster {self.relation!r}: `places` takes a tuple, got the string {self.places!r}; write ({self.places!r},)")
-        object.__setattr__(self, "places", tuple(self.places))
-
-
-@dataclass(frozen=True)
-class CPRM:
-    """Net, model and the links between them.
-
-    Parameters
-    ----------
-    name : str
-    net : PetriNet
-    model : Model, optional
-        Without one the net must have no belief places.
-    objects : mapping of str to str
-        Object -> class; the order within a class is that of the indices in object places.
-    observations : tuple of Observe
-    clusters : tuple of Cluster
-    period : int
-        t_B: cycles between inferences; a slice of the model is that long.
-
-    Raises
-    ------
-    ModelError, NetError
-        When a link names what is not there; the message says what is.
-    """
-
-    name: str
-    net: PetriNet
-    model: Model | None = None
-    objects: Mapping[str, str] = field(default_factory=FrozenMap)
-    observations: tuple[Observe, ...] = ()
-    clusters: tuple[Cluster, ...] = ()
-    period: int = 1
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "objects", FrozenMap(self.objects))
-        object.__setattr__(self, "observations", tuple(self.observations))
-        object.__setattr__(self, "clusters", tuple(self.clusters))
-        if isinstance(self.period, bool) or not isinstance(self.period, int) or self.period < 1:
-            raise ModelError(f"cprm {self.name!r}: `period` is a number of cycles from 1, got {self.period!r}")
-        _check_links(self)
-
-
-def _check_links(cprm: CPRM) -> None:
-    """Refuse links to places, variables, relations and objects that do not exist."""
-    where = f"cprm {cprm.name!r}"
-    net = compile_net(cprm.net)
-    beliefs = [p for p in net.net.places if isinstance(p, Belief)]
-    if cprm.model is None:
-        if beliefs or cprm.observations or cprm.clusters:
-            raise ModelError(f"{where}: belief places, observations and clusters need a model, and there is none")
-        return
-    ground = Grounding(cprm.model, cprm.objects).ground((), first=True)
-    for place in beliefs:
-        owner = place.variable.partition(".")[0]
-        held = next((p for p in net.net.places if isinstance(p, ObjectPlace) and p.name == owner), None)
-        names = {f"{o}.{place.variable.partition('.')[2]}" for o, c in cprm.objects.items() if held and c == held.class_name}
-        for variable in names or {place.variable}:
-            if variable not in ground.variables:
-                hint = did_you_mean(variable, ground.variables)
-                raise ModelError(f"{where}, belief place {place.name!r}: unknown variable {variable!r}.{hint}")
-            view_of(place).check(ground.variables[variable])
-    for link in cprm.observations:
-        if link.variable not in ground.variables:
-            hint = did_you_mean(link.variable, ground.variables)
-            raise ModelError(f"{where}: observation of unknown variable {link.variable!r}.{hint}")
-    relations = {r.name: r for r in cprm.model.relations}
-    places = {p.name: p for p in net.net.places if isinstance(p, ObjectPlace)}
-    for cluster in cprm.clusters:
-        if cluster.relation not in relations:
-            raise ModelError(f"{where}: cluster of unknown relation {cluster.relation!r}.{did_you_mean(cluster.relation, relations)}")
-        roles = relations[cluster.relation].roles
-        if len(roles) != len(cluster.places):
-            given = len(cluster.places)
-            raise ModelError(f"{where}: relation {cluster.relation!r} has {len(roles)} roles, its cluster names {given} places")
-        for place_name in cluster.places:
-            if place_name.startswith("="):
-                if place_name[1:] not in cprm.objects:
-                    raise ModelError(f"{where}: cluster {cluster.relation!r} names unknown object {place_name[1:]!r}")
-            elif place_name not in places:
-                raise NetError(f"{where}: cluster {cluster.relation!r} names {place_name!r}, which is not an object place of the net")
-
-
-def view_of(place: Belief) -> View:
-    """The view of a belief place as the model knows it."""
-    return View.parse(f"{place.view}({place.state})" if place.state else place.view)
-
-
-FORMAT, VERSION = "cprm_gym cprm", 1
-
-
-def cprm_to_json(cprm: CPRM) -> str:
-    """The CPRM as JSON text; what `cprm_from_json` reads back is equal to it."""
-    data = {
-        "format": FORMAT,
-        "version": VERSION,
-        "name": cprm.name,
-        "net": net_to_dict(cprm.net),
-        "model": None if cprm.model is None else json.loads(model_to_json(cprm.model)),
-        "objects": dict(cprm.objects),
-        "observations": [asdict(o) for o in cprm.observations],
-        "clusters": [asdict(c) for c in cprm.clusters],
-        "period": cprm.period,
-    }
-    return json.dumps(data, indent=1) + "\n"
-
-
-def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
-    """The CPRM that a JSON text holds, checked like any other; nothing in it is executed.
-
-    Raises
-    ------
-    FormatError
-        When the text is not such a document; `where` names it in the message.
-    """
-    data = parse_json(text, where)
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise FormatError(f"{where}: not a document of the format {FORMAT!r}")
-    if data.get("version") != VERSION:
-        raise FormatError(f"{where}: version {data.get('version')!r} is not known; known is {VERSION}")
-    try:
-        return CPRM(
-            name=data["name"],
-            net=net_from_dict(data["net"]),
-            model=None if data["model"] is None else model_from_json(json.dumps(data["model"]), f"{where}, model"),
-            objects=data["objects"],
-            observations=tuple(Observe(**o) for o in data["observations"]),
-            clusters=tuple(Cluster(c["relation"], tuple(c["places"])) for c in data["clusters"]),
-            period=data["period"],
-        )
-    except (KeyError, TypeError, AttributeError) as error:
-        raise FormatError(f"{where}: a part is missing or of the wrong kind: {error}") from None
-
-
-def save_cprm(cprm: CPRM, path: str | os.PathLike[str]) -> None:
-    """Write a CPRM to a file, all of it or nothing."""
-    write_atomically(path, cprm_to_json(cprm))
-
-
-def load_cprm(path: str | os.PathLike[str]) -> CPRM:
-    """Read a CPRM from a file.
-
-    Raises
-    ------
-    FormatError
-        When the file cannot be read or is not a CPRM; the message names it.
-    """
-    return cprm_from_json(read_text(path), str(path))
 
 
 @dataclass(frozen=True)
@@ -520,18 +311,3 @@ def _sights(
         places.append((variables[group[0].name], slice(len(sights), len(sights) + len(group))))
         sights += group
     return sights, places
-
-
-__all__ = [
-    "CPRM",
-    "CPRMRunner",
-    "Cluster",
-    "Decision",
-    "Observe",
-    "Percepts",
-    "cprm_from_json",
-    "cprm_to_json",
-    "load_cprm",
-    "save_cprm",
-    "view_of",
-]
