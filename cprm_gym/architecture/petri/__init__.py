@@ -54,7 +54,8 @@ means its flat net (`flatten`).
 from .drawing.dot import save_drawing, to_dot, to_svg
 from .execution.commands import Commands
 from .execution.compiled_net import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
-from .execution.executor import Conflict, Executor, Snapshot
+from .execution.executor import Executor
+from .execution.state import Conflict, Snapshot
 from .execution.tracing import Firing, Trace
 from .files.json import net_from_json, net_to_json, save_net
 from .files.load import load_net, net_names

@@ -2,47 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ....errors import CommandError, ExpressionError, LivelockError, NetError, NotEnabled, UnknownName, did_you_mean, unknown_name
-from ...expressions import Expression
+from ....errors import NetError, NotEnabled, unknown_name
 from ..net.net import PetriNet
-from ..net.places import Belief, ObjectPlace
+from ..net.places import Belief
 from . import kernels
 from .commands import Commands
-from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind, compile_net
-from .program import build, capacity_limit
-from .tracing import Firing, Trace
-
-Values = ArrayLike | Mapping[str, ArrayLike]
-"""An array with one column per name, or a mapping from names to numbers or (W,) arrays."""
-
-Objects = Mapping[str, Mapping[str, ArrayLike]]
-"""Class -> attribute -> values of its objects, (n,) for all copies alike or (W, n); attribute ``present`` is a mask."""
-
-
-class Snapshot(NamedTuple):
-    """The whole state of an executor; W copies."""
-
-    row: NDArray[np.float64]  # (W, S) marking, then attributes of objects
-    held: NDArray[np.int32]  # (W, object places) index of the object, -1 for none
-    clock: NDArray[np.int32]  # (W, clocks)
-    random: NDArray[np.uint64]  # (W,)
-    cycle: NDArray[np.int64]  # (W,)
-    data: NDArray[np.float64]  # (W, columns) attributes of all objects
-
-
-class Conflict(NamedTuple):
-    """Execution picked one of several legal behaviours: firing one transition disabled another of equal priority."""
-
-    fired: str
-    disabled: str
-    times: int
+from .compiled_net import CompiledNet, compile_net
+from .failures import failure, missing_conditions, two_commands
+from .program import build
+from .state import Conflict, Objects, Snapshot, Values
+from .surroundings import Surroundings
+from .tracing import Trace
 
 
 class Executor:
@@ -120,7 +95,7 @@ class Executor:
             event_enabled=np.zeros((0, t), np.uint8),
         )
         self._failed = np.zeros(2, np.int64)
-        self._identity = np.arange(len(layout.beliefs), dtype=np.int32)
+        self._surroundings = Surroundings(self.net, layout, self._state, w, self._failed)
         self._commands = self._views()
         self.trace = Trace(self.net.transition_names, self.net.delay.tolist(), self.net.priority.tolist()) if trace else None
         self.reset()
@@ -220,84 +195,24 @@ class Executor:
         After an error in the cycle itself every other copy has completed it; the copy that failed should be reset.
         """
         if inputs is not None:
-            self.observe(inputs)
+            self._surroundings.observe(inputs)
         if beliefs is not None:
-            self.believe(beliefs)
+            self._surroundings.believe(beliefs)
         if objects is not None:
-            self.see(objects)
+            self._surroundings.see(objects)
         return self.run()
 
     def observe(self, inputs: Values) -> None:
         """Write observations into input places: the first part of `step`."""
-        layout = self._layout
-        if isinstance(inputs, Mapping):
-            if self._all_at_once(inputs):
-                return
-            for name, value in inputs.items():
-                if name not in layout.inputs:
-                    raise unknown_name("input", name, layout.inputs)
-                slots = layout.input_slots[layout.input_columns == layout.inputs.index(name)]
-                self._set(name, slots, value)
-            return
-        self._write(inputs, "inputs", layout.inputs, layout.input_slots, layout.input_columns)
-
-    def _all_at_once(self, inputs: Mapping[str, Any]) -> bool:
-        """Write inputs that are all there as one array; False when there is anything to say about them."""
-        layout = self._layout
-        if len(inputs) != len(layout.inputs):
-            return False
-        values = np.empty((self.batch, len(layout.inputs)))
-        try:
-            for column, name in enumerate(layout.inputs):
-                values[:, column] = inputs[name]
-        except (KeyError, TypeError, ValueError):
-            return False
-        return bool(kernels.write(self._state.row, layout.input_slots, layout.input_columns, values, self._failed))
+        self._surroundings.observe(inputs)
 
     def believe(self, beliefs: Values) -> None:
         """Write belief places: the second part of `step`."""
-        layout = self._layout
-        if isinstance(beliefs, Mapping):
-            for name, value in beliefs.items():
-                if name not in layout.beliefs:
-                    raise unknown_name("belief place", name, layout.beliefs)
-                self._set(name, layout.belief_slots[layout.beliefs.index(name)], value)
-            return
-        self._write(beliefs, "beliefs", layout.beliefs, layout.belief_slots, self._identity)
+        self._surroundings.believe(beliefs)
 
     def see(self, objects: Objects) -> None:
         """Write the attributes of objects: the third part of `step`."""
-        layout = self._layout
-        for name, given in objects.items():
-            if name not in layout.attributes:
-                raise unknown_name("class", name, layout.attributes)
-            wanted = layout.attributes[name]
-            for attribute in given:
-                if attribute not in wanted and attribute != "present":
-                    hint = f"{did_you_mean(attribute, wanted)} The net reads: {', '.join(wanted) or 'none'}."
-                    raise UnknownName(f"unknown attribute {attribute!r} of class {name!r}.{hint}")
-            missing = [attribute for attribute in wanted if attribute not in given]
-            if missing:
-                raise UnknownName(f"objects of class {name!r}: the net also reads {', '.join(map(repr, missing))}")
-            if (name, "") not in layout.columns:
-                continue
-            size = layout.sizes[name]
-            for attribute in wanted:
-                values = np.asarray(given[attribute], np.float64)
-                if np.isinf(values).any():
-                    raise NetError(f"objects of class {name!r}: attribute {attribute!r} holds an infinite number")
-                self._block(name, attribute, size)[:] = self._fit(values, size, f"attribute {attribute!r} of class {name!r}")
-            present = np.asarray(given.get("present", 1.0), np.float64)
-            self._block(name, "", size)[:] = self._fit(present, size, f"'present' of class {name!r}")
-
-    def _block(self, class_name: str, attribute: str, size: int) -> NDArray[np.float64]:
-        column = self._layout.columns[class_name, attribute]
-        return self._state.data[:, column : column + size]
-
-    def _fit(self, values: NDArray[np.float64], size: int, what: str) -> NDArray[np.float64]:
-        if values.shape not in ((), (size,), (self.batch, size)):
-            raise NetError(f"{what} must have shape ({size},) or ({self.batch}, {size}), got {values.shape}")
-        return values
+        self._surroundings.see(objects)
 
     def run(self) -> Commands:
         """The last part of `step`: selection, math, immediate transitions, clocks, timed transitions, commands."""
@@ -305,9 +220,9 @@ class Executor:
             return self._run_traced(self.trace)
         status = kernels.cycle(self._program, self._state, self._out, self._scratch, self._failed)
         if status != kernels.OK:
-            self._raise(status)
+            raise self._failure(status)
         if self.strict and self._out.overruled.any():
-            self._raise_overruled()
+            raise two_commands(self.net, self._program, self._layout, self._state, self._out)
         return self._commands
 
     def _trace_room(self, room: int) -> None:
@@ -331,39 +246,12 @@ class Executor:
         count = self._scratch.counts[kernels.EVENTS]
         trace.add(before, self._scratch.event[:count], self._scratch.event_enabled[:count])
         if status != kernels.OK:
-            self._raise(status)
+            raise self._failure(status)
         if self.strict and self._out.overruled.any():
-            self._raise_overruled()
+            raise two_commands(self.net, self._program, self._layout, self._state, self._out)
         return self._commands
 
     # -- writing and reading --------------------------------------------------------------------------------------------------
-
-    def _write(self, data: Any, what: str, names: Sequence[str], slots: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
-        values = np.array(data, np.float64, order="C")  # a copy: one memory layout, so one compiled version
-        if values.shape != (self.batch, len(names)):
-            if values.shape != (len(names),):
-                raise NetError(f"`{what}` must have shape ({self.batch}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
-            values = np.repeat(values[None], self.batch, axis=0)
-        if not kernels.write(self._state.row, slots, columns, values, self._failed):
-            copy, i = self._failed
-            place, name = self.net.place_names[slots[i]], names[columns[i]]
-            raise NetError(
-                f"`{what}`: {name!r} (place {place!r}) of copy {copy} is {values[copy, columns[i]]}; a place holds finite numbers"
-            )
-
-    def _set(self, name: str, slots: Any, value: Any) -> None:
-        if isinstance(value, (bool, int, float)):
-            finite = math.isfinite(value)
-        else:
-            value = np.asarray(value, np.float64)
-            if value.shape not in ((), (1,), (self.batch,)):
-                raise NetError(f"{name!r} takes a number or an array of shape ({self.batch},), got {value.shape}")
-            finite = bool(np.isfinite(value).all())
-            value = value[:, None] if value.ndim and slots.ndim else value
-        if not finite:
-            places = ", ".join(repr(self.net.place_names[s]) for s in np.atleast_1d(slots))
-            raise NetError(f"{name!r} (place {places}) is {value}; a place holds finite numbers")
-        self._state.row[:, slots] = value
 
     def read(self, place: str) -> NDArray[np.float64]:
         """(W,) marking of a place: tokens, value, or for an object place 1 and 0; a copy."""
@@ -386,29 +274,7 @@ class Executor:
         which : indices or mask, optional
             Which copies; default all.
         """
-        p = self.net.place(place)
-        kind = PlaceKind(int(self.net.kind[p]))
-        rows = slice(None) if which is None else np.asarray(which)
-        values = np.asarray(value, np.float64)
-        if not np.isfinite(values).all():
-            raise NetError(f"place {place!r} cannot hold {value!r}; a place holds finite numbers")
-        if kind == PlaceKind.MATH:
-            raise NetError(f"place {place!r} is set by its math transition {self.net.net.place(place)}")
-        if kind in (PlaceKind.DISCRETE, PlaceKind.OBJECT) and (values != np.floor(values)).any():
-            raise NetError(f"place {place!r} holds whole numbers, got {value!r}")
-        if kind == PlaceKind.DISCRETE:
-            capacity = int(self.net.capacity[p])
-            if (values < 0).any() or (values > capacity).any():
-                raise NetError(f"place {place!r} holds 0 to {'any' if capacity == UNBOUNDED else capacity} tokens, got {value!r}")
-        if kind == PlaceKind.OBJECT:
-            owner = self.net.net.places[p]
-            assert isinstance(owner, ObjectPlace)
-            size = self._layout.sizes.get(owner.class_name, 0)
-            if (values < -1).any() or (size and (values >= size).any()):
-                raise NetError(f"place {place!r} holds an object of {size}, -1 for none, got {value!r}")
-            self._state.held[rows, self._layout.objects.index(place)] = values.astype(np.int32)
-            values = (values >= 0).astype(np.float64)
-        self._state.row[rows, p] = values
+        self._surroundings.write(place, value, which)
 
     def reset(self, mask: ArrayLike | None = None, seed: int | None = None) -> None:
         """Bring copies back to the initial marking, clocks off.
@@ -432,7 +298,7 @@ class Executor:
         state.data[which] = np.nan
         for name in self._layout.sizes:
             if (name, "") in self._layout.columns:
-                self._block(name, "", self._layout.sizes[name])[which] = 0.0
+                self._surroundings.block(name, "", self._layout.sizes[name])[which] = 0.0
         if seed is not None:
             self._seed_streams(seed, which)
         if self.trace is not None and mask is None:
@@ -456,11 +322,36 @@ class Executor:
         for mine, theirs in zip(self._state, arrays):
             mine[...] = theirs
 
+    def replay(self, trace: Trace) -> None:
+        """Run through the cycles that an executor of the same net and batch recorded, and check that the same happens.
+
+        Each cycle starts from the state recorded before it; what external places were set to is part of that. The own trace is left as
+        it is.
+
+        Raises
+        ------
+        NetError
+            At the first firing that differs.
+        """
+        mine = Trace(self.net.transition_names, self.net.delay.tolist(), self.net.priority.tolist())
+        kept, self.trace = self.trace, mine
+        try:
+            for before, events in trace.cycles():
+                self.restore(before)
+                self.run()
+                again = mine.last()
+                if not np.array_equal(again, events):
+                    now = mine.show(again)
+                    raise NetError(f"replay differs in cycle {int(before.cycle[0])}: {trace.show(events)}, now {now}")
+        finally:
+            self.trace = kept
+
     # -- one transition by hand -----------------------------------------------------------------------------------------------
 
     def enabled(self, copy: int = 0) -> tuple[str, ...]:
         """Names of the transitions enabled in the marking of one copy, clocks aside."""
-        return tuple(name for name in self.net.transition_names if not self.why_not(name, copy))
+        self._check_copy(copy)
+        return tuple(name for t, name in enumerate(self.net.transition_names) if not self._missing(t, copy))
 
     def fire(self, transition: str, copy: int = 0) -> None:
         """Fire one transition of one copy by hand, whatever its clock says.
@@ -471,7 +362,8 @@ class Executor:
             The message says what each missing condition needs and has.
         """
         t = self.net.transition(transition)
-        reasons = self.why_not(transition, copy)
+        self._check_copy(copy)
+        reasons = self._missing(t, copy)
         if reasons:
             raise NotEnabled(f"transition {transition!r} is not enabled: {'; '.join(reasons)}")
         scratch = self._scratch._replace(event=np.zeros((0, 4), np.int64))
@@ -479,77 +371,43 @@ class Executor:
         status = kernels.fire_one(self._program, self._state, self._out, scratch, copy, t)
         if status != kernels.OK:
             self._failed[:] = copy, self._scratch.counts[kernels.DETAIL]
-            self._raise(status)
+            raise self._failure(status)
 
     def why_not(self, transition: str, copy: int = 0) -> list[str]:
-        """What keeps a transition of one copy from being enabled; empty when it is enabled."""
+        """What keeps a transition of one copy from firing: its conditions that do not hold, else how far its clock is.
+
+        Returns
+        -------
+        list of str
+            Such as ``["facing needs 1, has 0"]`` or ``["enabled, but its clock is at 3 of 5"]``; empty when nothing keeps it.
+        """
         t = self.net.transition(transition)
-        row = self._state.row[copy]
-        consumed, produced = dict(self.net.inputs.of(t)), dict(self.net.outputs.of(t))
-        reasons = []
-        span = self._program.transitions[t]
-        for place, _, low, high in self._program.conditions[span["cond"] : span["cond_end"]].tolist():
-            name, has = self.net.place_names[place], row[place]
-            if has < low:
-                reasons.append(f"{name} needs {low:g}, has {has:g}")
-            elif has >= high:
-                full = high == capacity_limit(self.net, t, place, consumed, produced)
-                reasons.append(f"{name} is full with {has:g}" if full else f"{name} must be below {high:g}, has {has:g}")
-        return reasons
+        self._check_copy(copy)
+        missing = self._missing(t, copy)
+        delay = int(self.net.delay[t])
+        if missing or not delay:
+            return missing
+        clocks = self.clocks(transition)[copy]
+        if (clocks < 0).all():
+            return [f"enabled, but its clock of {delay} cycles starts when the next cycle has become quiet"]
+        return [f"enabled, but its clock is at {int(clocks.max())} of {delay}"] if clocks.max() < delay else []
 
-    # -- errors ---------------------------------------------------------------------------------------------------------------
+    def clocks(self, transition: str) -> NDArray[np.int32]:
+        """(W, servers) cycles that the clocks of a timed transition have counted, -1 for one that is off; a copy.
 
-    def _raise(self, status: int) -> None:
+        A clock with age memory keeps what it has counted while its transition is disabled. An immediate transition has no clocks.
+        """
+        span = self._program.transitions[self.net.transition(transition)]
+        raw = self._state.clock[:, span["clock"] : span["clock_end"]]
+        return np.where(raw < kernels.OFF, -2 - raw, raw).astype(np.int32)
+
+    def _missing(self, t: int, copy: int) -> list[str]:
+        return missing_conditions(self.net, self._program, self._state.row[copy], t)
+
+    def _check_copy(self, copy: int) -> None:
+        if not (isinstance(copy, (int, np.integer)) and 0 <= copy < self.batch):
+            raise NetError(f"`copy` is 0 to {self.batch - 1}, got {copy!r}")
+
+    def _failure(self, status: int) -> Exception:
         copy, detail = (int(x) for x in self._failed)
-        where = f"net {self.net.net.name!r}, copy {copy}, cycle {self._state.cycle[copy]}"
-        if status == kernels.LIVELOCK:
-            names = self.net.transition_names
-            loop = _period(self._scratch.loop[: self._scratch.counts[kernels.LOOPED]].tolist())
-            circle = " -> ".join(names[t] for t in [*loop, loop[0]])
-            if len(loop) > 20:
-                circle = f"among {', '.join(names[t] for t in dict.fromkeys(loop))}"
-            most = self.net.net.semantics.max_firings
-            raise LivelockError(f"{where}: more than {most} immediate firings without becoming quiet: {circle}")
-        if status == kernels.CLOCKS:
-            name = self.net.transition_names[detail]
-            raise NetError(
-                f"{where}: transition {name!r} has infinite servers and is enabled more often than it has clocks "
-                f"({self._program.transitions['clock_end'][detail] - self._program.transitions['clock'][detail]}); "
-                f"give its input places capacities"
-            )
-        place = self.net.math[detail]
-        operands = ", ".join(f"{name} = {self._operand(name, copy):g}" for name in Expression(place.expression).names)
-        what = f"math place {place.name!r} = {place.expression!r}"
-        raise ExpressionError(f"{where}: {what} has no finite value at {operands or 'no operands'}")
-
-    def _operand(self, name: str, copy: int) -> float:
-        index = self.net.place_index.get(name)
-        if index is not None:
-            return float(self._state.row[copy, index])
-        place, _, attribute = name.rpartition(".")
-        owner = self.net.net.place(place)
-        assert isinstance(owner, ObjectPlace)
-        held = int(self.holds(place)[copy])
-        return float(self._block(owner.class_name, attribute, self._layout.sizes[owner.class_name])[copy, held])
-
-    def _raise_overruled(self) -> None:
-        copy, loser = np.argwhere(self._out.overruled)[0]
-        command, group = (int(self._program.transitions[key][loser]) for key in ("command", "group"))
-        winner = int(self._out.winner[copy, group])
-        names, commands = self.net.transition_names, self._layout.commands
-        raise CommandError(
-            f"net {self.net.net.name!r}, copy {copy}, cycle {self._state.cycle[copy] - 1}: two commands in one cycle, "
-            f"{commands[winner]!r} of {names[self._out.source[copy, winner]]!r} and {commands[command]!r} of {names[loser]!r}"
-        )
-
-
-def _period(sequence: Sequence[int]) -> list[int]:
-    """The shortest piece whose repetition ends `sequence`; all of it when there is none."""
-    n = len(sequence)
-    for length in range(1, n // 2 + 1):
-        if all(sequence[n - 1 - i] == sequence[n - 1 - i - length] for i in range(n - length)):
-            return list(sequence[n - length :])
-    return list(sequence)
-
-
-__all__ = ["Commands", "Conflict", "Executor", "Firing", "Snapshot", "Trace"]
+        return failure(self.net, self._program, self._layout, self._state, self._scratch, status, copy, detail)

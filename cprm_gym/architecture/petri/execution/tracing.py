@@ -1,17 +1,14 @@
-"""Traces: which transition fired when and why, what else was enabled, and the same again."""
+"""Traces: which transition fired when and why, and what else was enabled (`Executor.replay` does the same again)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....errors import NetError
-
-if TYPE_CHECKING:
-    from .executor import Executor, Snapshot
+from .state import Snapshot
 
 
 class Firing(NamedTuple):
@@ -78,27 +75,14 @@ class Trace:
         """One line per firing of one copy, to be read."""
         return "\n".join(f"cycle {f.cycle}: {f.transition} fired ({f.reason})" for f in self.firings(copy))
 
-    def replay(self, executor: Executor) -> None:
-        """Run `executor`, of the same net and copies, through the recorded cycles and check that the same happens.
+    def cycles(self) -> Iterator[tuple[Snapshot, NDArray[np.int64]]]:
+        """Every cycle: the state at its start, and the firings as (copy, cycle, transition, timed)."""
+        return ((before, events) for before, events, _ in self._cycles)
 
-        Each cycle starts from the state recorded before it; what external places were set to is part of that.
+    def last(self) -> NDArray[np.int64]:
+        """The firings of the last cycle."""
+        return self._cycles[-1][1]
 
-        Raises
-        ------
-        NetError
-            At the first firing that differs.
-        """
-        mine = Trace(self._names, self._delay, self._priority)
-        kept, executor.trace = executor.trace, mine
-        try:
-            for before, events, _ in self._cycles:
-                executor.restore(before)
-                executor.run()
-                again = mine._cycles[-1][1]
-                if not np.array_equal(again, events):
-                    raise NetError(f"replay differs in cycle {int(before.cycle[0])}: {self._show(events)}, now {self._show(again)}")
-        finally:
-            executor.trace = kept
-
-    def _show(self, events: NDArray[np.int64]) -> str:
+    def show(self, events: NDArray[np.int64]) -> str:
+        """The names of the transitions that fired."""
         return ", ".join(self._names[t] for t in events[:, 2].tolist()) or "nothing fired"

@@ -539,7 +539,7 @@ def test_trace_can_be_replayed():
     for _ in range(10):
         executor.step({"x": rng.normal(size=3)})
     other = Executor(net, batch=3)
-    executor.trace.replay(other)
+    other.replay(executor.trace)
     assert (other.marking == executor.marking).all()
 
 
@@ -553,7 +553,7 @@ def test_replay_in_another_net_names_the_cycle_that_differs():
         tuple(t if t.name != "C" else Transition("C", ("for_c",), ("for_d",), delay=4) for t in FIG_2_5.transitions),
     )
     with pytest.raises(NetError, match="replay differs in cycle 5: C, D, now nothing fired"):
-        executor.trace.replay(Executor(slower))
+        Executor(slower).replay(executor.trace)
 
 
 def test_trace_grows_with_the_firings_of_one_cycle():
@@ -562,3 +562,50 @@ def test_trace_grows_with_the_firings_of_one_cycle():
     executor.step()
     assert len(executor.trace.firings()) == 3000
     assert executor.read("n")[0] == 0
+
+
+def test_why_not_tells_how_far_the_clock_of_an_enabled_transition_is():
+    net = PetriNet("n", (Place("a"), Place("b")), (Transition("slow", ("a",), ("b",), delay=3), Transition("now", ("b",))))
+    executor = Executor(net, batch=2)
+    assert executor.why_not("slow") == ["a needs 1, has 0"]
+    executor.write("a", 1, which=[1])
+    assert executor.why_not("slow", 1) == ["enabled, but its clock of 3 cycles starts when the next cycle has become quiet"]
+    for count in range(3):
+        executor.step()
+        assert executor.why_not("slow", 1) == [f"enabled, but its clock is at {count} of 3"]
+    assert executor.why_not("slow", 0) == ["a needs 1, has 0"]
+    assert executor.enabled(1) == ("slow",)
+    executor.fire("slow", 1)  # by hand, whatever the clock says
+    assert executor.why_not("now", 1) == []
+
+
+def test_clocks_are_read_by_name():
+    net = PetriNet(
+        "n",
+        (Place("a", capacity=2, tokens=2), Place("b"), Place("hold")),
+        (
+            Transition("many", ("a",), ("b",), delay=3, servers=2),
+            Transition("old", delay=5, inhibitors={"hold": 1}, memory="age", outputs=("b",)),
+            Transition("at_once", ("b",)),
+        ),
+    )
+    executor = Executor(net, batch=2)
+    assert executor.clocks("many").tolist() == [[-1, -1], [-1, -1]]
+    executor.step()
+    executor.step()
+    assert executor.clocks("many").tolist() == [[1, 1], [1, 1]]
+    executor.write("hold", 1, which=[0])
+    executor.step()
+    executor.step()
+    assert executor.clocks("old").tolist() == [[2], [3]]  # stopped, and kept
+    assert executor.clocks("at_once").shape == (2, 0)
+    with pytest.raises(NetError, match=r"unknown transition 'manny'\. Did you mean 'many'"):
+        executor.clocks("manny")
+
+
+def test_a_copy_that_is_not_there_is_refused():
+    executor = Executor(PetriNet("n", (Place("a"),), (Transition("t", ("a",)),)), batch=2)
+    for ask in (executor.enabled, lambda copy: executor.why_not("t", copy), lambda copy: executor.fire("t", copy)):
+        for copy in (2, -1, "0"):
+            with pytest.raises(NetError, match="`copy` is 0 to 1, got"):
+                ask(copy)
