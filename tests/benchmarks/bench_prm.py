@@ -247,9 +247,9 @@ def others() -> None:
         pairs = [names for names in belief if len(names) > 1]
         rng = np.random.default_rng(3)
         given = [{n: s for n, s in scene.readings(rng).items() if s >= 0} for _ in range(8)]
-        snapshot = stepper.filter.snapshot()
+        snapshot = stepper.filter.state
         answers = stepper.filter.step(given[0], relations=active)
-        stepper.filter.restore(snapshot)
+        stepper.filter.state = snapshot
         for name, ask, times in (("pyAgrum LazyPropagation", ask_pyagrum, 12), ("pgmpy VariableElimination", ask_pgmpy, 4)):
             if name.startswith("pyAgrum") and pyagrum is None:
                 print(f"{what}: pyAgrum is not installed")

@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from ball_world import scene, soccer
 
+from cprm_gym.architecture.prm import Filter, Grounding
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, em
 from cprm_gym.architecture.prm.inference.views import view
-from cprm_gym.architecture.prm.inference.world import World
 from cprm_gym.architecture.prm.interchange.json import model_from_json, model_to_json
 from cprm_gym.architecture.prm.model import integration
 from cprm_gym.architecture.prm.model import resolved as checking
@@ -54,13 +54,13 @@ def main() -> None:
     world = scene(10, 11)
     rows.append(("slice of ball and 11 opponents, new", cpu(lambda: world.ground(["attended(o1)"]), 1, 20, world._slices.clear)))
     rows.append(("the same, switched to again", cpu(lambda: world.ground(["attended(o1)"]), 1000)))
-    tracker = World(soccer(10), world.objects).tracker()
+    tracker = Filter(Grounding(soccer(10), world.objects))
     everyone = [f"attended(o{k})" for k in range(1, 12)]
     readings = {f"{o}.{a}": x for o in world.objects for a, x in (("obs_dist", 12.0), ("obs_dir", 0.2), ("seen", 1))}
     for _ in range(3):
         tracker.step(readings, everyone)
         tracker.step(readings, everyone[:5])
-    rows.append(("tracker step, ball and 11 attended", cpu(lambda: tracker.step(readings, everyone), 50)))
+    rows.append(("filter step, ball and 11 attended", cpu(lambda: tracker.step(readings, everyone), 50)))
 
     def switch() -> None:
         tracker.step(readings, everyone[:5])

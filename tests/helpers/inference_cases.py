@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from paths import ROOT, SHARED
 
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
 
 HANDED = SHARED / "cases" / "prm"
 OURS = ROOT / "tests" / "architecture" / "prm" / "data"
@@ -51,7 +51,7 @@ def static_slice(case: dict[str, Any]) -> GroundSlice:
     return GroundSlice(variables, tuple(cpd(c, case["variables"]) for c in case["cpds"]))
 
 
-class Schedule:
+class Schedule(Grounds):
     """The CPD sets of a case as a grounding: the active "relation" is the name of the set."""
 
     def __init__(self, case: dict[str, Any], given: tuple[str, ...] = ()) -> None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
 
 SIDES = 8
 HIDDEN = ("dist", "dir", "vdist", "vdir")
@@ -34,7 +34,7 @@ def bump(mean: np.ndarray | float, bins: int, deviation: float, floor: float = 1
     return (1.0 - floor) * mass / mass.sum(axis=-1, keepdims=True) + floor / bins
 
 
-class Scene:
+class Scene(Grounds):
     """The world.
 
     Parameters

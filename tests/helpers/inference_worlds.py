@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
 
 
 def table(rng: np.random.Generator, shape: tuple[int, ...], zeros: float = 0.0) -> np.ndarray:
@@ -18,7 +18,7 @@ def table(rng: np.random.Generator, shape: tuple[int, ...], zeros: float = 0.0) 
     return values / values.sum(axis=-1, keepdims=True)
 
 
-class RandomWorld:
+class RandomWorld(Grounds):
     """Objects with hidden chains and readings, and relations that link them, each slice drawn once for a set of relations.
 
     The relation ``k`` (a number) makes some variables depend on variables of other objects, in the same slice or the one

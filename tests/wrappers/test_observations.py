@@ -6,8 +6,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from cprm_gym.agents.models import BALL_MODEL, DIRECTION, DISTANCE
+from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.inference.filter import Filter
-from cprm_gym.architecture.prm.inference.world import World
 from cprm_gym.envs.observations import BodyFeature, ObjectFeature
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.errors import ParameterError
@@ -74,7 +74,7 @@ def ball_evidence(observation):
 
 
 def ball_belief():
-    filtered = Filter(World(BALL_MODEL, {"ball": "Ball"}), on_impossible="restart")
+    filtered = Filter(Grounding(BALL_MODEL, {"ball": "Ball"}), on_impossible="restart")
     return FilterBelief(filtered, {"ball.dist": len(DISTANCE.edges) - 1, "ball.dir_deg": len(DIRECTION.edges) - 1}, ball_evidence)
 
 

@@ -4,8 +4,8 @@
 
 Five arrows, five rooms: ``model`` (classes, CPDs and relations, checked), ``grounding`` (objects and the slices of a net),
 ``inference/compiled`` (plans), ``inference`` (filters and engines), ``inference/views`` (numbers); ``interchange`` saves, draws and
-exports. *Write* a `Model`; *ground* it with the objects of a `World`; *track* the world while it is perceived, with relations switched
-on and off at will; *read* the belief as numbers (`View`); *learn* the CPDs (`count`, `em`).
+exports. *Write* a `Model`; *ground* it with the objects of a world (`Grounding`); *filter* what is perceived (`Filter`), with relations
+switched on and off at will; *read* the belief as numbers (`View`); *learn* the CPDs (`count`, `em`).
 
 The words of this package
 -------------------------
@@ -28,11 +28,12 @@ Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Fri
 
 from .grounding.grounding import Grounding, GroundSlice, Situation, unroll
 from .inference.bayes_net import BayesNet
+from .inference.deep_filter import DeepFilter
 from .inference.filter import Filter
 from .inference.filter_bank import FilterBank, Link, Role
 from .inference.learning import Episode, Observed, count, em
+from .inference.posterior import Posterior
 from .inference.views import View, view
-from .inference.world import Posterior, Tracker, World
 from .interchange.json import load_model, model_from_json, model_to_json, save_model
 from .model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
@@ -51,6 +52,7 @@ __all__ = [
     "Bins",
     "Chance",
     "Count",
+    "DeepFilter",
     "Dense",
     "Episode",
     "Exists",
@@ -80,10 +82,8 @@ __all__ = [
     "Situation",
     "Switch",
     "Table",
-    "Tracker",
     "Uniform",
     "View",
-    "World",
     "count",
     "diffusion_report",
     "em",

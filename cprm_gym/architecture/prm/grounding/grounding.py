@@ -7,16 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ....errors import EvidenceError, ModelError, did_you_mean
-from ..model.domains import Index
+from ....errors import ModelError, did_you_mean
 from ..model.model import Model
 from ..model.schema import canonical_tuple, parse_tuple
+from .skeleton import Skeleton
 from .slice_building import SliceBuilder
 from .slices import (
     PREVIOUS,
     SAME,
     STATIC,
     GroundCPD,
+    Grounds,
     GroundSlice,
     GroundVariable,
 )
@@ -56,8 +57,8 @@ class Situation:
     entering: tuple[str, ...] = ()
 
 
-class Grounding:
-    """A model and the objects of a world.
+class Grounding(Skeleton, Grounds):
+    """A model and the objects of a world, ready to be filtered.
 
     Parameters
     ----------
@@ -75,46 +76,9 @@ class Grounding:
     """
 
     def __init__(self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None) -> None:
-        self.model = model
-        self.objects = dict(objects)
-        self.where = f"model {model.name!r}"
-        checked = model.checked
-        self.members: dict[str, tuple[str, ...]] = {}
-        for name, class_name in self.objects.items():
-            if not isinstance(name, str) or not name or set(name) & set(".(),#* "):
-                raise ModelError(f"{self.where}: an object name must not be empty or hold any of '.(),#* ', got {name!r}")
-            if class_name not in checked.classes:
-                hint = did_you_mean(class_name, checked.classes)
-                raise ModelError(f"{self.where}, object {name!r}: unknown class {class_name!r}.{hint}")
-            if checked.classes[class_name].abstract:
-                raise ModelError(f"{self.where}, object {name!r}: class {class_name!r} is abstract")
-        for class_name in checked.classes:
-            self.members[class_name] = tuple(o for o, c in self.objects.items() if checked.is_a(c, class_name))
-        self.references: dict[tuple[str, str], tuple[str, ...]] = {}
-        for name, slots in (references or {}).items():
-            self._set_references(name, slots)
+        super().__init__(model, objects, references)
         self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
         self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
-        self._defaults: dict[GroundSlice, dict[str, Index | None]] = {}
-
-    def _set_references(self, name: str, slots: Mapping[str, Any]) -> None:
-        checked = self.model.checked
-        if name not in self.objects:
-            raise ModelError(f"{self.where}, references: unknown object {name!r}.{did_you_mean(name, self.objects)}")
-        known = checked.classes[self.objects[name]].references
-        for slot, value in slots.items():
-            where = f"{self.where}, object {name!r}, reference {slot!r}"
-            if slot not in known:
-                raise ModelError(f"{where}: class {self.objects[name]!r} has no such reference.{did_you_mean(slot, known)}")
-            targets = (value,) if isinstance(value, str) else tuple(value)
-            if not known[slot].many and len(targets) != 1:
-                raise ModelError(f"{where}: holds one object, got {targets}")
-            for target in targets:
-                if target not in self.members[known[slot].target]:
-                    options = self.members[known[slot].target]
-                    hint = did_you_mean(target, options)
-                    raise ModelError(f"{where}: {target!r} is not a {known[slot].target}.{hint} Known: {', '.join(options)}")
-            self.references[name, slot] = targets
 
     def ground(
         self,
@@ -211,7 +175,7 @@ class Grounding:
 
     def situation(
         self,
-        relations: Iterable[str | tuple[str, ...]] = (),
+        relations: Iterable[str | tuple[str, ...]] | Situation = (),
         objects: Iterable[str] | None = None,
         before: Situation | None = None,
     ) -> Situation:
@@ -225,6 +189,8 @@ class Grounding:
         before : Situation, optional
             Of the slice before; without it nothing counts as new (a first slice needs no telling).
         """
+        if isinstance(relations, Situation):
+            return relations
         raw = tuple(relations)
         active = self._actives.get(raw)
         if active is None:
@@ -241,44 +207,21 @@ class Grounding:
         new = tuple(x for x in (*(self.objects if live is None else live), *active) if x not in old)
         return Situation(active, live, new)
 
-    @property
-    def static(self) -> tuple[str, ...]:
-        """Names of the variables that are drawn once and never again."""
+    def next(self, before: Situation | None, relations: Iterable[str | tuple[str, ...]] | None = None) -> Situation:
+        """What holds in the slice after: these relations, or still the same ones, and the same objects."""
+        if before is None:
+            return self.situation(() if relations is None else relations)
+        return self.situation(before.relations if relations is None else relations, before.objects, before)
+
+    def defaults(self, ground: GroundSlice) -> dict[str, int]:
+        """States of what is given and has a default."""
         classes = self.model.checked.classes
-        return tuple(f"{o}.{a.name}" for o, c in self.objects.items() for a in classes[c].attributes.values() if a.static)
-
-    def with_defaults(self, ground: GroundSlice, evidence: Mapping[str, Any]) -> dict[str, Any]:
-        """The evidence for a slice, with the defaults of what is given and left out.
-
-        Raises
-        ------
-        EvidenceError
-            If something given has neither value nor default.
-        """
-        known = self._defaults.get(ground)
-        if known is None:
-            known = self._defaults_of(ground)
-            if len(self._defaults) >= CACHED_SLICES:
-                self._defaults.clear()
-            self._defaults[ground] = known
-        if not isinstance(evidence, Mapping):
-            raise EvidenceError(f"evidence is a mapping of variables to what was observed, got a {type(evidence).__name__}")
-        out = dict(evidence)
-        for name, state in known.items():
-            value = out.get(name)
-            if value is None or (isinstance(value, float) and value != value):
-                if state is None:
-                    raise EvidenceError(f"{name!r} must be given: it has no default")
-                out[name] = state
-        return out
-
-    def _defaults_of(self, ground: GroundSlice) -> dict[str, Index | None]:
-        classes = self.model.checked.classes
-        out: dict[str, Index | None] = {}
+        out: dict[str, int] = {}
         for name in ground.given:
             variable = ground.variables[name]
             default = classes[self.objects[variable.object_name]].given[variable.attribute].default
-            out[name] = None if default is None else Index(variable.index(default))
+            if default is not None:
+                out[name] = variable.index(default)
         return out
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +14,8 @@ from ..model.cpds import MAX_CELLS
 from ..model.domains import Bins, Domain
 from ..model.resolved import ClassInfo, RelationInfo, Rule, Rules, Slot
 from ..model.schema import parse_tuple
+from .skeleton import Skeleton
 from .slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
-
-if TYPE_CHECKING:
-    from .grounding import Grounding
 
 Parents = tuple[tuple[str, int], ...]
 
@@ -55,7 +52,7 @@ class SliceBuilder:
 
     Parameters
     ----------
-    grounding : Grounding
+    skeleton : Skeleton
     active : sequence of str
         Canonical active tuples.
     live : sequence of str
@@ -64,10 +61,10 @@ class SliceBuilder:
         Objects and tuples without a previous slice.
     """
 
-    def __init__(self, grounding: Grounding, active: Sequence[str], live: Sequence[str], entering: frozenset[str]) -> None:
-        self.grounding = grounding
-        self.checked = grounding.model.checked
-        self.where = grounding.where
+    def __init__(self, skeleton: Skeleton, active: Sequence[str], live: Sequence[str], entering: frozenset[str]) -> None:
+        self.skeleton = skeleton
+        self.checked = skeleton.model.checked
+        self.where = skeleton.where
         self.active = active
         self.live = live
         self.alive = set(live)
@@ -81,7 +78,7 @@ class SliceBuilder:
         """The slice."""
         claims = self._claims()
         for name in self.live:
-            info = self.checked.classes[self.grounding.objects[name]]
+            info = self.checked.classes[self.skeleton.objects[name]]
             self._add_object(name, info, claims)
         clusters = []
         for atom in self.active:
@@ -90,7 +87,8 @@ class SliceBuilder:
             for group in relation.relation.keep_joint:
                 clusters.append(tuple(self._role_attribute(text, context) for text in group))
         try:
-            return GroundSlice(self.variables, tuple(self.cpds), tuple(self.given), tuple(self.active), tuple(clusters))
+            owners = frozenset((*self.live, *self.active))
+            return GroundSlice(self.variables, tuple(self.cpds), tuple(self.given), tuple(self.active), tuple(clusters), owners)
         except ModelError as error:
             raise ModelError(f"{self.where} with {', '.join(self.active) or 'no active relation'}: {error}") from None
 
@@ -245,10 +243,10 @@ class SliceBuilder:
         return reached
 
     def _slot_value(self, name: str, slot: str) -> tuple[str, ...]:
-        info = self.checked.classes[self.grounding.objects[name]]
+        info = self.checked.classes[self.skeleton.objects[name]]
         reference = info.references[slot]
-        given = self.grounding.references.get((name, slot))
-        options = given if given is not None else tuple(o for o in self.grounding.members[reference.target] if o != name)
+        given = self.skeleton.references.get((name, slot))
+        options = given if given is not None else tuple(o for o in self.skeleton.members[reference.target] if o != name)
         present = tuple(o for o in options if o in self.alive)
         if reference.many:
             return present

@@ -7,9 +7,11 @@ non-homogeneous net; switching a relation on or off means that the next slice ha
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -135,6 +137,8 @@ class GroundSlice:
         The active relation tuples the slice was made for, ``"possesses(o3,ball)"``.
     clusters : tuple of tuple of str
         Variables that a relation asks to keep together when a belief must be projected.
+    owners : frozenset of str
+        Objects and relation tuples that exist in the slice, even if they have no variable in it; those of the variables, if not given.
     """
 
     variables: dict[str, GroundVariable]
@@ -142,6 +146,7 @@ class GroundSlice:
     given: tuple[str, ...] = ()
     relations: tuple[str, ...] = ()
     clusters: tuple[tuple[str, ...], ...] = ()
+    owners: frozenset[str] = frozenset()
     by_child: dict[str, GroundCPD] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -156,6 +161,8 @@ class GroundSlice:
                 what = "is given and has a CPD" if name in by_child else "has no CPD and is not given"
                 raise ModelError(f"variable {name!r} {what}")
         object.__setattr__(self, "by_child", by_child)
+        if not self.owners:
+            object.__setattr__(self, "owners", frozenset(v.object_name for v in self.variables.values()))
         self.order()
 
     def _check(self, cpd: GroundCPD) -> None:
@@ -183,3 +190,33 @@ class GroundSlice:
         """
         parents = {c.child: [p for p, lag in c.parents if lag == SAME] for c in self.cpds}
         return topological_order(parents, self.variables)
+
+
+class Grounds(ABC):
+    """Whatever makes the slices of a filter: a `Grounding`, or a schedule of slices made by hand, which needs `ground` alone.
+
+    Attributes
+    ----------
+    static : tuple of str
+        Variables that are drawn once and never again, as far as they are known.
+    """
+
+    static: tuple[str, ...] = ()
+
+    @abstractmethod
+    def ground(self, relations: Any = (), first: bool = False) -> GroundSlice:
+        """The slice for what `situation` gave; the same object for the same arguments."""
+
+    def situation(self, relations: Any = (), objects: Iterable[str] | None = None, before: Any = None) -> Any:
+        """What holds in a slice, made of what a user says and of what held before."""
+        return relations
+
+    def next(self, before: Any, relations: Any = None) -> Any:
+        """What holds in the slice after: these relations, or still the same ones."""
+        if relations is not None:
+            return relations
+        return () if before is None else before
+
+    def defaults(self, ground: GroundSlice) -> Mapping[str, int]:
+        """States of what is given where a user leaves it out."""
+        return {}

@@ -23,8 +23,9 @@ import numpy as np
 
 from ....errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
 from ..grounding.slices import GroundSlice
-from .compiled.steps import SliceInfo, TableStore
-from .evidence import UNOBSERVED, Readings, read_hard, read_soft
+from .compiled.cache import TableStore
+from .compiled.slice_info import SliceInfo
+from .evidence import UNOBSERVED, Readings, jeffrey_likelihood, one_hot, read_hard, read_soft
 from .factors import Factor, contract, contract_all, multiply, union
 from .join_tree import best_order, connected, join_tree, neighbours
 
@@ -371,14 +372,7 @@ class BayesNet:
         -------
         (card,) array, to be given as `soft`
         """
-        q = np.asarray(target, dtype=np.float64)
-        p = self.query(evidence)[name][0]
-        if q.shape != p.shape or (q < 0).any() or abs(q.sum() - 1.0) > 1e-9:
-            raise EvidenceError(f"jeffrey: {name!r} needs a distribution over {len(p)} states, got {q.tolist()}")
-        if ((p <= 0) & (q > 0)).any():
-            raise ImpossibleEvidence(f"jeffrey: {name!r} is to take a state that the evidence excludes", conflict=(name,))
-        likelihood: np.ndarray = np.divide(q, p, out=np.zeros(len(p)), where=p > 0)
-        return likelihood
+        return np.asarray(jeffrey_likelihood(name, self.query(evidence)[name], target)[0])
 
     def _conflict(self, readings: Readings, agents: np.ndarray) -> ImpossibleEvidence:
         """The error that names a smallest set of observations of probability zero."""
@@ -405,15 +399,6 @@ class BayesNet:
         )
 
 
-def one_hot(values: np.ndarray, card: int) -> np.ndarray:
-    """(W, card) array with a one at each value, and a row of ones where nothing was observed (-1)."""
-    out = np.ones((len(values), card))
-    seen = np.flatnonzero(values >= 0)
-    out[seen] = 0.0
-    out[seen, values[seen]] = 1.0
-    return out
-
-
 def sliced(scope: Sequence[Any], table: np.ndarray, observed: Mapping[Any, np.ndarray]) -> Factor:
     """A table at the values of its observed variables, which differ between agents.
 
@@ -431,4 +416,4 @@ def sliced(scope: Sequence[Any], table: np.ndarray, observed: Mapping[Any, np.nd
     return Factor(tuple(scope[k] for k in rest), moved[tuple(observed[scope[k]] for k in axes)])
 
 
-__all__ = ["Answer", "BayesNet", "JunctionTree", "contract", "maximise", "normalised", "one_hot", "sliced", "union"]
+__all__ = ["Answer", "BayesNet", "JunctionTree", "contract", "maximise", "normalised", "sliced", "union"]

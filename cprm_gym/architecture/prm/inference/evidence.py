@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....errors import EvidenceError, did_you_mean
+from ....errors import EvidenceError, ImpossibleEvidence, did_you_mean
 from ..grounding.slices import GroundVariable
 from ..model.domains import Index
 
@@ -332,3 +332,41 @@ def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] |
             raise EvidenceError(f"soft evidence for {name!r} has a likelihood that is negative or not finite: {likelihood.tolist()}")
         read[name] = np.broadcast_to(likelihood, (batch, card))
     return read
+
+
+def one_hot(values: np.ndarray, card: int) -> np.ndarray:
+    """(W, card) array with a one at each value, and a row of ones where nothing was observed (-1)."""
+    out = np.ones((len(values), card))
+    seen = np.flatnonzero(values >= 0)
+    out[seen] = 0.0
+    out[seen, values[seen]] = 1.0
+    return out
+
+
+def jeffrey_likelihood(name: str, predicted: np.ndarray, target: Any) -> np.ndarray:
+    """The likelihood vectors that turn predicted marginals of a variable into given ones (Jeffrey's rule).
+
+    Parameters
+    ----------
+    name : str
+    predicted : (W, card) array
+    target : (card,) or (W, card) array
+
+    Returns
+    -------
+    (W, card) array
+
+    Raises
+    ------
+    EvidenceError
+        If the target is no distribution.
+    ImpossibleEvidence
+        If it has a state that the belief excludes.
+    """
+    q = np.asarray(target, dtype=np.float64)
+    if q.shape not in (predicted.shape, predicted.shape[1:]) or (q < 0).any() or not np.allclose(q.sum(axis=-1), 1.0, atol=1e-9):
+        raise EvidenceError(f"jeffrey: {name!r} needs a distribution over {predicted.shape[1]} states, got {q.tolist()}")
+    q = np.broadcast_to(q, predicted.shape)
+    if ((predicted <= 0) & (q > 0)).any():
+        raise ImpossibleEvidence(f"jeffrey: {name!r} is to take a state that the belief excludes", conflict=(name,))
+    return np.asarray(np.divide(q, predicted, out=np.zeros(q.shape), where=predicted > 0))

@@ -137,3 +137,48 @@ def _order(graph: dict[Any, set[Any]], cards: dict[Any, int], keep: Sequence[Any
     if len(keep) <= 1:
         return best_order(graph, cards)
     return best_order({v: {u for u in around if u not in keep} for v, around in graph.items() if v not in keep}, cards)
+
+
+def sample_factors(factors: Sequence[Factor], batch: int, count: int, rng: np.random.Generator) -> dict[Any, np.ndarray]:
+    """Samples of all variables, in proportion to the product of the factors.
+
+    Parameters
+    ----------
+    factors : sequence of Factor
+    batch : int
+        Number of agents.
+    count : int
+        Samples for each agent.
+    rng : Generator
+
+    Returns
+    -------
+    dict of node to (W, count) int array
+    """
+    pool = list(factors)
+    cards: dict[Any, int] = {}
+    for f in pool:
+        cards.update(f.cards)
+    graph = neighbours([f.scope for f in pool])
+    order = best_order(graph, cards)
+    trace: list[tuple[Any, Factor]] = []
+    for v in order:
+        inside = sorted((f for f in pool if v in f.scope), key=lambda f: f.size)
+        pool = [f for f in pool if v not in f.scope]
+        joined = inside[0]
+        for f in inside[1:]:
+            joined = multiply(joined, f)
+        joined = joined.scaled()[0]
+        trace.append((v, joined))
+        pool.append(joined.sum_onto([u for u in joined.scope if u != v]))
+    found: dict[Any, np.ndarray] = {}
+    agents = np.arange(batch)[:, None]
+    for v, joined in reversed(trace):
+        others = [u for u in joined.scope if u != v]
+        table = np.broadcast_to(joined.over([*others, v]), (batch, *(cards[u] for u in others), cards[v]))
+        index = (np.broadcast_to(agents, (batch, count)), *(found[u] for u in others))
+        rows = table[index]
+        cumulative = np.cumsum(rows, axis=-1)
+        draws = rng.random((batch, count, 1)) * cumulative[..., -1:]
+        found[v] = (cumulative <= draws).sum(axis=-1).clip(max=cards[v] - 1)
+    return found

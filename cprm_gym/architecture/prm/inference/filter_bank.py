@@ -17,28 +17,30 @@ Dissertation section 2.3.4 (clusters of relations that follow object tokens).
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....errors import ModelError, did_you_mean
+from ....errors import EvidenceError, ModelError, did_you_mean
 from ..grounding.grounding import Grounding, Situation
+from ..grounding.slices import GroundVariable
 from ..model.schema import canonical_tuple, parse_tuple
-from .compiled.steps import Layout, Node, Piece, Recent
-from .engines.exact import FactoredBelief
-from .evidence import UNOBSERVED, StateRows, read_hard
-from .filter import Filter
-from .posterior import Past, Result, Snapshot
+from . import filtering
+from .compiled.cache import Recent
+from .compiled.slice_info import SliceInfo
+from .engines.engine import Engine
+from .evidence import UNOBSERVED, Readings, read_hard, state_of
+from .filter import Filter, make_engine, make_settings
+from .filtering import FilterState
+from .posterior import Posterior
 from .views import View
 
 __all__ = ["FilterBank", "Link", "Role"]
 
 Indices = NDArray[np.integer[Any]]
-Pairs = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +59,11 @@ class Link:
     roles: tuple[str | Role, ...]
 
 
-@dataclass(frozen=True)
-class _Cohort:
+class _Cohort(NamedTuple):
     """Agents whose beliefs have the same form, and the state of a filter for them, in their order."""
 
     agents: Indices
-    state: Snapshot
+    state: FilterState
 
 
 class _Tie(NamedTuple):
@@ -73,12 +74,11 @@ class _Tie(NamedTuple):
     held: NDArray[np.bool_]
 
 
-class _Renaming(NamedTuple):
-    """The layout of a renamed belief, and where its readings and, for each array, its objects stood before (None: as they are)."""
+class _Rows(NamedTuple):
+    """Where the readings of a slice stand among those of the bank, -1 for nowhere, and which of the bank's it lacks."""
 
-    layout: Layout
-    rows: Indices
-    objects: tuple[Indices | None, ...]
+    found: Indices
+    lost: Indices
 
 
 class FilterBank:
@@ -99,7 +99,7 @@ class FilterBank:
         self,
         grounding: Grounding,
         batch: int = 1,
-        engine: Any = "exact",
+        engine: str | Engine = "exact",
         *,
         on_impossible: str = "raise",
         seed: Any = None,
@@ -107,26 +107,26 @@ class FilterBank:
     ) -> None:
         self.grounding = grounding
         self.batch = batch
-        self._pilot = Filter(grounding, batch, engine, on_impossible=on_impossible, seed=seed)
+        self.settings = make_settings(grounding, make_engine(engine, seed), on_impossible)
         base = grounding.ground((), first=True)
         self.variables = base.variables
         """Of a slice without relations."""
         self._names = tuple(base.variables)
         self._row = {name: i for i, name in enumerate(self._names)}
         self._cards = np.array([v.card for v in base.variables.values()], np.int64)
-        self._given = set(base.given)
+        defaults = grounding.defaults(base)
+        self._given = [(self._row[name], name, defaults.get(name, UNOBSERVED)) for name in base.given]
         self.members: dict[str, tuple[str, ...]] = {}
         """Class -> its objects, without those of its subclasses."""
         for name, class_name in grounding.objects.items():
             self.members[class_name] = (*self.members.get(class_name, ()), name)
-        self._factored = isinstance(self._pilot.belief, FactoredBelief) and not hasattr(self._pilot.engine, "snapshot")
         self._alike = alike
-        if self._factored and not alike:
-            self._pilot.foresee(*self._examples())
-        self._renamings: Recent[tuple[Layout, Pairs], _Renaming] = Recent(1024)
-        self._likenesses: dict[str, bool] = {}
-        self._told: Recent[tuple[tuple[str, ...], int], list[str]] = Recent(16)
-        self._rows_in: Recent[tuple[str, ...], Indices] = Recent(256)
+        self._divisible = self.settings.engine.divisible
+        if self._divisible and not alike:
+            for relations in ((), *self._examples()):
+                filtering.indexed(self.settings, grounding.ground(relations), {})
+        self._exchangeable = self._divisible and not any(c.references for c in grounding.model.classes) and not grounding.static
+        self._rows_in: Recent[SliceInfo, _Rows] = Recent(256)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
@@ -135,7 +135,7 @@ class FilterBank:
         """How often an agent's readings were impossible."""
         self.log_likelihood = np.zeros(batch)
         """ln P(readings since the agent began)."""
-        self.answers: list[tuple[Indices, Result]] = []
+        self.answers: list[tuple[Indices, Posterior]] = []
         """Of the last step: agents and their posteriors, in their own order of objects."""
         self._answered_for: dict[str, Indices] = {}
         self._cohorts: list[_Cohort] = []
@@ -169,79 +169,73 @@ class FilterBank:
         for orders in (self.object_in, self._place_of):
             for class_name, order in orders.items():
                 orders[class_name] = np.where(chosen[:, None], np.arange(order.shape[1]), order)
-        if not self._factored:
-            self._reset_samples(chosen)
+        if not self._divisible:
+            self._reset_undivided(chosen)
             return
         kept = [self._those(c, c.agents[~chosen[c.agents]]) for c in self._cohorts if not chosen[c.agents].all()]
         if chosen.any():
             kept.append(self._beginners(np.flatnonzero(chosen)))
         self._settle(kept)
 
-    def _reset_samples(self, chosen: NDArray[np.bool_]) -> None:
+    def _reset_undivided(self, chosen: NDArray[np.bool_]) -> None:
         """As `reset`, for a belief that cannot be divided among agents: one cohort of all, or one for each."""
         if not self._cohorts:
-            cohorts = [self._beginners(np.arange(self.batch))] if self._alike else []
-            for k in range(0 if self._alike else self.batch):
-                self._pilot.engine.branch()
-                cohorts.append(self._beginners(np.array([k])))
-            self._settle(cohorts)
+            everybody = np.arange(self.batch)
+            self._settle([self._beginners(part) for part in ([everybody] if self._alike else np.split(everybody, self.batch))])
             return
         renewed = []
         for cohort in self._cohorts:
             mask = chosen[cohort.agents]
-            if mask.any():
-                self._pilot.restore(cohort.state)
-                self._pilot.reset(mask)
-                cohort = replace(cohort, state=self._pilot.snapshot())
+            if mask.all():
+                cohort = self._beginners(cohort.agents)
+            elif mask.any():
+                cohort = cohort._replace(state=filtering.begin_anew(cohort.state, mask))
             renewed.append(cohort)
         self._settle(renewed)
 
     def _beginners(self, agents: Indices) -> _Cohort:
         """A cohort that has made no step."""
-        pilot = self._pilot
-        pilot.batch = len(agents)
-        pilot.impossible_count = np.zeros(len(agents), np.int64)
-        pilot.reset()
-        return _Cohort(agents, pilot.snapshot())
+        return _Cohort(agents, filtering.begin(self.settings, len(agents)))
 
     def _those(self, cohort: _Cohort, agents: Indices) -> _Cohort:
         """Some agents of a cohort; all of them stay in its order."""
         if len(agents) == len(cohort.agents):
             return cohort
-        return _Cohort(agents, select(cohort.state, self._position[agents]))
+        return _Cohort(agents, filtering.select(self.settings, cohort.state, self._position[agents]))
 
     def _settle(self, cohorts: Sequence[_Cohort]) -> None:
         """Join cohorts of one form, and note who is in which."""
-        by_form: dict[Any, list[_Cohort]] = {}
-        for cohort in cohorts:
-            by_form.setdefault(self._form(cohort.state), []).append(cohort)
-        self._cohorts = [
-            same[0] if len(same) == 1 else _Cohort(np.concatenate([c.agents for c in same]), joined([c.state for c in same]))
-            for same in by_form.values()
-        ]
+        if len(cohorts) > 1 and self._divisible:
+            by_form: dict[Any, list[_Cohort]] = {}
+            for cohort in cohorts:
+                by_form.setdefault(self._form(cohort.state), []).append(cohort)
+            cohorts = [
+                same[0]
+                if len(same) == 1
+                else _Cohort(np.concatenate([c.agents for c in same]), filtering.join(self.settings, [c.state for c in same]))
+                for same in by_form.values()
+            ]
+        self._cohorts = list(cohorts)
         self._cohort_of = np.empty(self.batch, np.int64)
         self._position = np.empty(self.batch, np.int64)
         for k, cohort in enumerate(self._cohorts):
             self._cohort_of[cohort.agents] = k
             self._position[cohort.agents] = np.arange(len(cohort.agents))
 
-    def _form(self, state: Snapshot) -> Any:
-        """What two beliefs must share to be one; nothing does for beliefs that are not factors."""
-        if not self._factored:
-            return id(state)
-        relations = state.relations.relations if isinstance(state.relations, Situation) else ()
-        return state.belief.layout, relations, state.step == 0, tuple(state.static), state.owners
+    def _form(self, state: FilterState) -> Any:
+        """What two beliefs must share to be one."""
+        return self.settings.engine.form(state.belief), state.relations, state.step == 0, tuple(state.static), state.owners, state.late
 
     # ------------------------------------------------------------------------------------------------- steps
 
-    def step(self, evidence: Mapping[str, Any], links: Sequence[Link] = (), due: NDArray[np.bool_] | None = None) -> None:
+    def step(self, evidence: Mapping[str, Any], relations: Sequence[Link] = (), due: NDArray[np.bool_] | None = None) -> None:
         """Go on by one slice.
 
         Parameters
         ----------
         evidence : dict of name to observation
-            Of variables, and of what is given, as for `Filter.step`, for all W agents.
-        links : sequence of Link
+            Of variables of objects and of relation tuples, and of what is given, as for `Filter.step`, for all W agents.
+        relations : sequence of Link
             Which relations hold for whom in this slice.
         due : (W,) bool array, optional
             The agents that make a step; default all.
@@ -252,27 +246,82 @@ class FilterBank:
             As `Filter.step`; every belief is as it was.
         """
         due = np.ones(self.batch, bool) if due is None else due
-        hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.batch)
-        told = [name for name in self._names if name in evidence]
-        ties = [self._tie(link, due) for link in links]
-        self._turn(self._engaged(ties, told), due)
+        hard, others = self._read(evidence)
+        ties = [self._tie(link, due) for link in relations]
+        self._turn(self._engaged(ties), due)
         hard = self._renumbered(hard)
-        told = self._told.fetch((tuple(told), len(self.object_in)), lambda: self._told_of_any(told))
         after: list[_Cohort] = []
-        answers: list[tuple[Indices, Result]] = []
-        for cohort, relations in self._groups(ties, due):
-            if relations is None:
+        answers: list[tuple[Indices, Posterior]] = []
+        settings, grounding = self.settings, self.grounding
+        for cohort, tuples in self._groups(ties, due):
+            if tuples is None:
                 after.append(cohort)
                 continue
-            self._pilot.restore(cohort.state)
-            readings = self._readings(hard[:, cohort.agents], told, relations)
-            answers.append((cohort.agents, self._pilot.step(readings, relations=relations)))
-            after.append(_Cohort(cohort.agents, self._pilot.snapshot()))
-        for agents, result in answers:
-            self.log_likelihood[agents] += result.increment
-            self.impossible_count[agents] += result.impossible
+            agents, state = cohort
+            situation = grounding.situation(tuples, None, state.relations if state.step else None)
+            info = filtering.slice_info(settings, state, grounding.ground(situation, first=state.step == 0))
+            readings = self._readings(info, hard, others, agents)
+            state, posterior = filtering.advance(settings, state, readings, situation)
+            answers.append((agents, posterior))
+            after.append(_Cohort(agents, state))
+        for agents, posterior in answers:
+            self.log_likelihood[agents] += posterior.increment
+            self.impossible_count[agents] += posterior.impossible
         self.answers, self._answered_for = answers, dict(self._place_of)
         self._settle(after)
+
+    def _read(self, evidence: Mapping[str, Any]) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
+        """What is told of objects, with a last row of nothing, and what is told of variables that only some relations have."""
+        others: dict[str, NDArray[np.int64]] = {}
+        if not evidence.keys() <= self._row.keys():
+            for name in evidence.keys() - self._row.keys():
+                others[name] = np.broadcast_to(np.asarray(state_of(self.variable(name), evidence[name]), np.int64), (self.batch,))
+            evidence = {name: value for name, value in evidence.items() if name in self._row}
+        hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.batch)
+        for row, name, default in self._given:
+            missing = hard[row] < 0
+            if missing.any():
+                if default < 0:
+                    raise EvidenceError(f"{name!r} must be given for every agent in every slice: it has no default")
+                hard[row, missing] = default
+        return np.concatenate([hard, np.full((1, self.batch), UNOBSERVED, np.int64)]), others
+
+    def variable(self, name: str) -> GroundVariable:
+        """A variable of an object, or of a relation tuple, ``"possesses(o3,ball).shoot"``.
+
+        Raises
+        ------
+        EvidenceError
+        """
+        if name in self.variables:
+            return self.variables[name]
+        owner = name.partition(".")[0]
+        known = self.grounding.ground((owner,)).variables if "(" in owner else self.variables
+        if name not in known:
+            raise EvidenceError(f"evidence for unknown variable {name!r}.{did_you_mean(name, known)}")
+        return known[name]
+
+    def _readings(self, info: SliceInfo, hard: NDArray[np.int64], others: Mapping[str, NDArray[np.int64]], agents: Indices) -> Readings:
+        """Readings as a slice wants them."""
+        rows = self._rows_in.fetch(info, lambda: self._rows(info))
+        if len(rows.lost) and (hard[np.ix_(rows.lost, agents)] >= 0).any():
+            seen = rows.lost[(hard[np.ix_(rows.lost, agents)] >= 0).any(axis=1)]
+            raise EvidenceError(f"evidence for {self._names[seen[0]]!r}, which does not exist with {', '.join(info.slice.relations)}")
+        out = hard[rows.found] if len(agents) == self.batch and self._in_order(agents) else hard[rows.found[:, None], agents]
+        for name, states in others.items():
+            for k in np.flatnonzero(states[agents] >= 0):
+                own = self._own_name(name, int(agents[k]), self._place_of)
+                if own not in info.row:
+                    raise EvidenceError(f"evidence for {name!r}, which does not exist for agent {agents[k]} in this slice")
+                out[info.row[own], k] = states[agents[k]]
+        return Readings(out, {})
+
+    def _in_order(self, agents: Indices) -> bool:
+        return bool((agents[:-1] < agents[1:]).all())
+
+    def _rows(self, info: SliceInfo) -> _Rows:
+        found = np.array([self._row.get(name, -1) for name in info.names], np.int64)
+        return _Rows(found, np.array([row for name, row in self._row.items() if name not in info.row], np.int64))
 
     def _tie(self, link: Link, due: NDArray[np.bool_]) -> _Tie:
         """A link with a role for every object, and for whom it holds."""
@@ -286,12 +335,12 @@ class FilterBank:
             roles.append(role)
         return _Tie(link.relation, tuple(roles), due & np.logical_and.reduce([role.index >= 0 for role in roles]))
 
-    def _engaged(self, ties: Sequence[_Tie], told: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
+    def _engaged(self, ties: Sequence[_Tie]) -> dict[str, NDArray[np.bool_]]:
         """For each class of several objects that are alike: (W, n), which of them stand in relations."""
         engaged: dict[str, NDArray[np.bool_]] = {}
         for tie in ties:
             for role in tie.roles:
-                if self._are_alike(role.class_name, told):
+                if self._are_alike(role.class_name):
                     marks = engaged.setdefault(role.class_name, np.zeros((self.batch, len(self.members[role.class_name])), bool))
                     marks[tie.held, role.index[tie.held]] = True
         return engaged
@@ -325,7 +374,7 @@ class FilterBank:
         cohorts = []
         for (number, pairs), members in parts.items():
             part = self._those(self._cohorts[number], np.array(members))
-            cohorts.append(replace(part, state=self._with_names(part.state, dict(pairs))) if pairs else part)
+            cohorts.append(part._replace(state=self._with_names(part.state, dict(pairs))) if pairs else part)
         self._settle(cohorts)
 
     def _codes(self, ties: Sequence[_Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
@@ -343,42 +392,9 @@ class FilterBank:
             kinds.setdefault(kind, []).append(np.where(tie.held, code, -1))
         return {kind: _sets(np.stack(columns, axis=1)) for kind, columns in kinds.items()}
 
-    def _are_alike(self, class_name: str, told: Sequence[str]) -> bool:
-        """Whether the several objects of a class differ in their names only: nothing refers to them, givens are told of all or none."""
-        known = self._likenesses.get(class_name)
-        if known is None:
-            model, members = self.grounding.model, {*self.members[class_name]}
-            given: dict[str, set[str]] = {}
-            for owner, _, attribute in (name.partition(".") for name in told if name in self._given):
-                given.setdefault(attribute, set()).add(owner)
-            known = self._likenesses[class_name] = (
-                self._factored
-                and len(members) > 1
-                and not any(c.references for c in model.classes)
-                and not self.grounding.static
-                and all(not owners & members or owners >= members for owners in given.values())
-            )
-        return known
-
-    def _readings(self, hard: NDArray[np.int64], told: Sequence[str], relations: tuple[str, ...]) -> StateRows | NDArray[np.int64]:
-        """Readings as the next slice wants them: an array in its own order, or by name where what is given may take its default."""
-        if not self._given <= set(told):
-            return StateRows(tuple(told), hard[[self._row[name] for name in told]])
-        names = self._pilot.variables(relations)
-        rows = self._rows_in.fetch(names, lambda: np.array([names.index(name) for name in self._names]))
-        out = np.full((len(names), hard.shape[1]), UNOBSERVED, np.int64)
-        out[rows] = hard
-        return out
-
-    def _told_of_any(self, told: Sequence[str]) -> list[str]:
-        """What is told of an object may be told of any in the agents' own orders."""
-        names = dict.fromkeys(told)
-        for name in told:
-            owner, _, attribute = name.partition(".")
-            class_name = self.grounding.objects.get(owner, "")
-            if class_name in self.object_in:
-                names.update(dict.fromkeys(f"{o}.{attribute}" for o in self.members[class_name]))
-        return list(names)
+    def _are_alike(self, class_name: str) -> bool:
+        """Whether the several objects of a class differ in their names only: nothing refers to them."""
+        return self._exchangeable and len(self.members[class_name]) > 1
 
     def _renumbered(self, hard: NDArray[np.int64]) -> NDArray[np.int64]:
         """Readings in every agent's own order of objects."""
@@ -437,48 +453,40 @@ class FilterBank:
 
     # ------------------------------------------------------------------------------------------------- names
 
-    def _with_names(self, state: Snapshot, names: Mapping[str, str]) -> Snapshot:
-        """A belief in which objects have other names."""
+    def _with_names(self, state: FilterState, names: Mapping[str, str]) -> FilterState:
+        """A state in which objects have other names."""
         if state.step == 0:
             return state
-        situation = state.relations
-        relations = tuple(sorted(_rename_tuple(r, names) for r in situation.relations))
-        key = state.belief.layout, tuple(sorted(names.items()))
-        layout, rows, objects = self._renamings.fetch(key, lambda: self._new_layout(state.belief.layout, relations, names))
-        batch = state.belief.hard.shape[1]
-        messages = tuple(
-            m if at is None else m.reshape(len(at), batch, m.shape[1])[at].reshape(m.shape) for m, at in zip(state.belief.messages, objects)
-        )
-        belief = FactoredBelief(layout, messages, state.belief.hard[rows])
-        return replace(state, belief=belief, relations=self.grounding.situation(relations), history=())
-
-    def _new_layout(self, old: Layout, relations: tuple[str, ...], names: Mapping[str, str]) -> _Renaming:
-        """A layout for other names; like objects stand in the order of their new names."""
-        info = self._pilot.slice_info(self.grounding.ground(relations))
-        assert old.info is not None
-        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in old.info.variables.values()}
+        situation = self._renamed_situation(state.relations, names)
+        old: SliceInfo = state.belief.layout.info
+        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in old.variables.values()}
+        # what entered with the slice is nothing to the next one; the common form lets beliefs be joined
+        settled = Situation(situation.relations, situation.objects)
+        info = filtering.indexed(self.settings, self.grounding.ground(settled), {})
+        if set(name_of.values()) != set(info.names):
+            info = filtering.indexed(self.settings, self.grounding.ground(situation, first=state.step == 1), {})
         strange = set(name_of.values()) ^ set(info.names)
         if strange:
             raise ModelError(f"a belief cannot be renamed: {', '.join(sorted(strange)[:3])}")
-        back = {new: old_name for old_name, new in name_of.items()}
-        rows = np.array([old.info.row[back[name]] for name in info.names])
-        moved = [
-            Piece(p.group, p.instance, tuple(f._replace(scope=tuple((name_of[name], time) for name, time in f.scope)) for f in p.factors))
-            for p in old.pieces
-        ]
-        first: dict[tuple[int, int], Node] = {}
-        for p in moved:
-            node = min(v for f in p.factors for v in f.scope)
-            first[p.group, p.instance] = min(node, first.get((p.group, p.instance), node))
-        objects: list[Indices | None] = []
-        place: dict[tuple[int, int], int] = {}
-        for group, count in enumerate(old.counts):
-            order = sorted(range(count), key=lambda b: first.get((group, b), ("", b)))
-            place.update({(group, b): k for k, b in enumerate(order)})
-            objects.append(None if order == list(range(count)) else np.array(order))
-        pieces = sorted((p._replace(instance=place[p.group, p.instance]) for p in moved), key=lambda p: (p.group, p.instance))
-        held = {name_of[name]: info.row[name_of[name]] for name in old.held}
-        return _Renaming(self._pilot.engine.compiler.layout(tuple(pieces), old.widths, old.counts, held, info), rows, tuple(objects))
+        belief = self.settings.engine.renamed(state.belief, info, name_of)
+        return state._replace(belief=belief, relations=settled, history=(), owners=info.slice.owners)
+
+    def _renamed_situation(self, situation: Situation, names: Mapping[str, str]) -> Situation:
+        relations = tuple(_rename_tuple(r, names) for r in situation.relations)
+        objects = None if situation.objects is None else tuple(names.get(o, o) for o in situation.objects)
+        entering = tuple(_rename_tuple(x, names) if "(" in x else names.get(x, x) for x in situation.entering)
+        return Situation(self.grounding.situation(relations).relations, objects, entering)
+
+    def _own_name(self, variable: str, agent: int, place_of: Mapping[str, Indices]) -> str:
+        """The name of a variable in an agent's own order of objects."""
+        owner, dot, attribute = variable.partition(".")
+        own = {
+            o: self.members[c][place_of[c][agent, self.members[c].index(o)]]
+            for o in (parse_tuple(owner)[1] if "(" in owner else (owner,))
+            for c in (self.grounding.objects.get(o, ""),)
+            if c in place_of
+        }
+        return variable if not own else (_rename_tuple(owner, own) if "(" in owner else own[owner]) + dot + attribute
 
     # ------------------------------------------------------------------------------------------------- answers
 
@@ -494,10 +502,21 @@ class FilterBank:
         class_name = self.grounding.objects.get(owner, "")
         if class_name not in self._answered_for:
             out = np.full(self.batch, np.nan)
-            for agents, result in self.answers:
-                out[agents] = view(result[variable], result.variables[variable])
+            for agents, posterior in self.answers:
+                for own, inside in self._by_own_name(variable, agents).items():
+                    if own in posterior:
+                        out[agents[inside]] = view(posterior[own][inside], posterior.variables[own])
             return out
         return self.view_of(view, Role(class_name, np.full(self.batch, self.members[class_name].index(owner))), attribute)
+
+    def _by_own_name(self, variable: str, agents: Indices) -> dict[str, Any]:
+        """The names that a variable has in the own orders of agents, and who of them has each."""
+        if "(" not in variable.partition(".")[0] or not self._answered_for:
+            return {variable: slice(None)}
+        names: dict[str, list[int]] = {}
+        for k, agent in enumerate(agents.tolist()):
+            names.setdefault(self._own_name(variable, agent, self._answered_for), []).append(k)
+        return {own: np.array(inside) for own, inside in names.items()}
 
     def view_of(self, view: View, whom: Role, attribute: str) -> NDArray[np.float64]:
         """As `view`, of the object that each agent means; NaN for those who mean nobody."""
@@ -506,15 +525,15 @@ class FilterBank:
         place_of = self._answered_for.get(whom.class_name)
         where = whom.index if place_of is None else place_of[np.arange(self.batch), np.maximum(whom.index, 0)]
         if self.batch == 1 and self.answers and whom.index[0] >= 0:
-            ((_, result),) = self.answers
+            ((_, posterior),) = self.answers
             variable = f"{names[where[0]]}.{attribute}"
-            return np.asarray(view(result[variable], result.variables[variable]))
-        for agents, result in self.answers:
+            return np.asarray(view(posterior[variable], posterior.variables[variable]))
+        for agents, posterior in self.answers:
             meant = np.where(whom.index[agents] < 0, -1, where[agents])
             for place in np.unique(meant[meant >= 0]):
                 inside = meant == place
                 variable = f"{names[place]}.{attribute}"
-                out[agents[inside]] = view(result[variable][inside], result.variables[variable])
+                out[agents[inside]] = view(posterior[variable][inside], posterior.variables[variable])
         return out
 
     def marginal(self, variable: str, agent: int = 0) -> NDArray[np.float64]:
@@ -527,20 +546,14 @@ class FilterBank:
         ModelError
             If the agent took no part in the last step, or there is no such variable.
         """
-        owner, _, attribute = variable.partition(".")
-        class_name = self.grounding.objects.get(owner, "")
-        if class_name in self._answered_for:
-            place = self._answered_for[class_name][agent, self.members[class_name].index(owner)]
-            own = f"{self.members[class_name][place]}.{attribute}"
-        else:
-            own = variable
-        for agents, result in self.answers:
+        own = self._own_name(variable, agent, self._answered_for)
+        for agents, posterior in self.answers:
             at = np.flatnonzero(agents == agent)
             if len(at):
-                if own not in result:
+                if own not in posterior:
                     hint = did_you_mean(variable, self.variables)
                     raise ModelError(f"no variable {variable!r} in the last slice of agent {agent}.{hint}")
-                return np.asarray(result[own][at[0]])
+                return np.asarray(posterior[own][at[0]])
         raise ModelError(f"agent {agent} took no part in the last step")
 
     def alone(self, agent: int) -> Filter:
@@ -553,56 +566,7 @@ class FilterBank:
             for place, index in enumerate(order[agent])
             if place != index
         }
-        one = copy.copy(self._pilot)
-        one._history = self._pilot._history.copy()
-        one.restore(self._with_names(state, names) if names else state)
-        return one
-
-
-def select(state: Snapshot, agents: Indices) -> Snapshot:
-    """The state of a filter for some of its agents."""
-    history = state.history if state.step == 1 else ()  # what a first slice kept may still have to be changed
-    history = tuple(Past(_selected(p.before, agents), p.info, p.readings.rows(agents), p.fresh[agents], p.relations) for p in history)
-    return replace(
-        state,
-        belief=_selected(state.belief, agents),
-        log_likelihood=state.log_likelihood[agents],
-        fresh=state.fresh[agents],
-        history=history,
-        impossible=state.impossible[agents],
-    )
-
-
-def _selected(belief: FactoredBelief, agents: Indices) -> FactoredBelief:
-    batch, objects = belief.hard.shape[1], belief.layout.counts
-    blocks = (m.reshape(n, batch, m.shape[1])[:, agents] for m, n in zip(belief.messages, objects))
-    messages = tuple(b.reshape(b.shape[0] * b.shape[1], b.shape[2]) for b in blocks)
-    return belief._replace(messages=messages, hard=belief.hard[:, agents])
-
-
-def joined(states: Sequence[Snapshot]) -> Snapshot:
-    """The state of one filter for the agents of several whose beliefs have the same form."""
-    first = states[0]
-    return replace(
-        first,
-        belief=_joined([s.belief for s in states]),
-        step=max(s.step for s in states),
-        log_likelihood=np.concatenate([s.log_likelihood for s in states]),
-        fresh=np.concatenate([s.fresh for s in states]),
-        history=(),
-        impossible=np.concatenate([s.impossible for s in states]),
-        exact=all(s.exact for s in states),
-    )
-
-
-def _joined(beliefs: Sequence[FactoredBelief]) -> FactoredBelief:
-    layout = beliefs[0].layout
-    widths = [b.hard.shape[1] for b in beliefs]
-    messages = []
-    for g, columns in enumerate(layout.widths):
-        blocks = [b.messages[g].reshape(layout.counts[g], w, columns) for b, w in zip(beliefs, widths)]
-        messages.append(np.concatenate(blocks, axis=1).reshape(layout.counts[g] * sum(widths), columns))
-    return FactoredBelief(layout, tuple(messages), np.concatenate([b.hard for b in beliefs], axis=1))
+        return Filter.of(self.settings, self._with_names(state, names) if names else state)
 
 
 def _fronted(engaged: Sequence[bool]) -> list[int]:

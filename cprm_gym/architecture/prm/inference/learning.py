@@ -198,9 +198,8 @@ def _expect(world: Grounding, episodes: Sequence[Episode]) -> tuple[_Tally, floa
     tally, total = _Tally(), 0.0
     for episode in episodes:
         tracked = Filter(world, batch=episode.batch, window=len(episode.steps))
-        for t, (step, situation) in enumerate(zip(episode.steps, _situations(world, episode))):
-            ground = world.ground(situation, first=t == 0)
-            tracked.step(world.with_defaults(ground, step.evidence), relations=situation)
+        for step, situation in zip(episode.steps, _situations(world, episode)):
+            tracked.step(step.evidence, relations=situation)
         total += float(tracked.log_likelihood.sum())
         for key, table in tracked.expected_counts().items():
             tally.add(key, table)
@@ -276,8 +275,9 @@ def _complete(world: Grounding, ground: GroundSlice, episode: Episode, t: int) -
     names = tuple(ground.variables)
     row = {name: k for k, name in enumerate(names)}
     cards = np.array([v.card for v in ground.variables.values()])
-    evidence = world.with_defaults(ground, episode.steps[t].evidence)
-    hard = read_hard(ground.variables, names, cards, row, evidence, episode.batch)
+    hard = read_hard(ground.variables, names, cards, row, episode.steps[t].evidence, episode.batch)
+    for name, state in world.defaults(ground).items():
+        hard[row[name], hard[row[name]] < 0] = state
     if (hard < 0).any():
         at, run = (int(i) for i in np.argwhere(hard < 0)[0])
         raise EvidenceError(f"step {t}, run {run}: {names[at]!r} is not observed; use `em` for data with hidden variables")

@@ -1,46 +1,18 @@
-"""What a filter answers, and what it remembers."""
+"""What a step of a filter answers: posteriors by variable, and numbers read from them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..grounding.slices import GroundVariable
-from .compiled.steps import SliceInfo
-from .evidence import Readings
+from ..grounding.slices import GroundSlice, GroundVariable
+from .engines.engine import StepResult
+from .views import View
 
 
-class Past(NamedTuple):
-    """What is remembered of a step: the belief before it, the slice, the readings, who began anew and the relations."""
-
-    before: Any
-    info: SliceInfo
-    readings: Readings
-    fresh: np.ndarray
-    relations: Any
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """A filter's state, to be given to `Filter.restore`."""
-
-    belief: Any
-    step: int
-    log_likelihood: np.ndarray
-    fresh: np.ndarray
-    history: tuple[Past, ...]
-    relations: Any
-    impossible: np.ndarray
-    exact: bool
-    static: dict[str, GroundVariable]
-    owners: frozenset[str]
-    engine: Any
-
-
-class Result(Mapping[str, np.ndarray]):
+class Posterior(Mapping[str, np.ndarray]):
     """The answer of one step: a mapping from variable to posterior, shape (W, card).
 
     Attributes
@@ -54,36 +26,50 @@ class Result(Mapping[str, np.ndarray]):
     loss : (W,) float array
         Kullback-Leibler divergence, in nats, of what a projection threw away in this step; 0 if nothing was projected.
     exact : bool
-        Whether no step so far has approximated anything.
+        No step so far has approximated anything.
     engine : str
         Which engine gave the answer.
     impossible : (W,) bool array
         Where the readings had probability zero and the policy (drop, soften, restart) was applied.
+    relations : grounding's own kind
+        What held in the slice, for a `Grounding` a `Situation`.
     report : dict
         What else the engine has to say: effective sample size, clusters, time.
     """
 
-    def __init__(self, outcome: Any, step: int, log_likelihood: np.ndarray, exact: bool, impossible: np.ndarray) -> None:
-        self._outcome = outcome
+    def __init__(
+        self, result: StepResult, step: int, log_likelihood: np.ndarray, exact: bool, impossible: np.ndarray, relations: Any
+    ) -> None:
+        self._result = result
         self._cache: dict[str, np.ndarray] = {}
         self.step = step
-        self.increment: np.ndarray = outcome.increment
+        self.increment = result.increment
         self.log_likelihood = log_likelihood
-        self.loss: np.ndarray = outcome.loss
+        self.loss = result.loss
         self.exact = exact
-        self.engine: str = outcome.engine
+        self.engine = result.engine
         self.impossible = impossible
-        self.report: dict[str, Any] = getattr(outcome, "report", {})
+        self.relations = relations
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """What else the engine has to say."""
+        return self._result.report
+
+    @property
+    def slice(self) -> GroundSlice:
+        """The ground slice."""
+        return self._result.info.slice
 
     @property
     def variables(self) -> Mapping[str, GroundVariable]:
         """The variables of the slice."""
-        return self._outcome.info.variables  # type: ignore[no-any-return]
+        return self._result.info.variables
 
     def __getitem__(self, name: str) -> np.ndarray:
         found = self._cache.get(name)
         if found is None:
-            found = self._cache[name] = self._outcome.marginal(name)
+            found = self._cache[name] = self._result.marginal(name)
         return found
 
     def __contains__(self, name: object) -> bool:
@@ -97,15 +83,39 @@ class Result(Mapping[str, np.ndarray]):
 
     def hidden(self, agent: int = 0) -> tuple[str, ...]:
         """Names of the variables that an agent did not observe."""
-        hard = self._outcome.readings.hard
-        return tuple(n for i, n in enumerate(self._outcome.info.names) if hard[i, agent] < 0)
+        hard = self._result.readings.hard
+        return tuple(n for i, n in enumerate(self._result.info.names) if hard[i, agent] < 0)
 
     def joint(self, *names: str) -> np.ndarray:
         """Joint posterior of some variables, shape (W, card, card, ...)."""
-        found: np.ndarray = self._outcome.joint(names)
-        return found
+        return self._result.joint(names)
 
     def index_mean(self, name: str) -> np.ndarray:
         """Expectation of the state index, (W,)."""
         p = self[name]
         return p @ np.arange(p.shape[1])
+
+    def read(self, variable: str, view: str | View = "expectation") -> np.ndarray:
+        """A number from the belief about one variable, for each agent.
+
+        Parameters
+        ----------
+        variable : str
+        view : str or View
+            ``"expectation"``, ``"probability(0..2)"``, ...: see `views`.
+
+        Returns
+        -------
+        (W,) float array
+
+        Raises
+        ------
+        ModelError
+            For an unknown variable, or a view that it does not have.
+        """
+        made = View.parse(view) if isinstance(view, str) else view
+        return made(self[variable], self.variables[variable])
+
+    def read_all(self, places: Mapping[str, tuple[str, str | View]]) -> dict[str, np.ndarray]:
+        """The numbers for many places, ``{"near": ("ball.dist", "probability(..2)")}``."""
+        return {place: self.read(variable, view) for place, (variable, view) in places.items()}

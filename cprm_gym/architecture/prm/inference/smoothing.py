@@ -13,17 +13,17 @@ import numpy as np
 
 from ....errors import ModelError, did_you_mean
 from ..grounding.slices import PREVIOUS, SAME, STATIC
-from .bayes_net import JunctionTree, maximise, one_hot, sliced
-from .compiled.steps import SliceInfo
-from .engines.exact import FactoredBelief, belief_factors
-from .evidence import Readings
-from .factors import Factor
+from .bayes_net import JunctionTree, maximise, sliced
+from .compiled.belief import FactoredBelief, belief_factors
+from .compiled.slice_info import SliceInfo
+from .evidence import Readings, one_hot
+from .factors import Factor, sample_factors
 
 
 class Slice(NamedTuple):
     """One slice of the window: belief before it, its variables, its readings."""
 
-    before: FactoredBelief
+    before: Any
     info: SliceInfo
     readings: Readings
 
@@ -55,7 +55,7 @@ def unroll(window: Sequence[Slice], batch: int, barren: bool = True) -> tuple[li
     left_out : set of nodes
     """
     before = window[0].before
-    out = [Factor(tuple((n, -1) if lag != STATIC else (n, None, -1) for n, lag in f.scope), f.table) for f in belief_factors(before, batch)]
+    out = [Factor(tuple((n, -1) if lag != STATIC else (n, None, -1) for n, lag in f.scope), f.table) for f in belief_factors(before)]
     known: dict[Any, np.ndarray] = {(n, -1): before.hard[row] for n, row in before.layout.held.items()}
     families: list[Family] = []
     tables: list[np.ndarray] = []
@@ -151,15 +151,17 @@ class Smoothed(Mapping[str, np.ndarray]):
         return len(self._window[self._t].info.names)
 
 
-def smooth(window: Sequence[Slice], batch: int) -> list[Smoothed]:
+def smooth(window: Sequence[Slice]) -> list[Smoothed]:
     """Posteriors of every slice given all readings of the window."""
+    batch = window[0].readings.hard.shape[1]
     tree = JunctionTree(unroll(window, batch, barren=False)[0], batch)
     extended: list[JunctionTree] = []
     return [Smoothed(tree, extended, window, t, batch) for t in range(len(window))]
 
 
-def most_probable_path(window: Sequence[Slice], batch: int) -> list[dict[str, np.ndarray]]:
+def most_probable_path(window: Sequence[Slice]) -> list[dict[str, np.ndarray]]:
     """The most probable joint values of all variables of the window."""
+    batch = window[0].readings.hard.shape[1]
     found, _ = maximise(unroll(window, batch)[0], batch)
     path, drawn = [], origins(window)
     for t, (_, info, readings) in enumerate(window):
@@ -171,8 +173,9 @@ def most_probable_path(window: Sequence[Slice], batch: int) -> list[dict[str, np
     return path
 
 
-def expected_counts(window: Sequence[Slice], batch: int) -> dict[Hashable, np.ndarray]:
+def expected_counts(window: Sequence[Slice]) -> dict[Hashable, np.ndarray]:
     """Expected counts of every row and state of each class-level CPD, summed over slices, objects and agents."""
+    batch = window[0].readings.hard.shape[1]
     factors, families, _ = unroll(window, batch)
     tree = JunctionTree(factors, batch)
     counts: dict[Hashable, np.ndarray] = {}
@@ -190,13 +193,11 @@ def expected_counts(window: Sequence[Slice], batch: int) -> dict[Hashable, np.nd
     return counts
 
 
-def sample_belief(belief: FactoredBelief, batch: int, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def sample_belief(belief: FactoredBelief, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Joint samples of the hidden variables of a belief, dict of name to (W, count) int array."""
-    from .sampling import sample_factors
-
-    info = belief.layout.info
+    info, batch = belief.layout.info, belief.hard.shape[1]
     found: dict[str, np.ndarray] = {}
-    factors = belief_factors(belief, batch)
+    factors = belief_factors(belief)
     for node, values in sample_factors(factors, batch, count, rng).items():
         found[node[0]] = values
     if info is not None:

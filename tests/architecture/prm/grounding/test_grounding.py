@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, Grounding, GroundSlice, GroundVariable, unroll
+from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.architecture.prm.model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
@@ -286,12 +287,11 @@ def test_what_is_given_has_no_cpd_and_takes_its_default():
     world = scene(opponents=1)
     ground = world.ground()
     assert "ball.turn" not in ground.by_child
-    full = world.with_defaults(ground, {"o1.turn": -0.5, "ball.turn": float("nan")})
-    assert (full["o1.turn"], full["ball.turn"].value) == (-0.5, 2)
+    assert world.defaults(ground) == {"o1.turn": 2, "ball.turn": 2}
     needy = PRMClass("C", (Attribute("x", BOOL),), given=(Given("act", BOOL),))
     world = Grounding(Model("m", (needy,)), {"c": "C"})
-    with pytest.raises(EvidenceError, match=r"'c.act' must be given: it has no default"):
-        world.with_defaults(world.ground(), {})
+    with pytest.raises(EvidenceError, match=r"'c.act' must be given for every agent in every slice: it has no default"):
+        Filter(world).step({})
 
 
 def test_a_situation_says_what_is_new():

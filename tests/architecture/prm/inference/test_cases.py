@@ -7,7 +7,7 @@ import pytest
 from inference_cases import Schedule, find, load, static_slice
 from inference_worlds import table
 
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
 from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.errors import ImpossibleEvidence
@@ -64,12 +64,12 @@ def test_filter_gives_the_recorded_posteriors(name):
     filter_ = Filter(Schedule(case), window=len(case["schedule"]))
     for step, relations in zip(case["steps"], case["schedule"]):
         if step.get("impossible"):
-            before = filter_.snapshot()
+            before = filter_.state
             with pytest.raises(ImpossibleEvidence):
-                filter_.step(step["evidence"], step["soft"], relations=relations)
-            assert filter_.belief is before.belief
+                filter_.step(step["evidence"], soft=step["soft"], relations=relations)
+            assert filter_.state.belief is before.belief
             continue
-        result = filter_.step(step["evidence"], step["soft"], relations=relations)
+        result = filter_.step(step["evidence"], soft=step["soft"], relations=relations)
         assert result.exact
         assert result.increment[0] == pytest.approx(step["log_evidence_increment"], abs=EXACT)
         assert result.log_likelihood[0] == pytest.approx(step["log_evidence"], abs=EXACT)
@@ -103,9 +103,9 @@ def test_a_batch_of_agents_with_different_readings_missing_is_each_agent_alone(n
         for variable, state in step["evidence"].items():
             kept = rng.random(width) < 0.7 if "obs" in variable else np.ones(width, bool)
             evidence[variable] = np.where(kept, state, -1)
-        together = batch.step(evidence, step["soft"], relations=relations)
+        together = batch.step(evidence, soft=step["soft"], relations=relations)
         for w, one in enumerate(alone):
-            single = one.step({v: int(s[w]) for v, s in evidence.items()}, step["soft"], relations=relations)
+            single = one.step({v: int(s[w]) for v, s in evidence.items()}, soft=step["soft"], relations=relations)
             assert together.log_likelihood[w] == pytest.approx(single.log_likelihood[0], abs=EXACT)
             for variable in step["posterior"]:
                 np.testing.assert_allclose(together[variable][w], single[variable][0], atol=EXACT)
@@ -115,7 +115,7 @@ def test_a_place_that_is_given_gives_the_posteriors_without_its_prior():
     case = load("d10_places_observed")
     filter_ = Filter(Schedule(case, given=("pl", "tok")))
     for step, relations in zip(case["steps"], case["schedule"]):
-        result = filter_.step(step["evidence"], step["soft"], relations=relations)
+        result = filter_.step(step["evidence"], soft=step["soft"], relations=relations)
         for variable, posterior in step["posterior"].items():
             np.testing.assert_allclose(result[variable][0], posterior, atol=EXACT)
         prior = -(result.step + 1) * np.log(6.0)
@@ -130,7 +130,7 @@ def test_log_likelihood_of_a_long_chain_does_not_underflow():
     first = GroundSlice(names, (GroundCPD("x", (), prior, "x0"), reading))
     later = GroundSlice(names, (GroundCPD("x", (("x", 1),), move, "x"), reading))
 
-    class Chain:
+    class Chain(Grounds):
         def ground(self, relations=(), first=False, slices=(later, first)):
             return slices[first]
 

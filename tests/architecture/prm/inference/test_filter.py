@@ -9,7 +9,7 @@ from inference_cases import Schedule, load
 from inference_scene import Active, Scene
 from inference_worlds import RandomWorld, table, unrolled_joint
 
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
 from cprm_gym.architecture.prm.inference.evidence import StateRows
 from cprm_gym.architecture.prm.inference.filter import Filter
 from cprm_gym.architecture.prm.model.domains import Index
@@ -21,14 +21,14 @@ def umbrella(**options) -> Filter:
     return Filter(Schedule(load("d01_umbrella")), **options)
 
 
-class Fixed:
+class Fixed(Grounds):
     """Two slices, made by hand."""
 
     def __init__(self, first: GroundSlice, later: GroundSlice) -> None:
         self.slices = {True: first, False: later}
 
     def ground(self, relations=(), first=False):
-        return self.slices[first]
+        return relations if isinstance(relations, GroundSlice) else self.slices[first]
 
 
 def rotation() -> Fixed:
@@ -106,13 +106,13 @@ def test_cost_is_known_before_the_step_and_a_step_beyond_the_memory_is_refused()
     filter_.step(scene.readings(rng))
     for _ in range(2):
         filter_.step(scene.readings(rng), relations=held)
-    before = filter_.snapshot()
+    before = filter_.state
     costs = filter_.cost(Active(("o1",)))
     assert costs[0].largest >= 8e8
     assert costs[0].bytes > 6e9
     with pytest.raises(CostError, match="GiB"):
         filter_.step(scene.readings(rng), relations=Active(("o1",)))
-    assert filter_.belief is before.belief
+    assert filter_.state.belief is before.belief
     filter_.step(scene.readings(rng), relations=held)
 
 
@@ -188,10 +188,10 @@ def test_a_snapshot_is_the_whole_state():
     filter_ = umbrella(batch=2, window=3)
     filter_.step(relations="prior")
     filter_.step({"umb": [0, 1]}, relations="step")
-    kept = filter_.snapshot()
+    kept = filter_.state
     first = filter_.step({"umb": 1}, relations="step")
     filter_.step({"umb": 0}, relations="step")
-    filter_.restore(kept)
+    filter_.state = kept
     again = filter_.step({"umb": 1}, relations="step")
     np.testing.assert_array_equal(first["rain"], again["rain"])
     np.testing.assert_array_equal(first.log_likelihood, again.log_likelihood)
@@ -202,10 +202,10 @@ def test_prediction_leaves_the_filter_where_it_is():
     filter_ = umbrella()
     filter_.step(relations="prior")
     filter_.step({"umb": 1}, relations="step")
-    belief = filter_.belief
+    belief = filter_.state.belief
     ahead = filter_.predict(50, relations="step")
     np.testing.assert_allclose(ahead["rain"], 0.5, atol=1e-12)
-    assert filter_.belief is belief
+    assert filter_.state.belief is belief
     assert filter_.step_count == 2
 
 
@@ -297,9 +297,9 @@ def test_evidence_that_is_no_mapping_is_refused():
         with pytest.raises(EvidenceError, match="evidence"):
             umbrella().step(evidence, relations="prior")
     with pytest.raises(EvidenceError, match="soft evidence"):
-        umbrella().step({}, [1.0, 2.0], relations="prior")
+        umbrella().step({}, soft=[1.0, 2.0], relations="prior")
     with pytest.raises(EvidenceError, match="soft evidence for 'umb'"):
-        umbrella().step({}, {"umb": ["a", "b"]}, relations="prior")
+        umbrella().step({}, soft={"umb": ["a", "b"]}, relations="prior")
     with pytest.raises(EvidenceError, match="an Index is an integer"):
         Index(0.5)
 
@@ -307,7 +307,7 @@ def test_evidence_that_is_no_mapping_is_refused():
 def test_wrong_observations_are_refused_by_name_and_change_nothing():
     filter_ = umbrella(batch=2)
     filter_.step(relations="prior")
-    before = filter_.snapshot()
+    before = filter_.state
     wrong = [
         ({"umb": 2}, "'umb': 2 is no state"),
         ({"umb": -2}, "'umb'"),
@@ -328,8 +328,8 @@ def test_wrong_observations_are_refused_by_name_and_change_nothing():
         ({"u": [1, 1]}, "'u'"),
     ]:
         with pytest.raises(EvidenceError, match=match):
-            filter_.step({}, soft, relations="step")
-    assert filter_.belief is before.belief
+            filter_.step({}, soft=soft, relations="step")
+    assert filter_.state.belief is before.belief
     assert filter_.step_count == 1
 
 
@@ -367,10 +367,10 @@ def test_jeffrey_demands_a_posterior_and_pearl_weighs_it():
     filter_ = umbrella(batch=2)
     filter_.step(relations="prior")
     soft = filter_.jeffrey({"rain": [0.3, 0.7]})
-    np.testing.assert_allclose(filter_.step({}, soft, relations="step")["rain"], [[0.3, 0.7]] * 2, atol=1e-12)
+    np.testing.assert_allclose(filter_.step({}, soft=soft, relations="step")["rain"], [[0.3, 0.7]] * 2, atol=1e-12)
     pearl = umbrella()
     pearl.step(relations="prior")
-    doubled = pearl.step({}, {"rain": [0.6, 1.4]}, relations="step")
+    doubled = pearl.step({}, soft={"rain": [0.6, 1.4]}, relations="step")
     np.testing.assert_allclose(doubled["rain"], [[0.3, 0.7]], atol=1e-12)
     assert doubled.increment[0] == pytest.approx(np.log(0.5 * 0.6 + 0.5 * 1.4))
 
@@ -381,7 +381,7 @@ def test_what_is_given_must_be_told():
     with pytest.raises(EvidenceError, match="'tok' must be given"):
         filter_.step({"pl": 1}, relations="prior")
     with pytest.raises(EvidenceError, match="soft evidence for 'pl'"):
-        filter_.step({"pl": 1, "tok": 0}, {"pl": [1.0, 2.0]}, relations="prior")
+        filter_.step({"pl": 1, "tok": 0}, soft={"pl": [1.0, 2.0]}, relations="prior")
 
 
 # ------------------------------------------------------------------------------------------------------ impossible evidence
@@ -395,13 +395,13 @@ def go_round(filter_: Filter, steps: int = 4) -> None:
 def test_impossible_evidence_names_a_smallest_conflict_and_leaves_the_belief():
     filter_ = Filter(rotation(), batch=2)
     go_round(filter_)
-    before = filter_.belief
+    before = filter_.state.belief
     with pytest.raises(ImpossibleEvidence, match="obs = 3") as caught:
         filter_.step({"pl": 0, "tok": 0, "obs": [0, 3]})
     assert caught.value.conflict == ("obs",)
     assert caught.value.agents == (1,)
     assert caught.value.step == 4
-    assert filter_.belief is before
+    assert filter_.state.belief is before
     np.testing.assert_allclose(filter_.step({"pl": 0, "tok": 0, "obs": [0, 1]})["pos"], [[1, 0, 0, 0], [1, 0, 0, 0]])
 
 
@@ -555,7 +555,7 @@ def test_the_last_step_is_done_again_with_the_agents_that_began_anew():
             alone[1].reset()
             batch.engine.temporal = frozenset()
             batch.engine.compiler.slice_steps.clear()
-            for info in batch._infos.values():
+            for info in batch.engine.store.infos.values():
                 info._statuses.clear()
         result = batch.step(evidence)
         for w, one in enumerate(alone):
@@ -601,9 +601,9 @@ def test_possession_that_passes_on_entangles_both_players_through_the_ball():
 
     made = {(a, f): slice_of(a, f) for a in ("", "p", "q") for f in (False, True)}
 
-    class Passing:
+    class Passing(Grounds):
         def ground(self, relations="", first=False):
-            return made[active or "", first]
+            return made[relations or "", first]
 
     filter_ = Filter(Passing())
     slices, hard = [], []
@@ -708,7 +708,7 @@ def test_jeffrey_moves_one_variable_after_the_other():
     for relations in ("prior", "off", "on"):
         filter_.step({"oA": 1}, relations=relations)
     soft = filter_.jeffrey({"A": [0.2, 0.8], "B": [0.6, 0.4]}, relations="on")
-    result = filter_.step({}, soft, relations="on")
+    result = filter_.step({}, soft=soft, relations="on")
     np.testing.assert_allclose(result["B"], [[0.6, 0.4]], atol=1e-12)
     assert abs(result["A"][0, 0] - 0.2) > 1e-3
     with pytest.raises(EvidenceError, match="distribution"):
@@ -722,10 +722,10 @@ def test_plans_of_steps_to_come_can_be_made_beforehand():
     path = [Active(("o1",)), Active(("o1",)), Active(("o1",), "o1"), Active(("o1",), "o1")]
     for _ in range(3):
         filter_.step(scene.readings(rng), relations=path[0])
-    before = filter_.snapshot()
+    before = filter_.state
     assert filter_.prepare(path) > 0
     assert filter_.prepare(path) == 0
-    assert filter_.belief is before.belief
+    assert filter_.state.belief is before.belief
     compiled, made = filter_.engine.compiler.compiled, len(filter_.engine.compiler.slice_steps)
     for active in path:
         filter_.step(scene.readings(rng), relations=active)

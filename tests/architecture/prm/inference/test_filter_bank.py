@@ -81,8 +81,6 @@ def test_a_bank_answers_as_one_filter_for_each_agent_does(engine):
     grounding = Grounding(MODEL, OBJECTS)
     bank = FilterBank(grounding, width, make())
     own = [Filter(grounding, 1, make()) for _ in range(width)]
-    for one in own:
-        one.foresee(("watched(p0)",), ("holds(p0,ball)",))
     for t, (first, second, holder, evidence, due) in enumerate(wander(rng, width, 40)):
         if t in (12, 25):
             again = rng.random(width) < 0.4
@@ -116,7 +114,6 @@ def test_views_follow_whom_each_agent_means():
 def test_an_object_that_all_agents_mean_is_given_by_name():
     bank, width = FilterBank(Grounding(MODEL, OBJECTS), 3), 3
     one = Filter(Grounding(MODEL, OBJECTS), width)
-    one.foresee(("watched(p2)",))
     for t in range(4):
         whom = np.array([0, 2, 3])
         bank.step({"p2.seen_at": np.array([t % 4, 1, 2])}, (Link("watched", ("p2",)), Link("watched", (Role("Player", whom),))))
@@ -162,7 +159,7 @@ def test_agents_who_sample_have_particles_of_their_own():
     nobody = np.full(2, -1)
     for _ in range(5):
         bank.step({"p1.seen_at": np.array([0, 3])}, links(np.array([1, 1]), nobody, nobody))
-    first, second = (cohort.state.engine["state"]["state"] for cohort in bank._cohorts)
+    first, second = (cohort.state.belief.random["state"]["state"] for cohort in bank._cohorts)
     assert first != second, "random numbers of their own"
     mean = View.parse("expectation")
     low, high = bank.view(mean, "p1.at")

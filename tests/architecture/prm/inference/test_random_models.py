@@ -176,10 +176,10 @@ def test_filtering_with_relations_that_switch_equals_the_unrolled_net(seed, zero
         totals = [unrolled_joint(slices, hard[w], soft[w], [], world.static) for w in range(width)]
         if min(totals) == 0.0:
             with pytest.raises(ImpossibleEvidence) as caught:
-                filter_.step(evidence, likelihoods, relations=active)
+                filter_.step(evidence, soft=likelihoods, relations=active)
             assert list(caught.value.agents) == [w for w in range(width) if totals[w] == 0.0]
             return
-        result = filter_.step(evidence, likelihoods, relations=active)
+        result = filter_.step(evidence, soft=likelihoods, relations=active)
         names = [n for n in ground.variables if n not in ground.given]
         pair = [str(n) for n in rng.choice(names, 2, replace=False)]
         for w in range(width):

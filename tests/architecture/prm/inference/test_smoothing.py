@@ -9,15 +9,14 @@ import pytest
 from inference_cases import Schedule, load
 from inference_worlds import RandomWorld, table, unrolled_joint
 
-from cprm_gym.architecture.prm import Attribute, BayesNet, Labels, Model, Prior, PRMClass, Table, World, unroll
-from cprm_gym.architecture.prm.grounding.slices import GroundCPD, GroundSlice, GroundVariable
-from cprm_gym.architecture.prm.inference.factors import Factor
+from cprm_gym.architecture.prm import Attribute, BayesNet, Grounding, Labels, Model, Prior, PRMClass, Table, unroll
+from cprm_gym.architecture.prm.grounding.slices import GroundCPD, Grounds, GroundSlice, GroundVariable
+from cprm_gym.architecture.prm.inference.factors import Factor, sample_factors
 from cprm_gym.architecture.prm.inference.filter import Filter
-from cprm_gym.architecture.prm.inference.sampling import sample_factors
 from cprm_gym.errors import ParameterError
 
 
-class HiddenMarkov:
+class HiddenMarkov(Grounds):
     """One hidden chain and its readings."""
 
     def __init__(self, seed: int, states: int = 3, readings: int = 4) -> None:
@@ -180,7 +179,7 @@ def test_the_atemporal_variable_of_an_object_that_comes_back_is_a_new_one():
             Attribute("face", Labels(("heads", "tails")), Table({("fair",): (0.5, 0.5), ("loaded",): (0.9, 0.1)}), parents=("bias",)),
         ),
     )
-    world = World(Model("coins", (coin,)), {"c1": "Coin", "c2": "Coin"})
+    world = Grounding(Model("coins", (coin,)), {"c1": "Coin", "c2": "Coin"})
     filter_ = Filter(world, window=5)
     slices, evidence, situation = [], {}, None
     for t, objects in enumerate([("c1", "c2"), ("c1", "c2"), ("c1",), ("c1", "c2"), ("c1", "c2")]):

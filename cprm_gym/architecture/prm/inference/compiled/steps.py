@@ -19,258 +19,21 @@ So whether a reading is missing never changes the plan, except where it decides 
 
 from __future__ import annotations
 
-import hashlib
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
-from weakref import ref
+from typing import Any
 
 import numpy as np
 
 from cprm_gym.errors import ModelError
 
-from ...grounding.slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
+from ...grounding.slices import PREVIOUS, SAME, STATIC
 from ..join_tree import connected
+from .belief import Layout, Layouts, Move, Node, Piece, PieceFactor
+from .cache import Recent, TableStore
 from .operations import MessageFactor, PlanSpec, SoftFactor, TableFactor
 from .plans import Plan, compile_plan
-
-HIDDEN, HELD, WEIGHTED, ABSORBED, BARREN = range(5)
-PRESENT, PAST = SAME, PREVIOUS
-"""Second part of a node's name: the slice it belongs to; or `STATIC`."""
-
-Key = TypeVar("Key", bound=Hashable)
-Value = TypeVar("Value")
-
-
-class Kind(NamedTuple):
-    """What two variables of like objects share, and what tells the objects apart."""
-
-    class_name: str
-    object_name: str
-    attribute: str
-
-
-class NeedsVariable(Exception):
-    """The next slice needs a variable that was summed out of the belief, or that has to be kept as static."""
-
-    def __init__(self, kind: Kind, name: str, static: bool) -> None:
-        super().__init__(name)
-        self.kind, self.name, self.static = kind, name, static
-
-
-class Recent(OrderedDict[Key, Value], Generic[Key, Value]):
-    """A dictionary that forgets what was not used for longest."""
-
-    def __init__(self, limit: int) -> None:
-        super().__init__()
-        self.limit = limit
-
-    def fetch(self, key: Key, make: Callable[[], Value]) -> Value:
-        """The value of `key`, made if it is not there."""
-        if key in self:
-            self.move_to_end(key)
-            return self[key]
-        value = self[key] = make()
-        if len(self) > self.limit:
-            self.popitem(last=False)
-        return value
-
-
-def kind_of(variable: GroundVariable) -> Kind:
-    """Class, object and attribute of a variable; taken from a dotted name where the variable does not say."""
-    if variable.object_name or variable.attribute:
-        return Kind(variable.class_name, variable.object_name, variable.attribute)
-    owner, _, attribute = variable.name.rpartition(".")
-    return Kind(variable.class_name, owner, attribute)
-
-
-class TableStore:
-    """Numbers for tables: equal contents, equal numbers.
-
-    Attributes
-    ----------
-    infos : Recent
-        Slices indexed with these numbers, for all filters of an engine.
-    """
-
-    def __init__(self) -> None:
-        self.infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
-        self.tables: dict[int, np.ndarray] = {}
-        self._numbers: dict[bytes, int] = {}
-        self._seen: dict[int, tuple[Any, int]] = {}
-
-    def number(self, table: np.ndarray) -> int:
-        """The number of a table; the same array is hashed once."""
-        known = self._seen.get(id(table))
-        if known is not None and known[0]() is table:
-            return known[1]
-        array = np.ascontiguousarray(table, dtype=np.float64)
-        digest = hashlib.blake2b(array.tobytes() + repr(array.shape).encode(), digest_size=16).digest()
-        number = self._numbers.setdefault(digest, len(self._numbers))
-        self.tables.setdefault(number, array)
-        self._seen = {k: v for k, v in self._seen.items() if v[0]() is not None} if len(self._seen) > 4096 else self._seen
-        self._seen[id(table)] = ref(table), number
-        return number
-
-
-class SliceInfo:
-    """A ground slice, indexed for the compiler.
-
-    Attributes
-    ----------
-    slice : GroundSlice
-    names : tuple of str
-        Order of the rows of the evidence: variables of the slice, then static ones defined earlier.
-    row : dict of str to int
-    cards : (V,) int array
-    kinds : tuple of Kind
-    """
-
-    def __init__(self, ground: GroundSlice, static: dict[str, GroundVariable], store: TableStore) -> None:
-        self.slice = ground
-        self.variables = dict(ground.variables)
-        self.variables.update((n, v) for n, v in static.items() if n not in ground.variables)
-        self.names = tuple(self.variables)
-        self.row = {name: i for i, name in enumerate(self.names)}
-        self.cards = np.array([self.variables[n].card for n in self.names], np.int64)
-        self.kinds = tuple(kind_of(self.variables[n]) for n in self.names)
-        given = set(ground.given)
-        self.given = np.array([n in given for n in self.names], bool)
-        self.cpds: tuple[tuple[GroundCPD, int], ...] = tuple((c, store.number(c.table)) for c in ground.cpds if c.child not in given)
-        count = len(self.names)
-        self.parents = np.zeros((count, count), bool)
-        self.has_past = np.zeros(count, bool)
-        for cpd, _ in self.cpds:
-            child = self.row[cpd.child]
-            for parent, lag in cpd.parents:
-                if lag == PREVIOUS:
-                    self.has_past[child] = True
-                elif parent in self.row:
-                    self.parents[child, self.row[parent]] = True
-        self.leaf = ~self.parents.any(axis=0)
-        self.static = np.array([n in static for n in self.names], bool)
-        self.static_variables = {n: self.variables[n] for n in self.names if n in static}
-        self.owners = frozenset(v.object_name for v in ground.variables.values())
-        self._statuses: Recent[tuple[Any, ...], np.ndarray] = Recent(1024)
-        self._matters: Recent[frozenset[tuple[str, str]], np.ndarray] = Recent(16)
-
-    def status(self, evidence: np.ndarray, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
-        """Status of each variable under a pattern of evidence.
-
-        Parameters
-        ----------
-        evidence : (V, W) int array
-            -1 where not observed.
-        soft : names
-            Variables with a likelihood vector.
-        temporal : frozenset of (class, attribute)
-            Kinds of variables that some slice has as parents in the previous slice.
-        """
-        count = (evidence >= 0).sum(axis=1)
-        pattern = (count > 0).astype(np.int8) + (count == evidence.shape[1])
-        matters = self._matters.fetch(temporal, lambda: ~self._readings(temporal) | (self.parents.sum(axis=1) > 1))
-        key = pattern[matters].tobytes(), tuple(soft), temporal
-        return self._statuses.fetch(key, lambda: self._status(count, evidence.shape[1], soft, temporal))
-
-    def _kept(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
-        """Variables that stay in the belief."""
-        return np.array([(k.class_name, k.attribute) in temporal for k in self.kinds], bool) | self.static
-
-    def _readings(self, temporal: frozenset[tuple[str, str]]) -> np.ndarray:
-        """Variables that are there to be observed. Whether they are matters only if they have several parents to couple."""
-        return np.asarray(self.leaf & ~self._kept(temporal) & ~self.has_past & ~self.given)
-
-    def _status(self, count: np.ndarray, batch: int, soft: Iterable[str], temporal: frozenset[tuple[str, str]]) -> np.ndarray:
-        """Status from the number of agents that observe each variable."""
-        kept, reading = self._kept(temporal), self._readings(temporal)
-        status = np.where(count == batch, HELD, np.where(count > 0, WEIGHTED, HIDDEN)).astype(np.int8)
-        status[self.static & (count > 0)] = WEIGHTED
-        status[reading] = ABSORBED
-        for name in soft:
-            if not self.given[self.row[name]]:
-                status[self.row[name]] = WEIGHTED
-        status[self.given] = HELD
-        self._drop_barren(status, count, kept)
-        return status
-
-    def _drop_barren(self, status: np.ndarray, count: np.ndarray, kept: np.ndarray) -> None:
-        """Mark the unobserved, childless variables that would couple two or more hidden parents."""
-        while True:
-            hidden = (status == HIDDEN) | (status == WEIGHTED)
-            alive = status != BARREN
-            childless = ~(self.parents & alive[:, None]).any(axis=0)
-            free = ((status == HIDDEN) | (status == ABSORBED)) & (count == 0) & childless & ~kept & ~self.has_past
-            free &= (self.parents & hidden[None, :]).sum(axis=1) > 1
-            if not free.any():
-                return
-            status[free] = BARREN
-
-
-Node = tuple[str, int]
-
-
-class PieceFactor(NamedTuple):
-    """Variables of a factor in the order of its axes, first column in the array, number of entries."""
-
-    scope: tuple[Node, ...]
-    column: int
-    size: int
-
-
-class Piece(NamedTuple):
-    """A connected part of the belief: which array, which object in it, which factors."""
-
-    group: int
-    instance: int
-    factors: tuple[PieceFactor, ...]
-
-    @property
-    def columns(self) -> slice:
-        """The columns of the array that belong to the piece."""
-        last = self.factors[-1]
-        return slice(self.factors[0].column, last.column + last.size)
-
-
-@dataclass(frozen=True, eq=False)
-class Layout:
-    """What stands where in a belief.
-
-    Attributes
-    ----------
-    pieces : tuple of Piece
-    widths : tuple of int
-        Columns of each array.
-    counts : tuple of int
-        Objects in each array.
-    held : dict of str to int
-        Variables of the slice that were observed for every agent, and their row in its evidence.
-    info : SliceInfo or None
-        The slice; None before the first.
-    """
-
-    pieces: tuple[Piece, ...]
-    widths: tuple[int, ...]
-    counts: tuple[int, ...]
-    held: dict[str, int]
-    info: SliceInfo | None
-
-    def variables(self) -> dict[Node, int]:
-        """Piece of each variable in the belief."""
-        return {node: i for i, piece in enumerate(self.pieces) for factor in piece.factors for node in factor.scope}
-
-
-EMPTY = Layout((), (), (), {}, None)
-
-
-class Move(NamedTuple):
-    """Copy columns of some objects' messages into the message of a group."""
-
-    source: int
-    instances: np.ndarray
-    columns: slice
-    to_instances: np.ndarray
-    to_columns: slice
+from .slice_info import ABSORBED, BARREN, HELD, PAST, PRESENT, WEIGHTED, Kind, NeedsVariable, SliceInfo
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,10 +113,6 @@ class _Draft:
     child: str = ""
 
 
-Choose = Callable[[Sequence[Node], Sequence[tuple[Node, ...]]], tuple[tuple[Node, ...], ...]]
-"""From the present variables of a component and the scopes of its factors to the clusters to project on; () keeps all."""
-
-
 class Compiler:
     """Makes and remembers plans and slice_steps.
 
@@ -368,7 +127,7 @@ class Compiler:
         self.store = store
         self.plans: Recent[PlanSpec, Plan] = Recent(limit)
         self.slice_steps: Recent[tuple[Any, ...], SliceStep] = Recent(limit)
-        self.layouts: Recent[tuple[Any, ...], Layout] = Recent(limit)
+        self.layouts = Layouts(limit)
         self.compiled = 0
 
     def plan(self, spec: PlanSpec) -> Plan:
@@ -380,9 +139,7 @@ class Compiler:
 
         return self.plans.fetch(spec, make)
 
-    def slice_step(
-        self, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None = None, mark: Hashable = None
-    ) -> SliceStep:
+    def slice_step(self, layout: Layout, info: SliceInfo, status: np.ndarray) -> SliceStep:
         """How to go from a belief with `layout` to slice `info` under a pattern of evidence.
 
         Parameters
@@ -390,32 +147,21 @@ class Compiler:
         layout : Layout
         info : SliceInfo
         status : (V,) int array
-        choose : callable, optional
-            Chooses the clusters of a component that is to be projected.
-        mark : hashable
-            Tells choices of clusters apart.
 
         Raises
         ------
         NeedsVariable
             A variable of the previous slice is needed that is not in the belief.
         """
-        key = (layout, info, status.tobytes(), mark)
-        return self.slice_steps.fetch(key, lambda: _Assembler(self, layout, info, status, choose).build())
-
-    def layout(
-        self, pieces: tuple[Piece, ...], widths: tuple[int, ...], counts: tuple[int, ...], held: dict[str, int], info: SliceInfo
-    ) -> Layout:
-        """One object for equal layouts."""
-        key = (pieces, widths, counts, tuple(held.items()), info)
-        return self.layouts.fetch(key, lambda: Layout(pieces, widths, counts, held, info))
+        key = (layout, info, status.tobytes())
+        return self.slice_steps.fetch(key, lambda: _Assembler(self, layout, info, status).build())
 
 
 class _Assembler:
     """Builds one slice_step."""
 
-    def __init__(self, compiler: Compiler, layout: Layout, info: SliceInfo, status: np.ndarray, choose: Choose | None) -> None:
-        self.compiler, self.layout, self.info, self.status, self.choose = compiler, layout, info, status, choose
+    def __init__(self, compiler: Compiler, layout: Layout, info: SliceInfo, status: np.ndarray) -> None:
+        self.compiler, self.layout, self.info, self.status = compiler, layout, info, status
         self.old = layout.variables()
         self.kinds: dict[str, Kind] = {}
         self.cards: dict[Node, int] = {}
@@ -511,7 +257,7 @@ class _Assembler:
         widths = tuple(group.plan.message_size for group in groups)
         counts = tuple(len(group.members) for group in groups)
         held = {self.info.names[row]: int(row) for row in np.flatnonzero(self.status == HELD)}
-        layout = self.compiler.layout(tuple(pieces), widths, counts, held, self.info)
+        layout = self.compiler.layouts.one(tuple(pieces), widths, counts, held, self.info)
         return SliceStep(tuple(groups), layout, self.status.copy(), soft_columns, at, where)
 
     def group(self, components: Sequence[_Component], soft_columns: dict[str, slice]) -> Group:
@@ -599,16 +345,12 @@ class _Component:
         self.soft = [d.child for d in soft]
         factors += [SoftFactor(number[d.scope[0]], q) for q, d in enumerate(soft)]
         self.readings = frozenset(readings | set(self.soft))
-        present = [v for v in self.nodes if v[1] != PAST]
-        clusters: tuple[tuple[Node, ...], ...] = ()
-        if assembler.choose is not None and len(present) > 1:
-            clusters = assembler.choose(self.nodes, [d.scope for d in drafts])
         self.spec = PlanSpec(
             tuple(assembler.cards[v] for v in self.nodes),
             tuple(v[1] == PAST for v in self.nodes),
             tuple(factors),
             len(self.columns),
-            tuple(tuple(number[v] for v in c) for c in clusters),
+            (),
         )
 
     def label(self, node: Node) -> tuple[int, str, int]:

@@ -1,1 +1,1 @@
-"""The ways to carry a belief from slice to slice, behind one interface."""
+"""The ways to carry a belief from slice to slice, behind one interface (`engine.Engine`)."""

@@ -9,27 +9,49 @@ What a plan costs is known before it runs (`Plan.cost`); how many operations a m
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from cprm_gym.errors import CostError, ParameterError
 
 from .. import smoothing
-from ..compiled.steps import Kind, Piece, PieceFactor, SliceInfo, SliceStep
+from ..compiled.belief import FactoredBelief, Piece, PieceFactor, nothing_yet
+from ..compiled.slice_info import Kind, SliceInfo
+from ..compiled.steps import SliceStep
 from ..evidence import Readings
-from .exact import ComponentCost, FactoredBelief, Outcome
+from .clusters import project
+from .engine import ComponentCost, Engine, StepResult
+from .exact import FactoredResult
 from .particle_steps import Block
 from .particles import Estimate, ParticleEngine, Particles, count
-from .projection import ProjectionEngine, project
+from .projection import ProjectionEngine
 
 SHARE = 0.6
 """Share of the time that the plans may be expected to take; the rest is for what surrounds them."""
 
 
-class AnytimeEngine:
+class AnytimeBelief(NamedTuple):
+    """A belief of factors or of particles, whichever the last step could afford.
+
+    Attributes
+    ----------
+    belief : FactoredBelief or Particles
+    since : SliceInfo or None
+        The slice in which particles were last needed: while it stays the same, factors are not tried.
+    random : dict
+        State of the stream of random numbers.
+    """
+
+    belief: FactoredBelief | Particles
+    since: SliceInfo | None
+    random: Mapping[str, Any]
+
+
+class AnytimeEngine(Engine):
     """Exact, projected or sampled, whatever the budget allows.
 
     Parameters
@@ -48,7 +70,8 @@ class AnytimeEngine:
         As for `ExactEngine`.
     """
 
-    name = "anytime"
+    name: ClassVar[str] = "anytime"
+    exact: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -63,104 +86,113 @@ class AnytimeEngine:
             raise ParameterError(f"`budget_ms` is positive, got {budget_ms!r}")
         self.budget_ms, self.block, self.most = budget_ms, block, most
         self.rate = 1e6
-        self.factored = ProjectionEngine(memory_limit=memory_limit, threads=threads)
+        self.factors = ProjectionEngine(memory_limit=memory_limit, threads=threads)
         self.sampled = ParticleEngine(block, seed)
-        self.sampled.store = self.factored.store
-        self._sampled_since: SliceInfo | None = None
+        self.sampled.store = self.factors.store
+        self.store = self.factors.store
 
     @property
-    def store(self) -> Any:
-        """The tables."""
-        return self.factored.store
+    def temporal(self) -> frozenset[tuple[str, str]]:  # type: ignore[override]
+        """Kinds of variables that are kept."""
+        return self.factors.temporal
 
-    def start(self, batch: int) -> FactoredBelief:
-        """The belief before the first slice."""
-        return self.factored.start(batch)
+    def start(self, batch: int) -> AnytimeBelief:
+        return AnytimeBelief(nothing_yet(batch), None, self.sampled.stream())
 
     def note(self, kind: Kind) -> None:
-        """Keep variables of this kind."""
-        self.factored.note(kind)
+        self.factors.note(kind)
         self.sampled.note(kind)
 
-    def learn(self, info: SliceInfo) -> None:
-        """Note the kinds of all previous-slice parents of a slice."""
-        self.factored.learn(info)
-        self.sampled.learn(info)
+    @property
+    def compiled(self) -> int:
+        return self.factors.compiled
 
-    def snapshot(self) -> Any:
-        """State of the random numbers."""
-        return self.sampled.snapshot(), self._sampled_since
+    def cost(self, belief: AnytimeBelief, info: SliceInfo, readings: Readings) -> list[ComponentCost]:
+        return self.factors.cost(self.factored(belief), info, readings)
 
-    def restore(self, state: Any) -> None:
-        """Take up the random numbers where a snapshot left them."""
-        self.sampled.restore(state[0])
-        self._sampled_since = state[1]
+    def prepare(self, belief: AnytimeBelief, info: SliceInfo, readings: Readings) -> AnytimeBelief:
+        return belief._replace(belief=self.factors.prepare(self.factored(belief), info, readings))
 
-    def branch(self) -> None:
-        """Go on with the next of the independent streams of random numbers that the seed gives."""
-        self.sampled.branch()
+    def factored(self, belief: AnytimeBelief) -> FactoredBelief:
+        if isinstance(belief.belief, Particles):
+            self._cannot("keeps particles now, not factors")
+        return belief.belief
 
-    def slice_step(self, belief: FactoredBelief, info: SliceInfo, readings: Readings) -> SliceStep:
-        """The exact step."""
-        return self.factored.slice_step(belief, info, readings)
+    def adopt(self, belief: FactoredBelief) -> AnytimeBelief:
+        return AnytimeBelief(belief, None, self.sampled.stream())
 
-    def cost(self, slice_step: SliceStep, batch: int) -> list[ComponentCost]:
-        """What the exact step would take."""
-        return self.factored.cost(slice_step, batch)
+    def project(self, belief: AnytimeBelief, clusters: Sequence[Sequence[str]]) -> tuple[AnytimeBelief, np.ndarray]:
+        projected, loss = self.factors.project(self.factored(belief), clusters)
+        return belief._replace(belief=projected), loss
 
-    def advance(
-        self,
-        belief: FactoredBelief | Particles,
-        info: SliceInfo,
-        readings: Readings,
-        status: np.ndarray | None = None,
-        forgive: np.ndarray | None = None,
-    ) -> Outcome | Estimate:
+    def conflict(self, before: AnytimeBelief, result: StepResult, agent: int) -> list[str]:
+        if isinstance(result, FactoredResult) and not isinstance(before.belief, Particles):
+            return self.factors.conflict(before.belief, result, agent)
+        return result.suspects(agent)
+
+    def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> StepResult:
+        kept: AnytimeBelief = result.belief
+        if isinstance(result, FactoredResult):
+            mixed = self.factors.replace_agents(result, first, readings, agents, forgive)
+            return replace(mixed, belief=kept._replace(belief=mixed.factored))
+        assert isinstance(result, Estimate)
+        inner = replace(result, belief=kept.belief)
+        self.sampled.rng.bit_generator.state = kept.random
+        return self._sampled(self.sampled.begin_some(inner, first, readings, agents, forgive), kept.since)
+
+    def _sampled(self, estimate: Estimate, since: SliceInfo | None) -> Estimate:
+        """The estimate with a belief of this engine's own."""
+        return replace(estimate, belief=AnytimeBelief(estimate.belief, since, dict(self.sampled.rng.bit_generator.state)))
+
+    def advance(self, belief: AnytimeBelief, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> StepResult:
         """Go on by one slice by the best engine that fits."""
         begun = perf_counter()
-        factored = belief
-        if isinstance(belief, Particles) and info is not self._sampled_since:
-            factored = to_factors(self.factored, belief)
-        if isinstance(factored, FactoredBelief) and forgive is None:
-            outcome = self._try_factored(factored, info, readings, status)
-            if outcome is not None:
-                return self._timed(outcome, begun)
-        self._sampled_since = info
-        particles = belief if isinstance(belief, Particles) else to_particles(belief, self.block, self.sampled.rng)
-        return self._timed(self._sample(particles, info, readings, status, begun, forgive), begun)
+        inner = belief.belief
+        factored: FactoredBelief | None = None
+        if not isinstance(inner, Particles):
+            factored = inner
+        elif info is not belief.since:
+            factored = to_factors(self.factors, inner)
+        if factored is not None and forgive is None:
+            result = self._try_factored(factored, info, readings)
+            if result is not None:
+                return self._timed(replace(result, belief=belief._replace(belief=result.factored)), begun)
+        self.sampled.rng.bit_generator.state = belief.random
+        particles = inner if isinstance(inner, Particles) else to_particles(inner, self.block, self.sampled.rng)
+        return self._timed(self._sampled(self._sample(particles, info, readings, begun, forgive), info), begun)
 
-    def _timed(self, result: Outcome | Estimate, begun: float) -> Outcome | Estimate:
+    def _timed(self, result: StepResult, begun: float) -> StepResult:
         result.report = {**result.report, "ms": 1e3 * (perf_counter() - begun), "budget_ms": self.budget_ms}
         return result
 
-    def _try_factored(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> Outcome | None:
+    def _try_factored(self, belief: FactoredBelief, info: SliceInfo, readings: Readings) -> FactoredResult | None:
         """An exact or projected step, or None if none fits."""
         batch = readings.hard.shape[1]
         allowed = SHARE * self.budget_ms * self.rate
-        slice_step = self.factored.slice_step(belief, info, readings, status)
+        slice_step = self.factors.slice_step(belief, info, readings)
         members = max(1, sum(len(g.members) for g in slice_step.groups if g.plan.cost.flops * batch > 0.2 * allowed))
         share = allowed / batch / members
-        self.factored.max_flops = 2.0 ** np.floor(np.log2(share))
+        self.factors.max_flops = 2.0 ** np.floor(np.log2(share))
         tier = "exact"
         loss, clusters = np.zeros(batch), None
         if self.flops(slice_step, batch) > allowed or not self.fits(slice_step, batch):
-            chosen = self.factored.choice(belief, info, slice_step)
+            chosen = self.factors.choice(belief, info, slice_step)
             if not chosen:
                 return None
             try:
-                belief, loss = project(self.factored, belief, chosen)
+                belief, loss = project(self.factors.compiler, self.factors.memory_limit, belief, chosen)
             except CostError:
                 return None
             clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
             tier = "projection"
-            slice_step = self.factored.slice_step(belief, info, readings, status)
+            slice_step = self.factors.slice_step(belief, info, readings)
             if self.flops(slice_step, batch) > 4.0 * allowed or not self.fits(slice_step, batch):
                 return None
         begun = perf_counter()
-        outcome = self.factored.run(belief, info, readings, slice_step)
+        result = self.factors.run(belief, info, readings, slice_step)
         self._learn_rate(self.flops(slice_step, batch), perf_counter() - begun)
-        report = {**outcome.report, "clusters": clusters} if clusters is not None else outcome.report
-        return replace(outcome, engine=tier, loss=outcome.loss + loss, report=report)
+        report = {**result.report, "clusters": clusters} if clusters is not None else result.report
+        return replace(result, engine=tier, exact=result.exact and clusters is None, loss=result.loss + loss, report=report)
 
     def flops(self, slice_step: SliceStep, batch: int) -> float:
         """Operations of a step."""
@@ -169,7 +201,7 @@ class AnytimeEngine:
     def fits(self, slice_step: SliceStep, batch: int) -> bool:
         """Whether every component stays within the memory."""
         try:
-            self.factored.check(slice_step, batch)
+            self.factors.check(slice_step, batch)
         except CostError:
             return False
         return True
@@ -184,13 +216,11 @@ class AnytimeEngine:
         belief: Particles,
         info: SliceInfo,
         readings: Readings,
-        status: np.ndarray | None,
         begun: float,
         forgive: np.ndarray | None,
     ) -> Estimate:
         """Particles in blocks until the time is up; at least one block."""
-        if status is None:
-            status = info.status(readings.hard, readings.soft, self.sampled.temporal)
+        status = info.status(readings.hard, readings.soft, self.sampled.temporal)
         blocks: list[Block] = []
         longest = 0.0
         while True:
@@ -206,7 +236,7 @@ class AnytimeEngine:
 def to_particles(belief: FactoredBelief, number: int, rng: np.random.Generator) -> Particles:
     """Particles drawn from a belief of factors."""
     batch = belief.hard.shape[1]
-    drawn = smoothing.sample_belief(belief, batch, number, rng)
+    drawn = smoothing.sample_belief(belief, number, rng)
     parts = tuple(tuple(dict.fromkeys(name for f in piece.factors for name, _ in f.scope)) for piece in belief.layout.pieces)
     inside = {n for part in parts for n in part}
     weights = tuple(np.full((batch, number), 1.0 / number) for _ in parts)
@@ -240,7 +270,7 @@ def to_factors(engine: ProjectionEngine, belief: Particles, floor: float = 1e-3)
             pieces.append(Piece(len(arrays), 0, (PieceFactor(scope, 0, table.shape[1]),)))
             arrays.append(table / table.sum(axis=1, keepdims=True))
     held = {n: row for n, row in info.row.items() if n in belief.held}
-    layout = engine.compiler.layout(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
+    layout = engine.compiler.layouts.one(tuple(pieces), tuple(a.shape[1] for a in arrays), (1,) * len(arrays), held, info)
     return FactoredBelief(layout, tuple(arrays), belief.hard)
 
 

@@ -2,70 +2,58 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from cprm_gym.errors import ImpossibleEvidence
 
-from ..bayes_net import one_hot
-from ..compiled.steps import ABSORBED, NeedsVariable, SliceInfo
-from ..evidence import UNOBSERVED, Readings
-from .exact import ExactEngine, Outcome
+from ..compiled.slice_info import SliceInfo
+from ..evidence import UNOBSERVED, Readings, one_hot
+
+Oracle = Callable[[Sequence[Sequence[str]]], Sequence[bool]]
+"""Which of some sets of readings have probability zero."""
 
 
-def suspects(outcome: Outcome, agent: int) -> list[str]:
-    """Observed variables of the components in which an agent's readings are impossible, except what is given."""
-    info = outcome.info
-    names: dict[str, None] = {}
-    for group, b in outcome.excluded(agent):
-        for name in sorted(group.readings[b], key=lambda n: info.row[n]):
-            seen = outcome.readings.hard[info.row[name], agent] >= 0 or name in outcome.readings.soft
-            if seen and not info.given[info.row[name]]:
-                names[name] = None
-    return list(names)
+def smallest_conflict(names: Sequence[str], impossible: Oracle, at_once: int = 1) -> list[str]:
+    """A smallest-by-inclusion subset of readings that have probability zero together.
 
+    The readings are left out in turn, from the first on, and stay out while the rest is still impossible. How many can go is found by
+    search, since what is left stays possible once it is.
 
-def minimal_conflict(engine: ExactEngine, before: Any, info: SliceInfo, readings: Readings, names: list[str], agent: int) -> list[str]:
-    """A smallest-by-inclusion subset of the readings that still has probability zero.
+    Parameters
+    ----------
+    names : sequence of str
+        Impossible together.
+    impossible : callable
+    at_once : int
+        How many sets are handed to `impossible` in one call.
 
-    Each reading is left out in turn, and stays out if the rest is still impossible.
+    References
+    ----------
+    Junker, QuickXplain, AAAI 2004.
     """
-    row = np.array([agent])
-    batch = readings.hard.shape[1]
-    alone = before._replace(messages=tuple(np.ascontiguousarray(m[agent::batch]) for m in before.messages), hard=before.hard[:, row])
-    kept = list(names)
-
-    def impossible(left: list[str]) -> bool:
-        part = readings.rows(row)
-        hard = part.hard.copy()
-        for name in names:
-            if name not in left:
-                hard[info.row[name]] = UNOBSERVED
-        soft = {n: s for n, s in part.soft.items() if n in left or n not in names}
-        try:
-            return bool(engine.advance(alone, info, Readings(hard, soft)).impossible[0])
-        except NeedsVariable:
-            return False
-
-    for name in names:
-        left = [n for n in kept if n != name]
-        if impossible(left):
-            kept = left
-    return kept
+    core: list[str] = []
+    rest = list(names)
+    while True:
+        low, high = 0, len(rest) + 1
+        while high - low > 1:
+            probes = np.unique(np.linspace(low, high, min(at_once, high - low - 1) + 2).astype(int)[1:-1]).tolist()
+            probes = [p for p in probes if low < p < high] or [low + 1]
+            for probe, still in zip(probes, impossible([core + rest[p:] for p in probes])):
+                if still:
+                    low = max(low, probe)
+                else:
+                    high = min(high, probe)
+        if low == len(rest):
+            return core
+        core.append(rest[low])
+        rest = rest[low + 1 :]
 
 
-def explain(
-    engine: Any, before: Any, info: SliceInfo, readings: Readings, outcome: Any, agents: np.ndarray, step: int
-) -> ImpossibleEvidence:
-    """The error that names a smallest conflicting set of readings of the first agent concerned."""
+def impossible_evidence(names: Sequence[str], info: SliceInfo, readings: Readings, agents: np.ndarray, step: int) -> ImpossibleEvidence:
+    """The error that names the conflicting readings of the first agent concerned."""
     agent = int(agents[0])
-    if isinstance(outcome, Outcome) and not outcome.replaced and isinstance(engine, ExactEngine):
-        names = minimal_conflict(engine, before, info, readings, suspects(outcome, agent), agent)
-    elif hasattr(outcome, "suspects"):
-        names = outcome.suspects(agent)
-    else:
-        names = [n for n, r in info.row.items() if readings.hard[r, agent] >= 0 and not info.given[r]]
     shown = []
     for name in names:
         value = readings.hard[info.row[name], agent]
@@ -79,50 +67,31 @@ def explain(
     )
 
 
-def soften(outcome: Outcome, info: SliceInfo, readings: Readings, agents: np.ndarray, eps: float | None, extent: str) -> Readings | None:
-    """Readings with the impossible ones taken out, or taken as true with probability ``1 - eps``.
+def softened(info: SliceInfo, readings: Readings, conflicts: Mapping[int, Sequence[str]], eps: float | None) -> Readings:
+    """Readings with the conflicting ones of each agent taken out, or taken as true with probability ``1 - eps``.
 
     Parameters
     ----------
-    outcome : Outcome
-        Of the readings.
     info : SliceInfo
     readings : Readings
-    agents : int array
-        Those concerned.
+    conflicts : dict of agent to names
     eps : float or None
         None takes the readings out.
-    extent : {"readings", "components", "everything"}
-        Only childless readings of the components that are impossible; every observed variable of these; all that the agents
-        observed. What is given stays.
-
-    Returns
-    -------
-    Readings or None
-        None if there is nothing left to change.
     """
     hard = readings.hard.copy()
-    soft = dict(readings.soft)
-    changed = False
-    for agent in map(int, agents):
-        for name in info.names if extent == "everything" else suspects(outcome, agent):
+    soft = {name: np.array(likelihood) for name, likelihood in readings.soft.items()}
+    for agent, names in conflicts.items():
+        for name in names:
             row = info.row[name]
-            if info.given[row] or (extent == "readings" and outcome.slice_step.status[row] != ABSORBED):
-                continue
             card = int(info.cards[row])
-            observed = hard[row, agent] >= 0
-            if observed and eps is not None:
-                likelihood = np.array(soft[name]) if name in soft else one_hot(hard[row], card)
+            if eps is None:
+                if name in soft:
+                    soft[name][agent] = 1.0
+            elif hard[row, agent] >= 0:
+                likelihood = soft.setdefault(name, one_hot(hard[row], card))
                 likelihood[agent] = eps / card
                 likelihood[agent, hard[row, agent]] += 1.0 - eps
-                soft[name] = likelihood
-                changed = True
-            elif not observed and name in soft and (soft[name][agent] <= 0.0).any():
-                likelihood = np.array(soft[name])
-                share = 0.0 if eps is None else 1.0 - eps
-                likelihood[agent] = share * likelihood[agent] + (1.0 - share) * max(likelihood[agent].max(), 1e-300)
-                soft[name] = likelihood
-                changed = True
-            changed |= bool(observed)
+            else:
+                soft[name][agent] = (1.0 - eps) * soft[name][agent] + eps * max(soft[name][agent].max(), 1e-300)
             hard[row, agent] = UNOBSERVED
-    return Readings(hard, soft) if changed else None
+    return Readings(hard, soft)

@@ -12,88 +12,46 @@ Murphy, Dynamic Bayesian Networks, 2002, section 3; dissertation sections 2.3.3 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from cprm_gym.errors import CostError, ModelError, ParameterError, did_you_mean
 
-from ...grounding.slices import STATIC
-from ..compiled.steps import (
-    ABSORBED,
-    BARREN,
-    EMPTY,
-    HELD,
-    PRESENT,
-    Choose,
-    Compiler,
-    Group,
-    Kind,
-    Layout,
-    SliceInfo,
-    SliceStep,
-    TableStore,
-)
-from ..evidence import Readings
-from ..factors import Factor, contract_all
+from ...grounding.slices import SAME, STATIC
+from ..compiled.belief import FactoredBelief, Layout, Renaming, belief_factors, join, merge, nothing_yet, renaming, select
+from ..compiled.cache import Recent, TableStore
+from ..compiled.slice_info import PAST, PRESENT, SliceInfo
+from ..compiled.steps import Compiler, Group, SliceStep
+from ..evidence import UNOBSERVED, Readings
+from ..factors import Factor
 from ..join_tree import connected
-
-
-class FactoredBelief(NamedTuple):
-    """All that is known after a slice. Its arrays are never changed, so a belief is its own snapshot.
-
-    Attributes
-    ----------
-    layout : Layout
-    messages : tuple of (objects * W, columns) float arrays
-    hard : (V, W) int array
-        Readings of the slice.
-    """
-
-    layout: Layout
-    messages: tuple[np.ndarray, ...]
-    hard: np.ndarray
-
-
-class ComponentCost(NamedTuple):
-    """What one component of a step takes, for all agents."""
-
-    variables: tuple[str, ...]
-    """Hidden variables of the past and the present slice, those of the first object if several are alike."""
-    objects: int
-    """How many like components run as one batch."""
-    bytes: int
-    """Working memory, belief included."""
-    flops: float
-    largest: int
-    """Entries of the largest table."""
+from .clusters import given_clusters, project
+from .conflicts import smallest_conflict
+from .engine import ComponentCost, Engine, StepResult, status_of_beginners
 
 
 @dataclass
-class Outcome:
-    """What one step gave.
+class FactoredResult(StepResult):
+    """What one compiled step gave.
 
     Attributes
     ----------
-    belief : FactoredBelief
-    info : SliceInfo
-    readings : Readings
+    belief : FactoredBelief, or what an engine makes of it
+    factored : FactoredBelief
     slice_step : SliceStep
     marginals : list of (objects * W, columns) float arrays
-    increment : (W,) float array
-        ln P(readings of this slice | those of earlier ones); -inf where impossible.
-    loss : (W,) float array
-        Kullback-Leibler divergence of the projection, nats; zero if nothing was projected.
     sums : list of (objects * W, roots) float arrays
         Normalising constants of each group of components.
-    replaced : list of (agents, Outcome)
+    replaced : list of (agents, FactoredResult)
         Agents whose answer comes from another step: those that began anew.
     """
 
-    belief: FactoredBelief
+    belief: Any
+    factored: FactoredBelief
     info: SliceInfo
     readings: Readings
     slice_step: SliceStep
@@ -101,114 +59,57 @@ class Outcome:
     increment: np.ndarray
     loss: np.ndarray
     sums: list[np.ndarray]
-    replaced: list[tuple[np.ndarray, Outcome]] = field(default_factory=list)
+    replaced: list[tuple[np.ndarray, FactoredResult]] = field(default_factory=list)
     engine: str = "exact"
+    exact: bool = True
     report: dict[str, Any] = field(default_factory=dict)
 
-    @property
-    def exact_step(self) -> bool:
-        """Whether the step approximated nothing."""
-        return "clusters" not in self.report
-
     def __post_init__(self) -> None:
-        self.batch = int(self.readings.hard.shape[1])
+        self.status = self.slice_step.status
+        self._batch = int(self.readings.hard.shape[1])
+
+    def marginal(self, name: str) -> np.ndarray:
+        at = self.slice_step.where.get(name)
+        if at is None:
+            return self.joint((name,))
+        group, instance, column, card = at
+        batch = self._batch
+        found: np.ndarray = self.marginals[group][instance * batch : (instance + 1) * batch, column : column + card]
+        return self._of_others(found.copy(), (name,)) if self.replaced else found
+
+    def joint(self, names: Sequence[str]) -> np.ndarray:
+        found = super().joint(names)
+        return self._of_others(found, names) if self.replaced else found
+
+    def _of_others(self, found: np.ndarray, names: Sequence[str]) -> np.ndarray:
+        """The table with the rows of those who began anew; zeros where their slice has no such variable."""
+        for agents, other in self.replaced:
+            found[agents] = other.joint(names) if all(name in other.info.row for name in names) else 0.0
+        return found
+
+    def hidden_factors(self, names: Sequence[str]) -> list[Factor]:
+        return [Factor(tuple(name for name, _ in f.scope), f.table) for f in belief_factors(self.factored)]
 
     def excluded(self, agent: int) -> list[tuple[Group, int]]:
         """Components in which an agent's readings are impossible: their group and number in it."""
         found = []
         for group, sums in zip(self.slice_step.groups, self.sums):
             for b in range(len(group.members)):
-                if (sums[b * self.batch + agent] <= 0.0).any():
+                if (sums[b * self._batch + agent] <= 0.0).any():
                     found.append((group, b))
         return found
 
-    @property
-    def impossible(self) -> np.ndarray:
-        """(W,) bool array: where the readings have probability zero."""
-        return np.asarray(~np.isfinite(self.increment))
-
-    def marginal(self, name: str) -> np.ndarray:
-        """P(variable | all readings so far), shape (W, card)."""
-        at = self.slice_step.where.get(name)
-        if at is not None:
-            group, instance, column, card = at
-            batch = self.batch
-            found: np.ndarray = self.marginals[group][instance * batch : (instance + 1) * batch, column : column + card]
-        else:
-            found = self.joint((name,))
-        if self.replaced:
-            found = found.copy()
-            for agents, other in self.replaced:
-                found[agents] = other.marginal(name)
-        return found
-
-    def factors(self) -> list[Factor]:
-        """The belief as factors; a variable is named (name, slice), slice 0 or -1 for a static one."""
-        return belief_factors(self.belief, self.batch)
-
-    def conditional(self, name: str) -> Factor:
-        """P(reading | its parents, what was observed of it), for a variable that is not in the belief."""
-        info, row = self.info, self.info.row[name]
-        cpd = info.slice.by_child[name]
-        scope = tuple((p, STATIC if p in info.row and info.static[info.row[p]] else PRESENT) for p, _ in cpd.parents) + ((name, PRESENT),)
-        table = np.broadcast_to(cpd.table, (self.batch, *cpd.table.shape)).copy()
-        values = self.readings.hard[row]
-        seen = np.flatnonzero(values >= 0)
-        table[seen] = 0.0
-        table[seen, ..., values[seen]] = 1.0
-        return Factor(scope, table)
-
-    def joint(self, names: Sequence[str]) -> np.ndarray:
-        """P(variables | all readings so far), shape (W, card, ...), axes in the order of `names`."""
-        info = self.info
-        for name in names:
-            if name not in info.row:
-                raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
-        if len(set(names)) != len(names):
-            raise ModelError(f"a variable is named twice in {tuple(names)}")
-        status = self.slice_step.status
-        factors = self.factors()
-        queue, added = list(names), set()
-        while queue:
-            name = queue.pop()
-            row = info.row[name]
-            if name in added:
-                continue
-            added.add(name)
-            if status[row] == HELD:
-                table = np.zeros((self.batch, int(info.cards[row])))
-                table[np.arange(self.batch), self.readings.hard[row]] = 1.0
-                factors.append(Factor(((name, PRESENT),), table))
-            elif status[row] in (ABSORBED, BARREN):
-                factors.append(self.conditional(name))
-                queue += [p for p, _ in info.slice.by_child[name].parents]
-        wanted = [(n, STATIC if info.static[info.row[n]] else PRESENT) for n in names]
-        linked = connected([wanted, *(f.scope for f in factors)])[0]
-        factors = [factors[i - 1] for i in linked if i > 0]
-        table = contract_all(factors, wanted).table
-        table = np.broadcast_to(table, (self.batch, *table.shape[1:]))
-        total = table.sum(axis=tuple(range(1, table.ndim)), keepdims=True)
-        found: np.ndarray = np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
-        for agents, other in self.replaced:
-            found[agents] = other.joint(names)
-        return found
+    def suspects(self, agent: int) -> list[str]:
+        info, hard = self.info, self.readings.hard
+        read = {name for group, b in self.excluded(agent) for name in group.readings[b]}
+        return [
+            name
+            for name in sorted(read, key=lambda n: info.row[n])
+            if (hard[info.row[name], agent] >= 0 or name in self.readings.soft) and not info.given[info.row[name]]
+        ]
 
 
-def belief_factors(belief: FactoredBelief, batch: int) -> list[Factor]:
-    """The factors of a belief, each with a leading axis for the agents."""
-    info = belief.layout.info
-    factors = []
-    for piece in belief.layout.pieces:
-        message = belief.messages[piece.group]
-        rows = message[piece.instance * batch : (piece.instance + 1) * batch]
-        for f in piece.factors:
-            assert info is not None
-            shape = [int(info.cards[info.row[name]]) for name, _ in f.scope]
-            factors.append(Factor(f.scope, rows[:, f.column : f.column + f.size].reshape(batch, *shape)))
-    return factors
-
-
-class ExactEngine:
+class ExactEngine(Engine):
     """Compiles and runs steps.
 
     Parameters
@@ -219,7 +120,9 @@ class ExactEngine:
         How many threads share the agents of a batch. Results do not depend on it.
     """
 
-    name = "exact"
+    name: ClassVar[str] = "exact"
+    exact: ClassVar[bool] = True
+    divisible: ClassVar[bool] = True
 
     def __init__(self, memory_limit: float = 2.0**31, threads: int = 1) -> None:
         if threads < 1:
@@ -229,44 +132,73 @@ class ExactEngine:
         self.store = TableStore()
         self.compiler = Compiler(self.store)
         self.memory_limit = memory_limit
-        self.temporal: frozenset[tuple[str, str]] = frozenset()
+        self.temporal = frozenset()
+        self._renamings: Recent[tuple[Layout, SliceInfo, tuple[tuple[str, str], ...]], Renaming] = Recent(1024)
 
     def start(self, batch: int) -> FactoredBelief:
-        """The belief before the first slice."""
-        return FactoredBelief(EMPTY, (), np.zeros((0, batch), np.int64))
+        return nothing_yet(batch)
 
-    def note(self, kind: Kind) -> None:
-        """Keep variables of this kind in the belief from now on: some slice has them as parents in the previous slice."""
-        self.temporal |= {(kind.class_name, kind.attribute)}
-
-    def learn(self, info: SliceInfo) -> None:
-        """Note the kinds of all previous-slice parents of a slice."""
-        for cpd in info.slice.cpds:
-            for parent, lag in cpd.parents:
-                if lag == 1 and parent in info.row:
-                    self.note(info.kinds[info.row[parent]])
-
-    def choose(self, belief: FactoredBelief, info: SliceInfo) -> tuple[Choose | None, Hashable]:
-        """How to project each component, and a mark of that choice; an exact engine keeps all."""
-        return None, None
+    # ------------------------------------------------------------------------------------------------- steps
 
     def slice_step(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> SliceStep:
         """The compiled step; made if it is new."""
         if status is None:
             status = info.status(readings.hard, readings.soft, self.temporal)
-        choose, mark = self.choose(belief, info)
-        return self.compiler.slice_step(belief.layout, info, status, choose, mark)
+        return self.compiler.slice_step(belief.layout, info, status)
 
-    def cost(self, slice_step: SliceStep, batch: int) -> list[ComponentCost]:
-        """What the components of a step take, the largest first."""
-        costs = []
+    def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> FactoredResult:
+        return self.advance_as(belief, info, readings, None)
+
+    def advance_as(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> FactoredResult:
+        """As `advance`, with every variable's status given."""
+        slice_step = self.slice_step(belief, info, readings, status)
+        self.check(slice_step, readings.hard.shape[1])
+        return self.run(belief, info, readings, slice_step)
+
+    def run(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, slice_step: SliceStep) -> FactoredResult:
+        """Run a compiled step."""
+        batch = readings.hard.shape[1]
+        soft = soft_array(slice_step, info, readings)
+        messages, marginals, sums = [], [], []
+        increment = np.zeros(batch)
         for group in slice_step.groups:
+            incoming = slice_step.assemble(group, belief.messages, batch)
+            message, found, totals, _ = group.plan.run(
+                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment, self.pool, self.threads
+            )
+            messages.append(message)
+            marginals.append(found)
+            sums.append(totals)
+        after = FactoredBelief(slice_step.layout, tuple(messages), readings.hard)
+        return FactoredResult(after, after, info, readings, slice_step, marginals, increment, np.zeros(batch), sums, engine=self.name)
+
+    def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> FactoredResult:
+        assert isinstance(result, FactoredResult)
+        anew = self.advance_as(self.start(len(agents)), first, readings, status_of_beginners(result, first, readings, self.temporal))
+        belief = merge(self.compiler.layouts, result.factored, anew.factored, agents)
+        increment, loss = result.increment.copy(), result.loss.copy()
+        increment[agents], loss[agents] = anew.increment, anew.loss
+        return replace(result, belief=belief, factored=belief, increment=increment, loss=loss, replaced=[*result.replaced, (agents, anew)])
+
+    # ------------------------------------------------------------------------------------------------- plans
+
+    @property
+    def compiled(self) -> int:
+        return self.compiler.compiled
+
+    def cost(self, belief: FactoredBelief, info: SliceInfo, readings: Readings) -> list[ComponentCost]:
+        batch = readings.hard.shape[1]
+        costs = []
+        for group in self.slice_step(belief, info, readings).groups:
             rows = len(group.members) * batch
             one = group.plan.cost
             memory = one.bytes + 8 * rows * (group.plan.message_size + group.plan.marginal_size)
             names = tuple(f"{name}[t-1]" if lag == 1 else name for name, lag in group.members[0])
             costs.append(ComponentCost(names, len(group.members), memory, one.flops * rows, one.largest))
         return sorted(costs, key=lambda c: -c.bytes)
+
+    def prepare(self, belief: FactoredBelief, info: SliceInfo, readings: Readings) -> FactoredBelief:
+        return FactoredBelief(self.slice_step(belief, info, readings).layout, (), readings.hard)
 
     def check(self, slice_step: SliceStep, batch: int) -> None:
         """Refuse a step that would take more memory than is allowed.
@@ -284,33 +216,94 @@ class ExactEngine:
                     f"{self.memory_limit / 2**30:.2f}; project it (engine='projection' or 'anytime') or raise `memory_limit`"
                 )
 
-    def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
-        """Go on by one slice. The given belief stays as it is.
+    # ------------------------------------------------------------------------------------------------- agents and factors
 
-        Raises
-        ------
-        NeedsVariable, CostError, ModelError
-        """
-        slice_step = self.slice_step(belief, info, readings, status)
-        self.check(slice_step, readings.hard.shape[1])
-        return self.run(belief, info, readings, slice_step)
+    def form(self, belief: FactoredBelief) -> Hashable:
+        return belief.layout
 
-    def run(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, slice_step: SliceStep) -> Outcome:
-        """Run a compiled step."""
-        batch = readings.hard.shape[1]
-        soft = soft_array(slice_step, info, readings)
-        messages, marginals, sums = [], [], []
-        increment = np.zeros(batch)
-        for group in slice_step.groups:
-            incoming = slice_step.assemble(group, belief.messages, batch)
-            message, found, totals, _ = group.plan.run(
-                incoming, group.columns, readings.hard, belief.hard, soft, group.soft_at, increment, self.pool, self.threads
-            )
-            messages.append(message)
-            marginals.append(found)
-            sums.append(totals)
-        after = FactoredBelief(slice_step.layout, tuple(messages), readings.hard)
-        return Outcome(after, info, readings, slice_step, marginals, increment, np.zeros(batch), sums, engine=self.name)
+    def select(self, belief: FactoredBelief, agents: np.ndarray) -> FactoredBelief:
+        return select(belief, agents)
+
+    def join(self, beliefs: Sequence[FactoredBelief]) -> FactoredBelief:
+        return join(beliefs)
+
+    def renamed(self, belief: FactoredBelief, info: SliceInfo, name_of: Mapping[str, str]) -> FactoredBelief:
+        key = belief.layout, info, tuple(name_of.items())
+        return self._renamings.fetch(key, lambda: renaming(self.compiler.layouts, belief.layout, info, name_of)).of(belief)
+
+    def factored(self, belief: FactoredBelief) -> FactoredBelief:
+        return belief
+
+    def adopt(self, belief: FactoredBelief) -> FactoredBelief:
+        return belief
+
+    def project(self, belief: FactoredBelief, clusters: Sequence[Sequence[str]]) -> tuple[FactoredBelief, np.ndarray]:
+        known = {name for name, _ in belief.layout.variables()}
+        for name in (n for c in clusters for n in c):
+            if name not in known:
+                raise ModelError(f"`project`: {name!r} is not a hidden variable of the belief.{did_you_mean(name, known)}")
+        chosen = given_clusters(belief, clusters)
+        return project(self.compiler, self.memory_limit, belief, chosen) if chosen else (belief, np.zeros(belief.hard.shape[1]))
+
+    # ------------------------------------------------------------------------------------------------- impossible readings
+
+    def conflict(self, before: FactoredBelief, result: StepResult, agent: int) -> list[str]:
+        """A smallest set of an agent's readings that is impossible; the same whoever else is in the batch."""
+        assert isinstance(result, FactoredResult)
+        for agents, other in reversed(result.replaced):
+            if agent in agents:
+                return self.conflict(self.start(len(agents)), other, int(np.flatnonzero(agents == agent)[0]))
+        info, part = result.info, result.readings.rows(np.array([agent]))
+        names = _around(before.layout, result, agent)
+        rows = np.array([info.row[n] for n in names], np.int64)
+        pattern = np.repeat(part.hard, 2, axis=1)
+        pattern[rows, 1] = UNOBSERVED
+        alone = select(before, np.array([agent]))
+        slice_step = self.slice_step(alone, info, part, info.status(pattern, part.soft, self.temporal))
+        try:
+            self.check(slice_step, len(names))
+        except CostError:
+            return names
+
+        def impossible(subsets: Sequence[Sequence[str]]) -> list[bool]:
+            """One step of as many agents as there are subsets, each of whom made the readings of one."""
+            count = len(subsets)
+            kept = np.array([[n in subset for subset in map(set, subsets)] for n in names], bool).reshape(len(names), count)
+            hard = np.repeat(part.hard, count, axis=1)
+            hard[rows] = np.where(kept, hard[rows], UNOBSERVED)
+            soft = {n: np.repeat(s, count, axis=0) for n, s in part.soft.items()}
+            for k, name in enumerate(names):
+                if name in soft:
+                    soft[name][~kept[k]] = 1.0
+            before_all = select(alone, np.zeros(count, np.int64))
+            return self.run(before_all, info, Readings(hard, soft), slice_step).impossible.tolist()
+
+        return smallest_conflict(names, impossible, at_once=64)
+
+
+def _around(layout: Layout, result: FactoredResult, agent: int) -> list[str]:
+    """What an agent observed of all that hangs together with the components in which his readings are impossible.
+
+    A variable that is observed parts what depends on it; without its reading it would not, so it counts as a link here.
+    """
+    info, hard = result.info, result.readings.hard
+    piece = layout.variables()
+    scopes: list[tuple[Any, ...]] = []
+    for cpd in info.slice.cpds:
+        links: list[Any] = [cpd.child]
+        for parent, lag in cpd.parents:
+            at = piece.get((parent, STATIC if lag == STATIC else PRESENT), piece.get((parent, STATIC)))
+            links.append(parent if lag == SAME or at is None else at)
+        scopes.append(tuple(v for v in links if v not in info.row or not info.given[info.row[v]]))
+    starts = {name for group, b in result.excluded(agent) for name in group.readings[b]}
+    starts |= {name for group, b in result.excluded(agent) for name, time in group.members[b] if time != PAST}
+    found: set[Any] = set()
+    for group in connected(scopes):
+        inside = {v for i in group for v in scopes[i]}
+        if not starts.isdisjoint(inside):
+            found |= inside
+    soft = result.readings.soft
+    return [n for n, row in info.row.items() if n in found and (hard[row, agent] >= 0 or n in soft) and not info.given[row]]
 
 
 def soft_array(slice_step: SliceStep, info: SliceInfo, readings: Readings) -> np.ndarray:

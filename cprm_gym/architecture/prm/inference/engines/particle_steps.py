@@ -14,10 +14,9 @@ import numpy as np
 from cprm_gym.errors import ModelError
 
 from ...grounding.slices import PREVIOUS, GroundCPD
-from ..bayes_net import one_hot
 from ..compiled import kernels
-from ..compiled.steps import ABSORBED, BARREN, HELD, WEIGHTED, NeedsVariable, SliceInfo
-from ..evidence import Readings
+from ..compiled.slice_info import ABSORBED, BARREN, HELD, WEIGHTED, NeedsVariable, SliceInfo
+from ..evidence import Readings, one_hot
 from ..join_tree import connected
 
 NOW, OLD, SEEN, SEEN_BEFORE = range(4)

@@ -12,22 +12,23 @@ Gordon, Salmond and Smith 1993; Kitagawa 1996 (systematic resampling); Doucet, G
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import prod
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from cprm_gym.errors import ModelError, ParameterError, did_you_mean
+from cprm_gym.errors import ParameterError
 
-from ...grounding.slices import PREVIOUS
-from ..bayes_net import one_hot
 from ..compiled import kernels
-from ..compiled.steps import ABSORBED, BARREN, HELD, Kind, Recent, SliceInfo, TableStore
+from ..compiled.cache import Recent, TableStore
+from ..compiled.slice_info import SliceInfo
 from ..evidence import Readings
-from ..factors import Factor, contract_all
+from ..factors import Factor
 from ..join_tree import connected
+from .engine import Engine, StepResult, status_of_beginners
 from .particle_steps import Block, Structure
 
 
@@ -47,6 +48,8 @@ class Particles(NamedTuple):
         Readings of the slice.
     held : frozenset of str
         Variables that every agent observed.
+    random : dict
+        State of the stream of random numbers that the next step draws from.
     """
 
     info: SliceInfo | None
@@ -55,11 +58,12 @@ class Particles(NamedTuple):
     weights: tuple[np.ndarray, ...]
     hard: np.ndarray
     held: frozenset[str] = frozenset()
+    random: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass
-class Estimate:
-    """What one step of the particle filter gave; the same questions as `exact.Outcome`.
+class Estimate(StepResult):
+    """What one step of the particle filter gave.
 
     Attributes
     ----------
@@ -69,71 +73,36 @@ class Estimate:
         Before resampling: posteriors are taken from these.
     """
 
-    belief: Particles
+    sampled: ClassVar[bool] = True
+
+    belief: Any
     weighted: Particles
     info: SliceInfo
     readings: Readings
     status: np.ndarray
     increment: np.ndarray
-    report: dict[str, Any] = field(default_factory=dict)
+    loss: np.ndarray
     engine: str = "particles"
-    exact_step: bool = False
-
-    @property
-    def loss(self) -> np.ndarray:
-        """Nothing was projected."""
-        return np.zeros(self.readings.hard.shape[1])
-
-    @property
-    def impossible(self) -> np.ndarray:
-        """(W,) bool array: where no particle fits the readings."""
-        return np.asarray(~np.isfinite(self.increment))
+    exact: bool = False
+    report: dict[str, Any] = field(default_factory=dict)
 
     def suspects(self, agent: int) -> list[str]:
-        """Observed variables of the components without a surviving particle."""
         names = self.report["dead"].get(agent, ())
         return [n for n in names if self.readings.hard[self.info.row[n], agent] >= 0 or n in self.readings.soft]
 
     def marginal(self, name: str) -> np.ndarray:
-        """P(variable | readings so far), (W, card)."""
         for part, weights in zip(self.weighted.parts, self.weighted.weights):
             if name in part:
                 return count(self.weighted.values, (name,), weights, (int(self.info.cards[self.info.row[name]]),)).table
         return self.joint((name,))
 
-    def joint(self, names: Sequence[str]) -> np.ndarray:
-        """Joint posterior, (W, card, ...)."""
-        info, batch = self.info, self.readings.hard.shape[1]
-        for name in names:
-            if name not in info.row:
-                raise ModelError(f"no variable {name!r} in this slice.{did_you_mean(name, info.names)}")
-        needed: dict[str, None] = {}
+    def hidden_factors(self, names: Sequence[str]) -> list[Factor]:
         factors = []
-        queue = list(names)
-        while queue:
-            name = queue.pop()
-            if name in needed:
-                continue
-            needed[name] = None
-            row = info.row[name]
-            if self.status[row] == HELD:
-                factors.append(Factor((name,), one_hot(self.readings.hard[row], int(info.cards[row]))))
-            elif self.status[row] in (ABSORBED, BARREN):
-                cpd = info.slice.by_child[name]
-                table = np.broadcast_to(cpd.table, (batch, *cpd.table.shape)).copy()
-                seen = np.flatnonzero(self.readings.hard[row] >= 0)
-                table[seen] = 0.0
-                table[seen, ..., self.readings.hard[row, seen]] = 1.0
-                factors.append(Factor((*(p for p, _ in cpd.parents), name), table))
-                queue += [p for p, _ in cpd.parents]
         for part, weights in zip(self.weighted.parts, self.weighted.weights):
-            inside = [n for n in needed if n in part]
+            inside = [n for n in names if n in part]
             if inside:
-                factors.append(count(self.weighted.values, inside, weights, [int(info.cards[info.row[n]]) for n in inside]))
-        table = contract_all(factors, names).table
-        total = table.sum(axis=tuple(range(1, table.ndim)), keepdims=True)
-        found: np.ndarray = np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
-        return found
+                factors.append(count(self.weighted.values, inside, weights, [int(self.info.cards[self.info.row[n]]) for n in inside]))
+        return factors
 
 
 def count(values: dict[str, np.ndarray], names: Sequence[str], weights: np.ndarray, cards: Sequence[int]) -> Factor:
@@ -153,7 +122,7 @@ def effective_size(weights: np.ndarray) -> np.ndarray:
     return sizes
 
 
-class ParticleEngine:
+class ParticleEngine(Engine):
     """Particle filter.
 
     Parameters
@@ -165,43 +134,27 @@ class ParticleEngine:
         A component is resampled where its effective sample size falls below this share of the particles.
     """
 
-    name = "particles"
+    name: ClassVar[str] = "particles"
+    exact: ClassVar[bool] = False
 
     def __init__(self, particles: int = 1000, seed: Any = None, threshold: float = 0.5) -> None:
         if particles < 2:
             raise ParameterError(f"`particles` is at least 2, got {particles!r}")
         self.count, self.threshold = int(particles), threshold
-        self.rng = self._root = np.random.default_rng(seed)
+        self._root = np.random.default_rng(seed)
+        self.rng = np.random.Generator(type(self._root.bit_generator)())
+        """Takes up the stream of the belief that is carried on."""
         self.store = TableStore()
-        self.temporal: frozenset[tuple[str, str]] = frozenset()
+        self.temporal = frozenset()
         self._structures: Recent[tuple[Any, ...], Structure] = Recent(256)
 
     def start(self, batch: int) -> Particles:
-        """The belief before the first slice."""
-        return Particles(None, {}, (), (), np.zeros((0, batch), np.int64))
+        return Particles(None, {}, (), (), np.zeros((0, batch), np.int64), random=self.stream())
 
-    def snapshot(self) -> dict[str, Any]:
-        """State of the random numbers."""
-        return dict(self.rng.bit_generator.state)
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take up the random numbers where a snapshot left them."""
-        self.rng.bit_generator.state = state
-
-    def branch(self) -> None:
-        """Go on with the next of the independent streams of random numbers that the seed gives."""
-        (self.rng,) = self._root.spawn(1)
-
-    def note(self, kind: Kind) -> None:
-        """Draw variables of this kind: some slice has them as parents in the previous slice."""
-        self.temporal |= {(kind.class_name, kind.attribute)}
-
-    def learn(self, info: SliceInfo) -> None:
-        """Note the kinds of all previous-slice parents of a slice."""
-        for cpd in info.slice.cpds:
-            for parent, lag in cpd.parents:
-                if lag == PREVIOUS and parent in info.row:
-                    self.note(info.kinds[info.row[parent]])
+    def stream(self) -> dict[str, Any]:
+        """The beginning of the next of the independent streams of random numbers that the seed gives."""
+        (child,) = self._root.spawn(1)
+        return dict(child.bit_generator.state)
 
     def block(self, belief: Particles, info: SliceInfo, readings: Readings, status: np.ndarray, number: int) -> Block:
         """Take some particles through one step."""
@@ -209,28 +162,15 @@ class ParticleEngine:
         made = self._structures.fetch(key, lambda: Structure(belief.info, belief.parts, belief.held, info, status))
         return Block(made, self.rng, belief.values, belief.weights, belief.hard, readings, number)
 
-    def advance(
-        self,
-        belief: Particles,
-        info: SliceInfo,
-        readings: Readings,
-        status: np.ndarray | None = None,
-        forgive: np.ndarray | None = None,
-    ) -> Estimate:
-        """Go on by one slice.
+    def advance(self, belief: Particles, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> Estimate:
+        self.rng.bit_generator.state = belief.random
+        status = info.status(readings.hard, readings.soft, self.temporal)
+        estimate = self.finish([self.block(belief, info, readings, status, self.count)], info, readings, status, forgive)
+        return self.with_stream(estimate)
 
-        Parameters
-        ----------
-        belief : Particles
-        info : SliceInfo
-        readings : Readings
-        status : int array, optional
-        forgive : int array, optional
-            Agents whose components keep their weights where no particle fits the readings.
-        """
-        if status is None:
-            status = info.status(readings.hard, readings.soft, self.temporal)
-        return self.finish([self.block(belief, info, readings, status, self.count)], info, readings, status, forgive)
+    def with_stream(self, estimate: Estimate) -> Estimate:
+        """The estimate with a belief that goes on with the random numbers left."""
+        return replace(estimate, belief=estimate.belief._replace(random=dict(self.rng.bit_generator.state)))
 
     def finish(
         self, blocks: Sequence[Block], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None
@@ -262,7 +202,7 @@ class ParticleEngine:
         belief = self.resample(weighted, sizes)
         ess = np.stack(sizes, axis=1) if sizes else np.zeros((readings.hard.shape[1], 0))
         report = {"ess": ess, "components": parts, "particles": weights[0].shape[1] if weights else 0, "dead": dead}
-        return Estimate(belief, weighted, info, readings, status, increment, report)
+        return Estimate(belief, weighted, info, readings, status, increment, np.zeros(len(increment)), report=report)
 
     def resample(self, belief: Particles, sizes: Sequence[np.ndarray]) -> Particles:
         """Systematic resampling of the components and agents whose effective sample size is too small."""
@@ -282,24 +222,23 @@ class ParticleEngine:
             weights.append(w)
         return belief._replace(values=values, weights=tuple(weights))
 
-    def replace_agents(
-        self,
-        estimate: Estimate,
-        first: SliceInfo,
-        readings: Readings,
-        agents: np.ndarray,
-        status: np.ndarray,
-        forgive: bool = False,
-    ) -> Estimate:
-        """The estimate with some agents begun anew; `forgive` if they may ignore readings that even the prior excludes."""
+    def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> Estimate:
+        assert isinstance(result, Estimate)
+        self.rng.bit_generator.state = result.belief.random
+        return self.with_stream(self.begin_some(result, first, readings, agents, forgive))
+
+    def begin_some(self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> Estimate:
+        """As `replace_agents`, with the random numbers as they are."""
         number = estimate.weighted.weights[0].shape[1] if estimate.weighted.weights else self.count
-        block = self.block(self.start(len(agents)), first, readings, status, number)
+        status = status_of_beginners(estimate, first, readings, self.temporal)
+        start = Particles(None, {}, (), (), np.zeros((0, len(agents)), np.int64))
+        block = self.block(start, first, readings, status, number)
         anew = self.finish([block], first, readings, status, np.arange(len(agents)) if forgive else None)
         increment = estimate.increment.copy()
         increment[agents] = anew.increment
-        mixed = [_mix(getattr(estimate, which), getattr(anew, which), agents) for which in ("belief", "weighted")]
-        report = {**estimate.report, "components": mixed[0].parts}
-        return Estimate(mixed[0], mixed[1], estimate.info, estimate.readings, estimate.status, increment, report)
+        belief, weighted = (_mix(old, new, agents) for old, new in ((estimate.belief, anew.belief), (estimate.weighted, anew.weighted)))
+        report = {**estimate.report, "components": belief.parts}
+        return replace(estimate, belief=belief, weighted=weighted, increment=increment, report=report)
 
 
 def _mix(old: Particles, new: Particles, agents: np.ndarray) -> Particles:

@@ -20,35 +20,23 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations
 from math import prod
-from typing import NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
-from cprm_gym.errors import CostError, ParameterError
+from cprm_gym.errors import ParameterError
 
 from ..bayes_net import JunctionTree
+from ..compiled.belief import FactoredBelief, Node, Piece, belief_factors
+from ..compiled.cache import Recent
 from ..compiled.operations import MessageFactor, PlanSpec, TableFactor
 from ..compiled.plans import structure_cost
-from ..compiled.steps import Node, Piece, PieceFactor, Recent, SliceInfo, SliceStep
+from ..compiled.slice_info import SliceInfo
+from ..compiled.steps import SliceStep
 from ..evidence import Readings
 from ..factors import Factor
-from .exact import ExactEngine, FactoredBelief, Outcome, belief_factors
-
-Clusters = tuple[tuple[Node, ...], ...]
-
-
-class Choice(NamedTuple):
-    """How a piece is projected.
-
-    Attributes
-    ----------
-    clusters : tuple of tuple of Node
-    loose : tuple of Node
-        Variables that the next slice does not need, but that would make a large table if they were summed out first.
-    """
-
-    clusters: Clusters
-    loose: tuple[Node, ...] = ()
+from .clusters import Choice, given_clusters, home_nodes, project
+from .exact import ExactEngine, FactoredResult
 
 
 class ProjectionEngine(ExactEngine):
@@ -69,7 +57,8 @@ class ProjectionEngine(ExactEngine):
         Clusters that share less information than this, in nats, are not joined.
     """
 
-    name = "projection"
+    name: ClassVar[str] = "projection"
+    exact: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -91,17 +80,17 @@ class ProjectionEngine(ExactEngine):
         self.max_flops, self.least = max_flops, least
         self._choices: Recent[tuple[object, ...], dict[int, Choice]] = Recent(256)
 
-    def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None = None) -> Outcome:
+    def advance_as(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> FactoredResult:
         """Project what has to be projected, then go on by one slice."""
         slice_step = self.slice_step(belief, info, readings, status)
         chosen = self.choice(belief, info, slice_step)
         if not chosen:
             self.check(slice_step, readings.hard.shape[1])
             return self.run(belief, info, readings, slice_step)
-        projected, loss = project(self, belief, chosen)
-        outcome = super().advance(projected, info, readings, slice_step.status)
+        projected, loss = project(self.compiler, self.memory_limit, belief, chosen)
+        result = super().advance_as(projected, info, readings, slice_step.status)
         clusters = [tuple(name for name, _ in c) for choice in chosen.values() for c in choice.clusters]
-        return replace(outcome, loss=outcome.loss + loss, report={**outcome.report, "clusters": clusters})
+        return replace(result, loss=result.loss + loss, exact=False, report={**result.report, "clusters": clusters})
 
     # ------------------------------------------------------------------------------------------------- choosing
 
@@ -168,79 +157,6 @@ class ProjectionEngine(ExactEngine):
         return result
 
 
-def project(engine: ExactEngine, belief: FactoredBelief, chosen: dict[int, Choice]) -> tuple[FactoredBelief, np.ndarray]:
-    """A belief with some pieces replaced by products of clusters.
-
-    Parameters
-    ----------
-    belief : FactoredBelief
-    chosen : dict of int to Choice
-        Pieces and the clusters that their variables are divided into; other variables are summed out first.
-
-    Returns
-    -------
-    belief : FactoredBelief
-    loss : (W,) float array
-        Kullback-Leibler divergence, nats; an upper bound where there are loose variables.
-    """
-    layout, batch = belief.layout, belief.hard.shape[1]
-    info = layout.info
-    assert info is not None
-    pieces: list[Piece] = []
-    messages = list(belief.messages)
-    widths, counts = list(layout.widths), list(layout.counts)
-    loss = np.zeros(batch)
-    none = np.zeros((1, 0, 3), np.int64)
-    for i, piece in enumerate(layout.pieces):
-        if i not in chosen:
-            pieces.append(piece)
-            continue
-        nodes = tuple(dict.fromkeys(v for f in piece.factors for v in f.scope))
-        number = {v: k for k, v in enumerate(nodes)}
-        start = piece.columns.start
-        kept = {v for c in chosen[i].clusters for v in c} | set(chosen[i].loose)
-        spec = PlanSpec(
-            tuple(int(info.cards[info.row[name]]) for name, _ in nodes),
-            tuple(v not in kept for v in nodes),
-            tuple(MessageFactor(tuple(number[v] for v in f.scope), f.column - start) for f in piece.factors),
-            0,
-            tuple(tuple(number[v] for v in c) for c in chosen[i].clusters),
-        )
-        plan = engine.compiler.plan(spec)
-        if plan.cost.bytes > engine.memory_limit:
-            names = ", ".join(sorted(n for n, _ in nodes)[:12])
-            raise CostError(f"projecting the belief about {names} needs {plan.cost.bytes / 2**30:.2f} GiB")
-        rows = messages[piece.group][piece.instance * batch : (piece.instance + 1) * batch, piece.columns]
-        message, _, _, losses = plan.run(np.ascontiguousarray(rows), none, belief.hard, belief.hard, np.ones((batch, 0)), none)
-        loss += np.maximum(losses[:, 0], 0.0)
-        for factors in plan.pieces:
-            named = tuple(PieceFactor(tuple(nodes[v] for v in f.scope), f.column, f.size) for f in factors)
-            pieces.append(Piece(len(messages), 0, named))
-        messages.append(message)
-        widths.append(plan.message_size)
-        counts.append(1)
-    made = engine.compiler.layout(tuple(pieces), tuple(widths), tuple(counts), layout.held, info)
-    return FactoredBelief(made, tuple(messages), belief.hard), loss
-
-
-def given_clusters(belief: FactoredBelief, clusters: Sequence[Sequence[str]]) -> dict[int, Choice]:
-    """How to project every piece with variables of two clusters or more; variables in no cluster are clusters of their own."""
-    of = {name: k for k, cluster in enumerate(clusters) for name in cluster}
-    chosen = {}
-    for i in range(len(belief.layout.pieces)):
-        parts: dict[object, list[Node]] = {}
-        for v in home_nodes(belief, i):
-            parts.setdefault(of.get(v[0], v), []).append(v)
-        if len(parts) > 1 and any(v[0] in of for v in home_nodes(belief, i)):
-            chosen[i] = Choice(tuple(tuple(c) for c in parts.values()))
-    return chosen
-
-
-def home_nodes(belief: FactoredBelief, i: int) -> tuple[Node, ...]:
-    """Variables of a piece."""
-    return tuple(dict.fromkeys(v for f in belief.layout.pieces[i].factors for v in f.scope))
-
-
 def lasting(piece: Piece, needed: set[Node], cards: dict[Node, int], limit: float = 1e5) -> tuple[Node, ...]:
     """Variables of a piece that cannot be summed out before it is projected.
 
@@ -295,7 +211,7 @@ def mutual_information(belief: FactoredBelief, pieces: dict[int, tuple[Node, ...
     shared: dict[tuple[Node, Node], float] = {}
     wanted = {v for nodes in pieces.values() for v in nodes}
     inside = {v for i in pieces for f in belief.layout.pieces[i].factors for v in f.scope}
-    factors = [Factor(f.scope, f.table[:looked]) for f in belief_factors(belief, batch) if set(f.scope) <= inside]
+    factors = [Factor(f.scope, f.table[:looked]) for f in belief_factors(belief) if set(f.scope) <= inside]
     if not factors:
         return shared
     tree = JunctionTree(factors, looked)

@@ -18,7 +18,7 @@ def follow(case, engine, **options):
     """(result, recorded step) for every step of a case."""
     filter_ = Filter(Schedule(case), engine=engine, **options)
     for step, relations in zip(case["steps"], case["schedule"]):
-        yield filter_.step(step["evidence"], step["soft"], relations=relations), step
+        yield filter_.step(step["evidence"], soft=step["soft"], relations=relations), step
 
 
 @pytest.mark.parametrize(
@@ -119,10 +119,10 @@ def test_where_no_particle_fits_the_filter_raises_or_goes_on():
     for step, relations in list(zip(case["steps"], case["schedule"]))[:4]:
         strict.step(step["evidence"], relations=relations)
         lenient.step(step["evidence"], relations=relations)
-    before = strict.belief
+    before = strict.state.belief
     with pytest.raises(ImpossibleEvidence, match="obs"):
         strict.step(case["steps"][4]["evidence"], relations="step")
-    assert strict.belief is before
+    assert strict.state.belief is before
     result = lenient.step(case["steps"][4]["evidence"], relations="step")
     np.testing.assert_allclose(result["pos"][0], [1, 0, 0, 0])
     assert lenient.impossible_count[0] == 1
@@ -147,9 +147,9 @@ def test_a_snapshot_holds_the_random_numbers_too():
     case = load("d02_casino")
     filter_ = Filter(Schedule(case), engine="particles", particles=50, seed=0)
     filter_.step({"roll": 1}, relations="prior")
-    kept = filter_.snapshot()
+    kept = filter_.state
     first = filter_.step({"roll": 5}, relations="step")["die"]
-    filter_.restore(kept)
+    filter_.state = kept
     np.testing.assert_array_equal(filter_.step({"roll": 5}, relations="step")["die"], first)
 
 
@@ -203,7 +203,7 @@ def test_with_too_little_memory_anytime_samples_and_comes_back_when_it_can():
     assert result.engine == "particles"
     assert result.report["particles"] % 500 == 0
     assert result.report["particles"] >= 500
-    filter_.engine.factored.memory_limit = 2.0**26
+    filter_.engine.factors.memory_limit = 2.0**26
     result = filter_.step(scene.readings(rng))
     assert result.engine == "exact"
     assert not result.exact
@@ -227,11 +227,10 @@ def test_factors_and_particles_are_turned_into_each_other():
     filter_ = Filter(scene, engine="anytime", seed=0, budget_ms=1e4)
     for _ in range(4):
         result = filter_.step(scene.readings(rng), relations=scene.all_attended())
-    particles = to_particles(filter_.belief, 50_000, rng)
-    back = to_factors(filter_.engine.factored, particles)
-    filter_.belief = back
+    particles = to_particles(filter_.engine.factored(filter_.state.belief), 50_000, rng)
+    back = to_factors(filter_.engine.factors, particles)
+    filter_.state = filter_.state._replace(belief=filter_.engine.adopt(back))
     again = filter_.predict(1, relations=scene.all_attended())
-    filter_.restore(filter_.snapshot())
     direct = Filter(scene)
     rng = np.random.default_rng(1)
     for _ in range(4):

@@ -29,7 +29,7 @@ def test_the_loss_is_the_divergence_from_the_joint_to_the_product():
     exact, projected = Filter(schedule), Filter(schedule, engine="projection", clusters=[("A",), ("B",)])
     for step, relations in list(zip(case["steps"], case["schedule"]))[:5]:
         before = exact.step(step["evidence"], relations=relations).joint("A", "B")[0]
-    projected.restore(exact.snapshot())
+    projected.state = exact.state
     loss = projected.step(case["steps"][5]["evidence"], relations=case["schedule"][5]).loss[0]
     product = before.sum(axis=1, keepdims=True) * before.sum(axis=0, keepdims=True)
     assert loss == pytest.approx((before * np.log(before / product)).sum(), abs=1e-12)
@@ -117,7 +117,7 @@ def test_mutual_information_of_independent_variables_is_zero_and_of_a_copy_its_e
     rng = np.random.default_rng(0)
     for _ in range(3):
         result = filter_.step(scene.readings(rng))
-    belief = filter_.belief
+    belief = filter_.state.belief
     pieces = {i: tuple(v for f in p.factors for v in f.scope) for i, p in enumerate(belief.layout.pieces)}
     shared = mutual_information(belief, pieces)
     for (a, b), information in shared.items():
