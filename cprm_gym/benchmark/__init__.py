@@ -1,9 +1,29 @@
 """The benchmark: tasks x controllers on the same worlds, with statistics that can be trusted."""
 
-from .plan import Plan
-from .registry import controller_entries, load_controller
-from .report import Report, summarise
-from .runner import play_block, run
-from .statistics import Interval, wilson_interval
+from __future__ import annotations
 
-__all__ = ["Interval", "Plan", "Report", "controller_entries", "load_controller", "play_block", "run", "summarise", "wilson_interval"]
+from typing import TYPE_CHECKING
+
+from ..lazy import lazy_face
+
+if TYPE_CHECKING:
+    from .plan import Plan as Plan
+    from .registry import controller_entries as controller_entries
+    from .registry import load_controller as load_controller
+    from .report import Report as Report
+    from .report import summarise as summarise
+    from .runner import play_block as play_block
+    from .runner import run as run
+    from .statistics import Interval as Interval
+    from .statistics import wilson_interval as wilson_interval
+else:
+    __all__, __getattr__, __dir__ = lazy_face(
+        __name__,
+        {
+            "plan": "Plan",
+            "registry": "controller_entries load_controller",
+            "report": "Report summarise",
+            "runner": "play_block run",
+            "statistics": "Interval wilson_interval",
+        },
+    )

@@ -17,8 +17,9 @@ replay (`conformance`) stand around it. The simulator knows no Gym and no agents
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..lazy import lazy_face
 
 if TYPE_CHECKING:
     from .parameters import Rules as Rules
@@ -36,23 +37,13 @@ if TYPE_CHECKING:
     from .state import PlayMode as PlayMode
     from .state import ViewWidth as ViewWidth
     from .state import player_index as player_index
-
-_HOMES = {
-    "simulator": ("Simulator", "no_commands"),
-    "parameters": ("Rules", "ServerParameters"),
-    "player_types": ("PlayerParameters", "PlayerType", "generate_types"),
-    "state": ("COMMAND", "WORLD", "CommandKind", "Count", "PlayMode", "PlayerBit", "ViewWidth", "player_index"),
-}
-_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
-
-__all__ = sorted(_HOME_OF)  # the names are loaded when first used: reading a log needs no compiler
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME_OF:
-        return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return __all__
+else:
+    __all__, __getattr__, __dir__ = lazy_face(
+        __name__,
+        {
+            "parameters": "Rules ServerParameters",
+            "player_types": "PlayerParameters PlayerType generate_types",
+            "simulator": "Simulator no_commands",
+            "state": "COMMAND CommandKind Count PlayMode PlayerBit ViewWidth WORLD player_index",
+        },
+    )

@@ -14,17 +14,43 @@
 =================== ===================================================================================================
 """
 
-from .belief import BeliefObservation
-from .discrete import DiscreteActions
-from .disturbances import Disturbed, ParallelDisturbed
-from .episode_statistics import EpisodeStatistics
-from .flatten import Flatten
-from .frame_stack import FrameStack
-from .game_log import GameLog, ParallelGameLog
-from .macro import MacroSteps
-from .single_agent import SingleAgent
+from __future__ import annotations
 
-__all__ = [
-    "BeliefObservation", "DiscreteActions", "Disturbed", "EpisodeStatistics", "Flatten", "FrameStack", "GameLog", "MacroSteps",
-    "ParallelDisturbed", "ParallelGameLog", "SingleAgent",
-]  # fmt: skip
+from typing import TYPE_CHECKING
+
+from ..lazy import lazy_face
+
+if TYPE_CHECKING:
+    from .belief import BeliefObservation as BeliefObservation
+    from .belief import FilterBelief as FilterBelief
+    from .discrete import DiscreteActions as DiscreteActions
+    from .disturbances import BallDisplaced as BallDisplaced
+    from .disturbances import BallStopped as BallStopped
+    from .disturbances import BlindSpell as BlindSpell
+    from .disturbances import Disturbed as Disturbed
+    from .disturbances import NoiseBurst as NoiseBurst
+    from .disturbances import ParallelDisturbed as ParallelDisturbed
+    from .disturbances import PlayerDisplaced as PlayerDisplaced
+    from .disturbances import Push as Push
+    from .episode_statistics import EpisodeStatistics as EpisodeStatistics
+    from .flatten import Flatten as Flatten
+    from .frame_stack import FrameStack as FrameStack
+    from .game_log import GameLog as GameLog
+    from .game_log import ParallelGameLog as ParallelGameLog
+    from .macro import MacroSteps as MacroSteps
+    from .single_agent import SingleAgent as SingleAgent
+else:
+    __all__, __getattr__, __dir__ = lazy_face(
+        __name__,
+        {
+            "belief": "BeliefObservation FilterBelief",
+            "discrete": "DiscreteActions",
+            "disturbances": "BallDisplaced BallStopped BlindSpell Disturbed NoiseBurst ParallelDisturbed PlayerDisplaced Push",
+            "episode_statistics": "EpisodeStatistics",
+            "flatten": "Flatten",
+            "frame_stack": "FrameStack",
+            "game_log": "GameLog ParallelGameLog",
+            "macro": "MacroSteps",
+            "single_agent": "SingleAgent",
+        },
+    )

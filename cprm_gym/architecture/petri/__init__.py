@@ -51,79 +51,75 @@ ports may be touched from outside: entries only receive tokens, exits only lose 
 means its flat net (`flatten`).
 """
 
-from .drawing.dot import save_drawing, to_dot, to_svg
-from .execution.commands import Commands
-from .execution.compiled_net import UNBOUNDED, Arcs, CompiledNet, Memory, PlaceKind, compile_net
-from .execution.executor import Executor
-from .execution.state import Conflict, Snapshot
-from .execution.tracing import Firing, Trace
-from .files.json import net_from_json, net_to_json, save_net
-from .files.load import load_net, net_names
-from .files.pnml_reader import parse_pnml, read_pnml
-from .files.pnml_writer import expanded_net, to_pnml, write_pnml
-from .net.modules import Instance, flatten, instances
-from .net.net import PetriNet
-from .net.places import (
-    INFINITE,
-    AnyPlace,
-    Belief,
-    Command,
-    Continuous,
-    Input,
-    Math,
-    ObjectPlace,
-    Place,
-    Ports,
-    Selection,
-    Semantics,
-    Transition,
-)
-from .net.set_arcs import eliminate_set_arcs
-from .net.values import FrozenMap
+from __future__ import annotations
 
-__all__ = [
-    "INFINITE",
-    "UNBOUNDED",
-    "AnyPlace",
-    "Arcs",
-    "Belief",
-    "Command",
-    "Commands",
-    "CompiledNet",
-    "Conflict",
-    "Continuous",
-    "Executor",
-    "Firing",
-    "FrozenMap",
-    "Input",
-    "Instance",
-    "Math",
-    "Memory",
-    "ObjectPlace",
-    "PetriNet",
-    "Place",
-    "PlaceKind",
-    "Ports",
-    "Selection",
-    "Semantics",
-    "Snapshot",
-    "Trace",
-    "Transition",
-    "compile_net",
-    "eliminate_set_arcs",
-    "expanded_net",
-    "flatten",
-    "instances",
-    "load_net",
-    "net_from_json",
-    "net_names",
-    "net_to_json",
-    "parse_pnml",
-    "read_pnml",
-    "save_drawing",
-    "save_net",
-    "to_dot",
-    "to_pnml",
-    "to_svg",
-    "write_pnml",
-]
+from typing import TYPE_CHECKING
+
+from ...lazy import lazy_face
+
+if TYPE_CHECKING:
+    from .drawing.dot import save_drawing as save_drawing
+    from .drawing.dot import to_dot as to_dot
+    from .drawing.dot import to_svg as to_svg
+    from .execution.commands import Commands as Commands
+    from .execution.compiled_net import UNBOUNDED as UNBOUNDED
+    from .execution.compiled_net import Arcs as Arcs
+    from .execution.compiled_net import CompiledNet as CompiledNet
+    from .execution.compiled_net import Memory as Memory
+    from .execution.compiled_net import PlaceKind as PlaceKind
+    from .execution.compiled_net import compile_net as compile_net
+    from .execution.executor import Executor as Executor
+    from .execution.state import Conflict as Conflict
+    from .execution.state import Snapshot as Snapshot
+    from .execution.tracing import Firing as Firing
+    from .execution.tracing import Trace as Trace
+    from .files.json import net_from_json as net_from_json
+    from .files.json import net_to_json as net_to_json
+    from .files.json import save_net as save_net
+    from .files.load import load_net as load_net
+    from .files.load import net_names as net_names
+    from .files.pnml_reader import parse_pnml as parse_pnml
+    from .files.pnml_reader import read_pnml as read_pnml
+    from .files.pnml_writer import expanded_net as expanded_net
+    from .files.pnml_writer import to_pnml as to_pnml
+    from .files.pnml_writer import write_pnml as write_pnml
+    from .net.modules import Instance as Instance
+    from .net.modules import flatten as flatten
+    from .net.modules import instances as instances
+    from .net.net import PetriNet as PetriNet
+    from .net.places import INFINITE as INFINITE
+    from .net.places import AnyPlace as AnyPlace
+    from .net.places import Belief as Belief
+    from .net.places import Command as Command
+    from .net.places import Continuous as Continuous
+    from .net.places import Input as Input
+    from .net.places import Math as Math
+    from .net.places import ObjectPlace as ObjectPlace
+    from .net.places import Place as Place
+    from .net.places import Ports as Ports
+    from .net.places import Selection as Selection
+    from .net.places import Semantics as Semantics
+    from .net.places import Transition as Transition
+    from .net.set_arcs import eliminate_set_arcs as eliminate_set_arcs
+    from .net.values import FrozenMap as FrozenMap
+else:
+    __all__, __getattr__, __dir__ = lazy_face(
+        __name__,
+        {
+            "drawing.dot": "save_drawing to_dot to_svg",
+            "execution.commands": "Commands",
+            "execution.compiled_net": "Arcs CompiledNet Memory PlaceKind UNBOUNDED compile_net",
+            "execution.executor": "Executor",
+            "execution.state": "Conflict Snapshot",
+            "execution.tracing": "Firing Trace",
+            "files.json": "net_from_json net_to_json save_net",
+            "files.load": "load_net net_names",
+            "files.pnml_reader": "parse_pnml read_pnml",
+            "files.pnml_writer": "expanded_net to_pnml write_pnml",
+            "net.modules": "Instance flatten instances",
+            "net.net": "PetriNet",
+            "net.places": ("AnyPlace Belief Command Continuous INFINITE Input Math ObjectPlace Place Ports Selection Semantics Transition"),
+            "net.set_arcs": "eliminate_set_arcs",
+            "net.values": "FrozenMap",
+        },
+    )

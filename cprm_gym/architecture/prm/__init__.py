@@ -26,72 +26,97 @@ References
 Dissertation section 2.3. Getoor, Friedman, Koller, Pfeffer 2001; Koller and Friedman 2009; Murphy 2002.
 """
 
-from .grounding.grounding import Grounding, GroundSlice, Situation, unroll
-from .inference.bayes_net import BayesNet
-from .inference.deep_filter import DeepFilter
-from .inference.filter import Filter
-from .inference.filter_bank import FilterBank, Link, Role
-from .inference.learning import Episode, Observed, count, em
-from .inference.posterior import Posterior
-from .inference.views import View, view
-from .interchange.json import load_model, model_from_json, model_to_json, save_model
-from .model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
-from .model.cpds import Chance, Dense, Mixture, Noise, NoisyOr, Prior, Switch, Table, Uniform
-from .model.diffusion import diffusion_report
-from .model.domains import BOOL, Bins, Index, Labels
-from .model.model import Model
-from .model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace, prev
+from __future__ import annotations
 
-__all__ = [
-    "BOOL",
-    "Add",
-    "All",
-    "AnyCause",
-    "Attribute",
-    "BayesNet",
-    "Bins",
-    "Chance",
-    "Count",
-    "DeepFilter",
-    "Dense",
-    "Episode",
-    "Exists",
-    "Filter",
-    "FilterBank",
-    "Given",
-    "GroundSlice",
-    "Grounding",
-    "Index",
-    "Labels",
-    "Link",
-    "Max",
-    "Mean",
-    "Min",
-    "Mixture",
-    "Model",
-    "Noise",
-    "NoisyOr",
-    "Observed",
-    "PRMClass",
-    "Posterior",
-    "Prior",
-    "Reference",
-    "Relation",
-    "Replace",
-    "Role",
-    "Situation",
-    "Switch",
-    "Table",
-    "Uniform",
-    "View",
-    "count",
-    "diffusion_report",
-    "em",
-    "load_model",
-    "model_from_json",
-    "model_to_json",
-    "prev",
-    "save_model",
-    "unroll",
-    "view",
-]
+from typing import TYPE_CHECKING
+
+from ...lazy import lazy_face
+
+if TYPE_CHECKING:
+    from .grounding.grounding import Grounding as Grounding
+    from .grounding.grounding import GroundSlice as GroundSlice
+    from .grounding.grounding import Situation as Situation
+    from .grounding.grounding import unroll as unroll
+    from .inference.bayes_net import BayesNet as BayesNet
+    from .inference.deep_filter import DeepFilter as DeepFilter
+    from .inference.filter import Filter as Filter
+    from .inference.filter_bank import FilterBank as FilterBank
+    from .inference.filter_bank import Link as Link
+    from .inference.filter_bank import Role as Role
+    from .inference.learning import Episode as Episode
+    from .inference.learning import Observed as Observed
+    from .inference.learning import count as count
+    from .inference.learning import em as em
+    from .inference.posterior import Posterior as Posterior
+    from .inference.views import View as View
+    from .inference.views import view as view
+    from .interchange.bif import from_bif as from_bif
+    from .interchange.bif import load_bif as load_bif
+    from .interchange.bif import save_bif as save_bif
+    from .interchange.bif import to_bif as to_bif
+    from .interchange.drawing import class_diagram_dot as class_diagram_dot
+    from .interchange.drawing import class_diagram_svg as class_diagram_svg
+    from .interchange.drawing import ground_net_dot as ground_net_dot
+    from .interchange.drawing import ground_net_svg as ground_net_svg
+    from .interchange.json import load_model as load_model
+    from .interchange.json import model_from_json as model_from_json
+    from .interchange.json import model_to_json as model_to_json
+    from .interchange.json import save_model as save_model
+    from .interchange.json import world_from_json as world_from_json
+    from .interchange.json import world_to_json as world_to_json
+    from .interchange.pgmpy import from_pgmpy as from_pgmpy
+    from .interchange.pgmpy import to_pgmpy as to_pgmpy
+    from .model.aggregates import All as All
+    from .model.aggregates import AnyCause as AnyCause
+    from .model.aggregates import Count as Count
+    from .model.aggregates import Exists as Exists
+    from .model.aggregates import Max as Max
+    from .model.aggregates import Mean as Mean
+    from .model.aggregates import Min as Min
+    from .model.cpds import Chance as Chance
+    from .model.cpds import Dense as Dense
+    from .model.cpds import Mixture as Mixture
+    from .model.cpds import Noise as Noise
+    from .model.cpds import NoisyOr as NoisyOr
+    from .model.cpds import Prior as Prior
+    from .model.cpds import Switch as Switch
+    from .model.cpds import Table as Table
+    from .model.cpds import Uniform as Uniform
+    from .model.diffusion import diffusion_report as diffusion_report
+    from .model.domains import BOOL as BOOL
+    from .model.domains import Bins as Bins
+    from .model.domains import Index as Index
+    from .model.domains import Labels as Labels
+    from .model.model import Model as Model
+    from .model.schema import Add as Add
+    from .model.schema import Attribute as Attribute
+    from .model.schema import Given as Given
+    from .model.schema import PRMClass as PRMClass
+    from .model.schema import Reference as Reference
+    from .model.schema import Relation as Relation
+    from .model.schema import Replace as Replace
+    from .model.schema import prev as prev
+else:
+    __all__, __getattr__, __dir__ = lazy_face(
+        __name__,
+        {
+            "grounding.grounding": "GroundSlice Grounding Situation unroll",
+            "inference.bayes_net": "BayesNet",
+            "inference.deep_filter": "DeepFilter",
+            "inference.filter": "Filter",
+            "inference.filter_bank": "FilterBank Link Role",
+            "inference.learning": "Episode Observed count em",
+            "inference.posterior": "Posterior",
+            "inference.views": "View view",
+            "interchange.bif": "from_bif load_bif save_bif to_bif",
+            "interchange.drawing": "class_diagram_dot class_diagram_svg ground_net_dot ground_net_svg",
+            "interchange.json": "load_model model_from_json model_to_json save_model world_from_json world_to_json",
+            "interchange.pgmpy": "from_pgmpy to_pgmpy",
+            "model.aggregates": "All AnyCause Count Exists Max Mean Min",
+            "model.cpds": "Chance Dense Mixture Noise NoisyOr Prior Switch Table Uniform",
+            "model.diffusion": "diffusion_report",
+            "model.domains": "BOOL Bins Index Labels",
+            "model.model": "Model",
+            "model.schema": "Add Attribute Given PRMClass Reference Relation Replace prev",
+        },
+    )
