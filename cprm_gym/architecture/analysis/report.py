@@ -145,22 +145,23 @@ def analyze(
     own = System.from_net(compiled)
     notes: list[str] = []
     closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_timed(compiled) else None
-    p_flows, t_flows = (semiflows(own, "P"), semiflows(own, "T")) if minimal else (flow_basis(own, "P"), flow_basis(own, "T"))
+    seen = closed.untimed if closed and is_module else own  # a module is looked at with its caller, from where the caller starts
+    p_flows, t_flows = (semiflows(seen, "P"), semiflows(seen, "T")) if minimal else (flow_basis(seen, "P"), flow_basis(seen, "T"))
     space = explore_timed(closed, budget, progress) if closed else None
-    small = len(own.places) <= SIPHON_PLACES
-    siphons = minimal_siphons(own, 500) if small else None
+    small = len(seen.places) <= SIPHON_PLACES
+    siphons = minimal_siphons(seen, 500) if small else None
     return Report(
         name=net.name,
         places=len(own.places),
         transitions=len(own.transitions),
-        untimed=analyze_structure(closed.untimed if closed and is_module else own, budget, progress),
+        untimed=analyze_structure(seen, budget, progress),
         timed=judge_timed(compiled, space) if space else None,
         p_invariants=p_flows,
         t_invariants=t_flows,
-        conservative=conservative(own),
+        conservative=conservative(seen),
         siphons=siphons,
-        traps=minimal_traps(own, 500) if small else None,
-        siphon_trap=siphon_trap(own, siphons),
+        traps=minimal_traps(seen, 500) if small else None,
+        siphon_trap=siphon_trap(seen, siphons),
         contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and closed else None,
         composition=check_composition(compiled, space=space) if space and compiled.source.modules else None,
         notes=tuple(notes),

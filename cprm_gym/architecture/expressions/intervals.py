@@ -32,11 +32,12 @@ _TRUTH = Interval(0.0, 1.0)
 
 
 def _wide(low: float, high: float, total: bool) -> Interval:
-    """[low, high] rounded outwards by one unit in the last place, cut at the largest finite numbers."""
+    """[low, high] rounded outwards by one unit in the last place, cut at the largest finite numbers; a zero stays: signs are exact."""
     largest = 1.7976931348623157e308
     if low < -largest or high > largest:
         total = False  # an overflow is undefined
-    return Interval(max(math.nextafter(low, -_INF), -largest), min(math.nextafter(high, _INF), largest), total)
+    below, above = (end if end == 0.0 else math.nextafter(end, way) for end, way in ((low, -_INF), (high, _INF)))
+    return Interval(max(below, -largest), min(above, largest), total)
 
 
 def _product(x: float, y: float) -> float:

@@ -181,3 +181,40 @@ def search(offsets, targets, starts, allowed, goal, came, queue):
                 queue[tail] = j
                 tail += 1
     return -1
+
+
+@kernel
+def lead(starts, sources, unsure, left, lead, queue):
+    """Nodes that lead to those of `lead` given, backwards: over one sure edge, or over all edges where none is sure.
+
+    Parameters
+    ----------
+    starts : (N + 1,) int64
+        Where the edges into each node begin in the two next.
+    sources : (E,) int32; unsure : (E,) bool
+    left : (N,) int64
+        Of nodes with unsure edges alone their number, -1 of others; changed.
+    lead : (N,) bool, updated
+    queue : (N,) int64, scratch
+    """
+    head = 0
+    tail = 0
+    for i in range(lead.shape[0]):
+        if lead[i]:
+            queue[tail] = i
+            tail += 1
+    while head < tail:
+        j = queue[head]
+        head += 1
+        for e in range(starts[j], starts[j + 1]):
+            i = sources[e]
+            if lead[i]:
+                continue
+            if unsure[e]:
+                if left[i] > 0:
+                    left[i] -= 1
+                if left[i] != 0:
+                    continue
+            lead[i] = True
+            queue[tail] = i
+            tail += 1

@@ -2,7 +2,8 @@
 
 A node is a row of 16-bit integers: tokens of the places, cells of what the environment sets, clocks of the timed transitions, phase.
 
-* Cell 0 of a variable: not asked for yet in this cycle; -1: must be asked anew before anything else; 1, 2, ...: which cell.
+* Cell 0 of a variable: not asked for yet in this cycle; -1: must be asked anew before anything else; -2: likewise, and it was known
+  before; 1, 2, ...: which cell.
 * Clock 0: off; c > 0: shows c - 1 cycles. The clocks of one transition stand oldest first. When the cycle is over, c < 0: stands (age
   memory) and shows -c - 1 cycles. Within an instant which of them run follows from the tokens: as many as the transition is enabled
   times, the oldest.
@@ -70,6 +71,14 @@ class TimedNet(NamedTuple):
     end_label: int
     tick_label: int
     limit: int  # tokens beyond which a place counts as unbounded
+    group: np.ndarray  # (X,) group of variables that hang together, -1 none
+    member_start: np.ndarray  # (G + 1,) columns of `member` and of `together`
+    member: np.ndarray  # (.,) columns of a node: tokens, cells
+    row_start: np.ndarray  # (G + 1,) rows of `together`
+    listed: np.ndarray  # (G,) bool: whether what is in no row cannot be
+    together: np.ndarray  # (K, widest) values that may be there at once
+    lossy: np.ndarray  # (X,) bool: what was known of it is forgotten by firings that change it
+    losing: bool  # whether there are such
 
 
 @inlined
@@ -190,7 +199,9 @@ def fire(net, u, row, out, between):
     for k in range(net.set_start[u], net.set_start[u + 1]):
         out[net.set[k, 0]] = net.set[k, 1]
     for k in range(net.write_start[u], net.write_start[u + 1]):
-        out[net.n_places + net.write[k, 0]] = net.write[k, 1]
+        x = net.write[k, 0]
+        lost = net.losing and net.write[k, 1] < 0 and net.lossy[x] and (row[net.n_places + x] > 0 or row[net.n_places + x] == -2)
+        out[net.n_places + x] = -2 if lost else net.write[k, 1]
     for c in range(net.timed.shape[0]):
         if out[net.clock_start[c]] != 0:
             adjust_clocks(net, c, u, row, out, between)
@@ -200,12 +211,31 @@ def fire(net, u, row, out, between):
 
 
 @kernel
+def allowed(net, g, row, together, first, last):
+    """Whether one of the rows `first` to `last` - 1 of group `g` agrees with all that is known in a node."""
+    low = net.member_start[g]
+    for r in range(first, last):
+        agrees = True
+        for k in range(low, net.member_start[g + 1]):
+            value = row[net.member[k]]
+            if value != together[r, k - low] and (value > 0 or net.member[k] < net.n_places):
+                agrees = False
+                break
+        if agrees:
+            return True
+    return False
+
+
+@kernel
 def ask(net, x, row, out, labels, n):
-    """One successor for every cell of variable `x`; returns how many successors there are now."""
+    """One successor for every cell that variable `x` can be in; returns how many successors there are now."""
+    g = net.group[x]
     for c in range(1, net.cells[x] + 1):
         for i in range(row.shape[0]):
             out[n, i] = row[i]
         out[n, net.n_places + x] = c
+        if g >= 0 and net.listed[g] and not allowed(net, g, out[n], net.together, net.row_start[g], net.row_start[g + 1]):
+            continue
         if net.shifting:
             adjust_marked(net, out[n])
         labels[n] = net.first_label[x] + c - 1
@@ -422,7 +452,7 @@ def conflicts(net, rows, kinds, offsets, targets, labels, own, expanded, found, 
     own : int
         Labels below are the net's transitions.
     found : (T, T) int8, given as zeros
-        ``found[t, u]``: bit 1 if firing t disables u, bit 2 if both orders end in different markings.
+        ``found[t, u]``: bit 1 if firing t disables u, 2 if both orders end in different markings, 4 if something is asked in between.
     where : (T, T) int64
         A node at which it happens.
     """
@@ -441,7 +471,7 @@ def conflicts(net, rows, kinds, offsets, targets, labels, own, expanded, found, 
                 if not holds(net, u, rows[j]) or cells_hold(net, u, rows[j]) == 0:
                     found[t, u] |= 1
                     where[t, u] = i
-                elif u > t and found[t, u] == 0:
+                elif u > t and found[t, u] & 2 == 0:
                     k = targets[b]
                     if j >= expanded or k >= expanded:
                         continue
@@ -453,6 +483,37 @@ def conflicts(net, rows, kinds, offsets, targets, labels, own, expanded, found, 
                     for e in range(offsets[k], offsets[k + 1]):
                         if labels[e] == t:
                             y = targets[e]
-                    if x != y:
+                    if (x < 0 and kinds[j] == ASKING) or (y < 0 and kinds[k] == ASKING):
+                        if found[t, u] == 0:
+                            found[t, u] = 4
+                            where[t, u] = i
+                    elif x != y:
                         found[t, u] |= 2
                         where[t, u] = i
+
+
+@kernel
+def unsure_edges(net, sure, variable, rows, offsets, targets, labels, found):
+    """Edges by which the environment answers what it may not be able to answer, into `found` (E,) bool.
+
+    Parameters
+    ----------
+    sure : (K,) bool
+        Rows of `together` that can be for sure.
+    variable : (L,) int64
+        Which variable a label is about, -1 none.
+    """
+    for i in range(offsets.shape[0] - 1):
+        for e in range(offsets[i], offsets[i + 1]):
+            x = variable[labels[e]]
+            if x < 0:
+                continue
+            g = net.group[x]
+            if rows[i, net.n_places + x] == -2:
+                found[e] = True
+            elif g >= 0:
+                found[e] = True
+                for r in range(net.row_start[g], net.row_start[g + 1]):
+                    if sure[r] and allowed(net, g, rows[targets[e]], net.together, r, r + 1):
+                        found[e] = False
+                        break

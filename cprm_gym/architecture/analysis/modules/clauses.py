@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...petri import PetriNet
@@ -249,7 +251,7 @@ class Judge:
     def bounded(self) -> Verdict:
         """No place without capacity fills up."""
         space = self.space
-        if space.reason != "unbounded":
+        if space.reason != "unbounded" or space.overflow < 0:
             return self.verdict("bounded")
         node = space.n_expanded
         t = space.system.transitions[space.overflow]
@@ -259,11 +261,8 @@ class Judge:
 
     def may_end(self) -> Verdict:
         """The option to complete."""
-        graph = self.space.graph
-        parts = components(graph, len(self.space.system.labels))
-        able = can_reach(graph, parts, (self.ends > 0) | (self.space.kinds < 0))
-        stuck = self.running & (self.ends == 0) & ~able
-        return self.first("may end", stuck, "from here no behaviour of the environment leads to an end") or self.verdict("may end")
+        why = "from here no behaviour of the environment leads to an end"
+        return replace(self.space.always_can(self.ends > 0, self.running & (self.ends == 0), why), name="may end")
 
     def ends_only_by_interrupt(self) -> tuple[str, ...]:
         """A warning if the module can come where nothing but an interrupt ends it."""
@@ -274,7 +273,7 @@ class Judge:
         graph = part(space.graph, ~calls)
         able = can_reach(graph, components(graph, len(space.system.labels)), self.ends > 0)
         pending = space.markings[:, [space.system.place(i) for i in self.ports.interrupts]].any(axis=1)
-        stuck = np.flatnonzero(self.running & (self.ends == 0) & ~able & ~pending)
+        stuck = np.flatnonzero(space.real & self.running & (self.ends == 0) & ~able & ~pending)
         if not len(stuck):
             return ()
         marked = ", ".join(space.marking(int(stuck[0])))

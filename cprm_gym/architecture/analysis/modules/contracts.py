@@ -11,7 +11,7 @@ What the caller does stands in `timed/environment.py`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -128,26 +128,31 @@ def check_contract(
     k = ports.within if k is None else k
     budget = budget or Budget()
     flat = flatten(module)
-    judge = Judge(flat, k, _explore(flat, False, budget, bounds, most_tokens))
-    clauses = [judge.start(), judge.exclusive_end(), judge.clean()]
-    spaces = [judge.space]
+    space = _explore(flat, False, budget, bounds, most_tokens)
+    spaces = [space]
+
+    def judged(check: Callable[[Judge], Verdict]) -> Verdict:
+        return space.judged(lambda s: check(Judge(flat, k, s)))
+
+    clauses = [judged(Judge.start), judged(Judge.exclusive_end), judged(Judge.clean)]
     if ports.interrupts:
-        clauses.append(judge.interruption())
-        other = Judge(flat, k, _explore(flat, True, budget, bounds, most_tokens))
-        clauses.append(other.idle_interrupt({c.name for c in clauses if c.holds is False}))
-        spaces.append(other.space)
-    clauses += [judge.spontaneous(), judge.bounded(), judge.may_end(), judge.quiet()]
+        clauses.append(judged(Judge.interruption))
+        known = {c.name for c in clauses if c.holds is not True}
+        other = _explore(flat, True, budget, bounds, most_tokens)
+        clauses.append(other.judged(lambda s: Judge(flat, k, s).idle_interrupt(known)))
+        spaces.append(other)
+    clauses += [judged(Judge.spontaneous), judged(Judge.bounded), Judge(flat, k, space).may_end(), judged(Judge.quiet)]
     return ContractReport(
         module.name,
         tuple(clauses),
-        (*_warnings(flat, spaces), *judge.ends_only_by_interrupt()),
+        (*_warnings(flat, spaces), *Judge(flat, k, space).ends_only_by_interrupt()),
         k,
-        judge.space.n_states,
+        space.n_states,
         sum(s.n_nodes for s in spaces),
         all(s.complete for s in spaces),
         (
-            "the environment may set every input, belief and continuous place to anything in every cycle, and math places to anything "
-            "that their expressions allow" + (", within the bounds given" if bounds else ""),
+            "the environment may set every input, belief and continuous place to anything in every cycle"
+            + (", within the bounds given" if bounds else ""),
             "no fairness: `may end` says that an end stays possible, not that it comes",
         ),
     )

@@ -10,10 +10,9 @@ import numpy as np
 
 from ...petri import CompiledNet, instances
 from ..kernels import timed as kernels
-from ..net_arrays import System
 from ..structure.invariants import semiflows
 from ..verdicts import Verdict
-from .state_space import TimedStateSpace
+from .state_space import UNDECIDED, TimedStateSpace
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,8 @@ class CoActivity:
 def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | None:
     """Which module instances may be active together; None for a net without modules that have an `ongoing` port.
 
-    Exclusion is proved by a P-invariant where one does it (§2.2.6, conservation analysis), by exploration otherwise.
+    Exclusion is proved by a P-invariant where one does it (§2.2.6, conservation analysis), by exploration otherwise. Invariants are those
+    of the net together with its caller, their values those of the marking that the exploration starts from.
     """
     found = {
         path: instance.places[instance.net.ports.ongoing]
@@ -59,9 +59,10 @@ def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | N
         return None
     names = tuple(found)
     columns = [space.system.place(p) for p in found.values()]
-    settled = np.flatnonzero(space.kinds == kernels.QUIET)
+    settled = np.flatnonzero((space.kinds == kernels.QUIET) & space.real)
     active = space.markings[settled][:, columns] > 0
-    flows = semiflows(System.from_net(compiled), "P").vectors
+    maybe = space.markings[space.kinds == kernels.QUIET][:, columns] > 0
+    flows = semiflows(space.system.untimed, "P").vectors  # of the net with its caller, from the marking that was explored
     together: dict[tuple[str, str], Verdict] = {}
     proofs: dict[tuple[str, str], str] = {}
     for a in range(len(names)):
@@ -75,9 +76,13 @@ def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | N
                 together[pair] = Verdict(False, "P-invariant")
                 proofs[pair] = f"{proof} = {proof.value}"
             elif len(both):
-                together[pair] = Verdict(True, "both are ongoing here", space.run(int(settled[both[0]])))
+                together[pair] = Verdict(True, "both are ongoing here", space.real_run(int(settled[both[0]])))
+            elif (maybe[:, a] & maybe[:, b]).any():
+                together[pair] = Verdict(None, UNDECIDED)
+            elif space.complete:
+                together[pair] = Verdict(False, "never seen together in the whole state space")
             else:
-                together[pair] = Verdict(False if space.complete else None, "never seen together in the whole state space")
+                together[pair] = Verdict(None, f"never seen together; the exploration stopped: {space.reason}")
     rows = np.unique(active, axis=0) if len(active) else np.zeros((0, len(names)), bool)
     sets = sorted((tuple(names[k] for k in np.flatnonzero(row)) for row in rows), key=lambda s: (len(s), s))
     return CoActivity(names, together, proofs, tuple(s for s in sets if s))

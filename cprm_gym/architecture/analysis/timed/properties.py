@@ -14,13 +14,13 @@ import numpy as np
 
 from ....errors import unknown_name
 from ...petri import CompiledNet, PetriNet, compile_net
-from ..behaviour.graphs import can_reach, components
+from ..behaviour.graphs import components
 from ..behaviour.state_space import Budget, Progress
 from ..kernels import timed as kernels
 from ..verdicts import Step, Verdict
 from .co_activity import CoActivity, co_activity
 from .environment import closed_system
-from .state_space import TimedStateSpace, explore_timed, immediate_loop
+from .state_space import UNDECIDED, TimedStateSpace, explore_timed, immediate_loop
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,10 @@ class Conflict:
     Attributes
     ----------
     first, second : str
-    kind : {"conflict", "confusion", "tie"}
+    kind : {"conflict", "confusion", "unclear", "tie"}
         conflict: immediate, of equal priority, firing `first` disables `second`. confusion: neither disables the other, but the
-        two orders end differently. tie: timed, due at one instant; the declared order decides.
+        two orders end differently. unclear: what is observed between the two firings was not followed. tie: timed, due at one
+        instant; the declared order decides.
     run : tuple of Step
         To where it happens; empty for ties.
     """
@@ -118,39 +119,49 @@ def analyze_timed(
 
 def judge_timed(compiled: CompiledNet, space: TimedStateSpace) -> TimedStructure:
     """What an exploration of `closed_system(compiled)` says."""
-    system = space.system
-    graph, own = space.graph, system.n_own
-    parts = components(graph, len(system.labels))
-    stopped = "" if space.complete else f"the exploration stopped: {space.reason}"
+    system, graph = space.system, space.graph
+    own = system.n_own
+    fired = np.zeros(len(system.labels), bool)
+    fired[graph.labels] = True
     names = [t.name for t in system.transitions[:own]]
-    fires = np.flatnonzero(~parts.fires[:own])
-    live = [names[t] for t in np.flatnonzero(parts.live[:own])] if space.complete else []
     active = np.zeros(graph.n_nodes, bool)
     active[graph.sources[graph.labels < len(system.transitions)]] = True
-    active[space.kinds < 0] = True
-    idle = np.flatnonzero(~can_reach(graph, parts, active))
     quiet = np.flatnonzero(space.kinds == kernels.OVER)
-    conflicts = _conflicts(space)
+    home = np.arange(space.n_nodes) == (int(quiet[0]) if len(quiet) else 0)
+    everywhere = np.ones(space.n_nodes, bool)
+    conflicts = _conflicts(space.real_part)
     return TimedStructure(
         states=space.n_states,
         nodes=space.n_nodes,
         complete=space.complete,
         reason=space.reason,
         seconds=space.seconds,
-        bounded=_bounded(space, stopped),
-        never_stops=(
-            Verdict(False, "nothing ever fires after this", space.run(int(idle[0])))
-            if len(idle)
-            else Verdict(True if space.complete else None, stopped)
-        ),
-        reversible=_reversible(space, int(quiet[0]) if len(quiet) else 0, stopped),
-        becomes_quiet=_quiet(space, stopped),
-        deterministic=_deterministic(conflicts, stopped),
-        dead_transitions=tuple(names[t] for t in fires),
-        live_transitions=tuple(live),
+        bounded=space.judged(_bounded),
+        never_stops=space.always_can(active, everywhere, "nothing ever fires after this"),
+        reversible=space.always_can(home, everywhere, "there is no way back from here"),
+        becomes_quiet=space.judged(_quiet),
+        deterministic=_deterministic(space, conflicts),
+        dead_transitions=tuple(name for name, f in zip(names, fired) if not f),
+        live_transitions=_live(space, names),
         conflicts=conflicts,
         modules=co_activity(compiled, space),
     )
+
+
+def _live(space: TimedStateSpace, names: list[str]) -> tuple[str, ...]:
+    """Transitions that some environment can always make fire again."""
+    if not space.complete:
+        return ()
+    if space.unsure is None:
+        return tuple(np.array(names)[components(space.graph, len(space.system.labels)).live[: len(names)]].tolist())
+    graph = space.graph
+    live = []
+    for t, name in enumerate(names):
+        goal = np.zeros(space.n_nodes, bool)
+        goal[graph.sources[graph.labels == t]] = True
+        if goal.any() and space.surely_leads(goal).all():
+            live.append(name)
+    return tuple(live)
 
 
 def may_reach(
@@ -179,48 +190,50 @@ def may_reach(
         if name not in space.system.places:
             raise unknown_name("place", name, space.system.places)
         good &= space.markings[:, space.system.place(name)] >= least
-    found = np.flatnonzero(good)
+    return reached(space, good)
+
+
+def reached(space: TimedStateSpace, good: np.ndarray) -> Verdict:
+    """Whether one of the nodes `good` (N,) bool is reached, and a shortest run there."""
+    found = np.flatnonzero(good & space.real)
     if len(found):
-        return Verdict(True, "", space.run(int(found[0])))
+        return Verdict(True, "", space.real_run(int(found[0])))
+    if good.any():
+        return Verdict(None, UNDECIDED)
     return Verdict(False) if space.complete else Verdict(None, f"the exploration stopped: {space.reason}")
 
 
-def _bounded(space: TimedStateSpace, stopped: str) -> Verdict:
+def _bounded(space: TimedStateSpace) -> Verdict:
     if space.complete:
         return Verdict(True)
-    if space.reason != "unbounded":
-        return Verdict(None, stopped)
+    if space.reason != "unbounded" or space.overflow < 0:
+        return Verdict(None, f"the exploration stopped: {space.reason}")
     t = space.system.transitions[space.overflow].name
     return Verdict(False, f"{t!r} fills a place beyond {space.system.net.limit} tokens", space.run(space.n_expanded))
 
 
-def _reversible(space: TimedStateSpace, first: int, stopped: str) -> Verdict:
-    if not space.complete:
-        return Verdict(None, stopped)
-    goal = np.zeros(space.n_nodes, bool)
-    goal[first] = True
-    parts = components(space.graph, len(space.system.labels))
-    lost = np.flatnonzero(~can_reach(space.graph, parts, goal))
-    return Verdict(False, "there is no way back from here", space.run(int(lost[0]))) if len(lost) else Verdict(True)
-
-
-def _quiet(space: TimedStateSpace, stopped: str) -> Verdict:
+def _quiet(space: TimedStateSpace) -> Verdict:
     labels, system = space.graph.labels, space.system
     inner = (labels < system.n_own) | ((labels >= len(system.transitions)) & (labels < system.end_label))
     found = immediate_loop(space, inner)
     if found is None:
-        return Verdict(True if space.complete else None, stopped)
+        return Verdict(True) if space.complete else Verdict(None, f"the exploration stopped: {space.reason}")
     loop = space.steps(found[1])
     names = " -> ".join(dict.fromkeys(s.what for s in loop if s.kind == "fires"))
     return Verdict(False, f"fires for ever in one instant: {names}", space.run(found[0]), loop)
 
 
-def _deterministic(conflicts: tuple[Conflict, ...], stopped: str) -> Verdict:
-    real = [c for c in conflicts if c.kind != "tie"]
-    if real:
-        c = real[0]
-        return Verdict(False, f"{c.kind} of {c.first!r} and {c.second!r}: the order among equal priorities matters", c.run)
-    return Verdict(None, stopped) if stopped else Verdict(True)
+def _deterministic(space: TimedStateSpace, conflicts: tuple[Conflict, ...]) -> Verdict:
+    """`conflicts`: those that are real."""
+    for found in (conflicts, () if space.unsure is None else _conflicts(space)):
+        for c in found:
+            if c.kind in ("conflict", "confusion"):
+                why = f"{c.kind} of {c.first!r} and {c.second!r}: the order among equal priorities matters"
+                return Verdict(False, why, c.run) if found is conflicts else Verdict(None, f"{UNDECIDED}: {why}")
+    unclear = next((c for c in conflicts if c.kind == "unclear"), None)
+    if unclear:
+        return Verdict(None, f"{unclear.first!r} and {unclear.second!r}: what is observed in between may make the order matter")
+    return Verdict(True) if space.complete else Verdict(None, f"the exploration stopped: {space.reason}")
 
 
 def _conflicts(space: TimedStateSpace) -> tuple[Conflict, ...]:
@@ -234,7 +247,7 @@ def _conflicts(space: TimedStateSpace) -> tuple[Conflict, ...]:
     result = []
     for t, u in np.argwhere(found):
         if found[t, u] & 1 or not found[u, t] & 1:
-            kind = "conflict" if found[t, u] & 1 else "confusion"
+            kind = "conflict" if found[t, u] & 1 else "confusion" if found[t, u] & 2 else "unclear"
             result.append(Conflict(names[t], names[u], kind, space.run(int(where[t, u]))))
     ties = [Conflict(names[t], names[u], "tie") for t, u in np.argwhere(space.ties)]
     return tuple(result + ties)

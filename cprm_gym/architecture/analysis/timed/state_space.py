@@ -13,19 +13,23 @@ the net can do, never less.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from ...petri import PetriNet
-from ..behaviour.graphs import components, shortest_run
+from ..behaviour.graphs import can_reach, closure, components, shortest_run
 from ..behaviour.state_space import Budget, Graph, Progress
+from ..kernels import graph as graph_kernels
 from ..kernels import timed as kernels
 from ..kernels.table import rehash
-from ..verdicts import Step
+from ..verdicts import Step, Verdict
 from .system import TimedSystem, timed_system
+
+UNDECIDED = "it is not decided whether what is observed can be so at once"
 
 
 @dataclass(eq=False)
@@ -60,6 +64,98 @@ class TimedStateSpace:
     overflow: int
     ties: np.ndarray
     seconds: float
+
+    @cached_property
+    def unsure(self) -> np.ndarray | None:
+        """(E,) edges by which the environment answers what it may not be able to answer; None if every edge is sure.
+
+        What holds on all nodes holds for the net; what some node shows is shown for the net only if the way to it is sure.
+        """
+        system, joint = self.system, self.system.joint
+        sure = np.concatenate([g.sure for g in joint.groups]) if joint.groups else np.zeros(0, bool)
+        listed = all(g.listed for g in joint.groups)
+        if listed and sure.all() and not system.net.losing:
+            return None
+        variable = np.full(len(system.labels), -1, np.int64)
+        for x, v in enumerate(system.variables):
+            variable[system.net.first_label[x] : system.net.first_label[x] + len(v.cells)] = x
+        g = self.graph
+        found = np.zeros(len(g.labels), bool)
+        kernels.unsure_edges(system.net, sure, variable, self.rows, g.offsets, g.targets, g.labels, found)
+        return found if found.any() else None
+
+    @cached_property
+    def real(self) -> np.ndarray:
+        """(N,) nodes that some environment leads the net to, over sure edges."""
+        if self.unsure is None:
+            return np.ones(self.n_nodes, bool)
+        return closure(self.graph, np.zeros(1, np.int64), ~self.unsure)
+
+    @cached_property
+    def real_part(self) -> TimedStateSpace:
+        """The real nodes and the sure edges alone: every run in it is a run of the net in some environment."""
+        if self.unsure is None:
+            return self
+        number = np.cumsum(self.real) - 1
+        kept = ~self.unsure & self.real[self.graph.sources]
+        whole = part(self.graph, kept)
+        starts = whole.offsets[:-1][self.real]
+        nodes = np.flatnonzero(self.real)
+        graph = Graph(np.append(starts, len(whole.targets)), number[whole.targets].astype(np.int32), whole.labels)
+        seen = bool(self.overflow >= 0 and self.real[self.n_expanded])
+        expanded = int(number[self.n_expanded]) if seen else int(self.real[: self.n_expanded].sum())
+        return TimedStateSpace(
+            self.system, self.rows[nodes], self.kinds[nodes], graph, breadth_first(graph), expanded, self.complete,
+            self.reason, self.overflow if seen else -1, self.ties, self.seconds,
+        )  # fmt: skip
+
+    def judged(self, check: Callable[[TimedStateSpace], Verdict]) -> Verdict:
+        """What `check` says of all runs; a no that only runs show which may not be is unknown.
+
+        Parameters
+        ----------
+        check : callable
+            State space -> verdict, which says no only for a run that is in it.
+        """
+        verdict = check(self)
+        if verdict.holds is not False or self.unsure is None:
+            return verdict
+        real = check(self.real_part)
+        return real if real.holds is False else replace(verdict, holds=None, why=f"{UNDECIDED}: {verdict.why}", run=(), loop=())
+
+    def always_can(self, goal: np.ndarray, asked: np.ndarray, why: str) -> Verdict:
+        """Whether a node of `goal` (N,) bool can be reached from every node of `asked`; nodes that were not expanded count as goals."""
+        count = len(self.system.labels)
+        goal = goal | (self.kinds < 0)
+        lost = np.flatnonzero(asked & self.real & ~can_reach(self.graph, components(self.graph, count), goal))
+        if len(lost):
+            return Verdict(False, why, self.real_run(int(lost[0])))
+        if not self.complete:
+            return Verdict(None, f"the exploration stopped: {self.reason}")
+        if self.unsure is None:
+            return Verdict(True)
+        lead = self.surely_leads(goal)
+        maybe = (asked & ~lead).any()
+        return Verdict(None, f"{UNDECIDED}: {why}") if maybe else Verdict(True)
+
+    def surely_leads(self, goal: np.ndarray) -> np.ndarray:
+        """(N,) nodes from which some environment leads to a node of `goal`, whatever is undecided.
+
+        Where no answer of the environment is sure, one of them is possible: all of them must lead there.
+        """
+        assert self.unsure is not None
+        graph = self.graph
+        order = np.argsort(graph.targets, kind="stable")
+        starts = np.searchsorted(graph.targets[order], np.arange(self.n_nodes + 1))
+        open_edges = np.bincount(graph.sources[self.unsure], minlength=self.n_nodes)
+        left = np.where(open_edges == np.diff(graph.offsets), open_edges, -1)
+        lead = goal.copy()
+        graph_kernels.lead(starts, graph.sources[order], self.unsure[order], left, lead, np.empty(self.n_nodes, np.int64))
+        return lead
+
+    def real_run(self, node: int) -> tuple[Step, ...]:
+        """A shortest run over sure edges to a node that is real."""
+        return self.run(node) if self.unsure is None else self.real_part.run(int(np.count_nonzero(self.real[:node])))
 
     @property
     def n_nodes(self) -> int:
@@ -116,6 +212,31 @@ class TimedStateSpace:
             kind = "fires" if label < own else "outside" if label < len(system.transitions) else "observed"
             steps.append(Step(cycle, system.labels[label], kind, self.marking(int(self.graph.targets[edge]))))
         return tuple(steps)
+
+    def values(self, edges: Sequence[int]) -> tuple[dict[str, float], ...]:
+        """What to observe in each cycle so that a path over sure edges is taken: place -> value, for all that is asked for in it."""
+        nodes = [0, *(int(self.graph.targets[e]) for e in edges)]
+        ends = [k for k, e in enumerate(edges) if self.label_at(e) == self.system.end_label]
+        return tuple(
+            self._values_at(self.rows[nodes[k]]) for k in (*ends, *([len(edges)] if not ends or ends[-1] < len(edges) - 1 else []))
+        )
+
+    def _values_at(self, row: np.ndarray) -> dict[str, float]:
+        """Values of places that agree with all that is known in a node."""
+        system, joint = self.system, self.system.joint
+        places, found = len(system.places), {}
+        for x, v in enumerate(system.variables):
+            if row[places + x] > 0 and not v.is_object:
+                found.update(dict.fromkeys(v.places, v.inside(int(row[places + x]))))
+        for group in (*joint.groups, *joint.whole):
+            here = row[list(group.columns)]
+            token = np.array([c < places for c in group.columns], bool)
+            agrees = group.sure & ((group.rows == here) | (~token & (here <= 0))).all(axis=1)
+            if agrees.any():
+                for atom, value in group.points[int(agrees.argmax())].items():
+                    found.update(dict.fromkeys(joint.shown_by.get(atom, ()), value))
+        maths = {m.name for m in system.compiled.math}
+        return {name: value for name, value in found.items() if name not in maths}
 
 
 def explore_timed(
@@ -221,6 +342,16 @@ def immediate_loop(space: TimedStateSpace, inner: np.ndarray) -> tuple[int, list
             if back is not None:
                 return node, [int(numbers[e]) for e in (k, *back[1])]
     return None
+
+
+def breadth_first(graph: Graph) -> np.ndarray:
+    """(N,) int32: from which node each was found first, breadth first from node 0."""
+    came = np.full(graph.n_nodes, -1, np.int64)
+    everything, nothing = np.ones(len(graph.targets), bool), np.zeros(graph.n_nodes, bool)
+    graph_kernels.search(graph.offsets, graph.targets, np.zeros(1, np.int64), everything, nothing, came, np.empty(graph.n_nodes, np.int64))
+    found = came >= 0
+    came[found] = graph.sources[came[found]]
+    return np.where(found, came, 0).astype(np.int32)
 
 
 def part(graph: Graph, kept: np.ndarray) -> Graph:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,8 @@ from ....errors import NetError
 from ...petri import UNBOUNDED, CompiledNet, PetriNet, PlaceKind, Transition, compile_net
 from ..kernels import timed as kernels
 from ..net_arrays import FREE, KEEP, System
-from .variables import Variable, cell_arcs, variables_of, volatile_variables
+from .joint import Joint, joint_cells
+from .variables import Variable, cell_arcs, ranges_of, variables_of, volatile_variables
 
 Rows = list[list[tuple[Any, ...]]]
 """Entries per transition."""
@@ -34,6 +35,8 @@ class TimedSystem:
         What each edge label means: transitions, then cells, then ``clocks stop``, ``end of cycle`` and ``next cycle``.
     untimed : System
         The same discrete part without time.
+    joint : Joint
+        Which cells of several variables go together.
     """
 
     compiled: CompiledNet
@@ -45,6 +48,7 @@ class TimedSystem:
     untimed: System
     net: kernels.TimedNet
     start: np.ndarray
+    joint: Joint
 
     def place(self, name: str) -> int:
         """Column of a place."""
@@ -67,6 +71,7 @@ def timed_system(
     extra: Mapping[str, int] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     limit: int = 30_000,
+    enough: Callable[[], bool] = lambda: False,
 ) -> TimedSystem:
     """Prepare a net for exploration.
 
@@ -81,6 +86,8 @@ def timed_system(
         What is known about the values of continuous, input, belief and math places; math places follow from their operands.
     limit : int
         Tokens in one place beyond which it counts as unbounded.
+    enough : callable
+        Whether the time granted is spent; which cells go together stays undecided then.
 
     Raises
     ------
@@ -90,7 +97,10 @@ def timed_system(
     c = net if isinstance(net, CompiledNet) else compile_net(net)
     limit = _check_size(c, limit)
     untimed = _discrete_part(c, outside, extra or {})
-    variables, of_place = variables_of(c, bounds or {})
+    ranges = ranges_of(c, bounds or {})
+    variables, of_place = variables_of(c, ranges)
+    volatile = volatile_variables(c, of_place)
+    joint = joint_cells(c, variables, untimed.places, ranges, bounds or {}, {x for found in volatile.values() for x in found}, enough)
     transitions = (*c.net.transitions, *outside)
     own = c.n_transitions
     immediate = sorted((t for t in range(own) if c.delay[t] == 0), key=lambda t: (-c.priority[t], t))
@@ -103,7 +113,7 @@ def timed_system(
         labels += [v.text(k + 1) for k in range(len(v.cells))]
     labels += ["clocks stop", "end of cycle", "next cycle"]
     fixed = [v.fixed for v in variables]
-    arcs = _arc_tables(c, untimed, transitions, variables, of_place)
+    arcs = _arc_tables(c, untimed, transitions, variables, of_place, volatile)
     clocks = [c.clock_count(t) for t in timed]
     shifts = _shifting(arcs, timed) & (c.memory[timed] == kernels.ENABLING)
     arrays = kernels.TimedNet(
@@ -127,9 +137,10 @@ def timed_system(
         end_label=len(labels) - 2,
         tick_label=len(labels) - 1,
         limit=limit,
+        **_joint_tables(joint),
     )
     start = np.concatenate((untimed.marking, fixed, np.zeros(sum(clocks) + 1))).astype(np.int16)
-    return TimedSystem(c, untimed.places, transitions, own, variables, tuple(labels), untimed, arrays, start)
+    return TimedSystem(c, untimed.places, transitions, own, variables, tuple(labels), untimed, arrays, start, joint)
 
 
 MOST = 15_000
@@ -164,9 +175,9 @@ def _arc_tables(
     transitions: tuple[Transition, ...],
     variables: tuple[Variable, ...],
     of_place: Mapping[str, int],
+    volatile: Mapping[str, list[int]],
 ) -> dict[str, Any]:
     """The arcs of `TimedNet`, from `guard_start` to `write`, by field."""
-    volatile = volatile_variables(c, of_place)
     guards, cells, takes, puts, sets, writes = tables = [Rows() for _ in range(6)]
     for t, transition in enumerate(transitions):
         guards.append([(p, u.need[t, p], u.inhibit[t, p]) for p in np.flatnonzero((u.need[t] > 0) | (u.inhibit[t] != FREE))])
@@ -182,6 +193,25 @@ def _arc_tables(
     for name, rows, width in zip(("guard", "cell", "take", "put", "set", "write"), tables, (3, 2, 2, 2, 2, 2)):
         arrays[f"{name}_start"], arrays[name] = _table(rows, width)
     return arrays
+
+
+def _joint_tables(joint: Joint) -> dict[str, Any]:
+    """What the kernels see of the groups."""
+    widest = max((len(g.columns) for g in joint.groups), default=1)
+    together = np.zeros((sum(len(g.rows) for g in joint.groups), widest), np.int16)
+    row_start = np.concatenate(([0], np.cumsum([len(g.rows) for g in joint.groups]))).astype(np.int64)
+    for first, group in zip(row_start, joint.groups):
+        together[first : first + len(group.rows), : len(group.columns)] = group.rows
+    return {
+        "group": joint.of_variable,
+        "member_start": np.concatenate(([0], np.cumsum([len(g.columns) for g in joint.groups]))).astype(np.int64),
+        "member": _ints(column for g in joint.groups for column in g.columns),
+        "row_start": row_start,
+        "listed": np.array([g.listed for g in joint.groups], bool),
+        "together": together,
+        "lossy": joint.lossy,
+        "losing": bool(joint.lossy.any()),
+    }
 
 
 def _shifting(arcs: Mapping[str, Any], timed: list[int]) -> np.ndarray:

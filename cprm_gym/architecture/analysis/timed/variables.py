@@ -82,12 +82,11 @@ def _keys(c: CompiledNet) -> dict[str, tuple[str, ...]]:
     return keys
 
 
-def variables_of(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> tuple[tuple[Variable, ...], dict[str, int]]:
+def variables_of(c: CompiledNet, ranges: Mapping[str, tuple[float, float]]) -> tuple[tuple[Variable, ...], dict[str, int]]:
     """The variables that some transition reads, and the variable of each of their places."""
     keys = _keys(c)
     cuts: dict[tuple[str, ...], set[float]] = {}
     places: dict[tuple[str, ...], list[object]] = {}
-    by_name = {p.name: p for p in c.net.places}
     chosen = {p.name for p, s in zip(c.net.places, selected_places(c)) if s}
     for t in c.net.transitions:
         for arcs in (t.inputs, t.sets, t.tests, t.inhibitors):
@@ -97,10 +96,6 @@ def variables_of(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> t
     for p in c.net.places:
         if keys[p.name] in cuts:
             places.setdefault(keys[p.name], []).append(p)
-    for name in bounds:
-        if name not in by_name:
-            c.place(name)
-    ranges = _ranges(c, bounds)
     variables, of_place = [], {}
     for x, (key, members) in enumerate(places.items()):
         names = tuple(p.name for p in members)  # type: ignore[attr-defined]
@@ -121,8 +116,10 @@ def variables_of(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> t
     return tuple(variables), of_place
 
 
-def _ranges(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+def ranges_of(c: CompiledNet, bounds: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Least and largest value of every place, as far as known; of math places as far as their expressions say."""
+    for name in bounds:
+        c.place(name)
     ranges: dict[str, tuple[float, float]] = {}
     for p in c.net.places:
         low, high = -LARGEST, LARGEST
