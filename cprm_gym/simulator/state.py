@@ -298,6 +298,7 @@ WORLD = np.dtype(
         ("protocol", "i1", (PLAYERS,)),  # protocol version of the player's client; 0 counts as the newest. 17 and older see without focus
         # audio (specification/simulator.md 6.3): the what was said since the last step, kept until the first `say` after it (kernels)
         ("audio_count", "i4"),
+        ("audio_time", "i4"),  # the clock when they were said
         ("audio_done", "u1"),
         ("audio_from", "i1", (SAY_QUEUE,)),
         ("audio_listeners", "u4", (SAY_QUEUE,)),
@@ -305,12 +306,15 @@ WORLD = np.dtype(
         ("audio_text", "u1", (SAY_QUEUE, SAY_SIZE)),
         ("heard_count", "i1", (PLAYERS,)),
         ("heard", "i1", (PLAYERS, SAY_QUEUE)),  # in order: queue index + 1, negative = without text
+        ("heard_from", "i2", (PLAYERS, SAY_QUEUE)),  # direction in degrees, of clients before protocol 8, who hear at once
         ("collided", "u1", (PLAYERS,)),  # since the last sense_body: 1 ball, 2 player, 4 post
         # outcomes of draws to come, for replays: 0 drawn as usual, 1 yes, -1 no (kernels.random.decide)
         ("forced_tackle", "i1", (PLAYERS,)),
         ("forced_catch", "i1", (PLAYERS,)),  # success of the player's tackle, stretched catch
         ("forced_foul", "i1", (PLAYERS,)),
         ("forced_card", "i1", (PLAYERS,)),  # his foul is detected; it draws a card
+        ("forced_pen_side", "i1"),
+        ("forced_pen_taker", "i1"),  # 1 left, -1 right: the goal of a shoot-out and who begins it
         ("order", "u1", (PLAYERS,)),  # scratch: the order in which players' commands are executed in this step
         # scratch of one collision resolution
         ("hit", "u1", (OBJECTS,)),
@@ -363,6 +367,7 @@ WORLD = np.dtype(
         ("auto_connect_wait", "i4"),
         ("keepaway_count", "i4"),
         ("keepaway_first", "i4"),  # steps the takers had the ball; the keeper of the first corner
+        ("keepaway_begun", "u1"),  # the first episode has begun
         # what a referee's module decided and the referee has still to carry out: Ruling, side, place
         ("ruling", "i4"),
         ("ruling_side", "i4"),

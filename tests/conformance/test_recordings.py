@@ -13,8 +13,19 @@ HERE = sorted(DATA.rglob("*.jsonl.gz"))
 MORE = sorted(path for path in RECORDED.rglob("*.jsonl.gz") if not (DATA / path.relative_to(RECORDED)).exists())
 
 # Objects in a cycle whose outcome hangs on a draw that nobody recorded: two at exactly one place are separated at a random angle (a ball
-# placed on the tackler after a foul, players moved onto each other), or players are put at random into their own half.
-LEFT_TO_CHANCE = {"collide_ball": 4, "collide_players": 5, "move_bko_noref": 6, "move_bko_ref": 8, "rules": 16}
+# placed on the tackler after a foul, players moved onto each other), or players are put at random into their own half or round a region of
+# keepaway.
+LEFT_TO_CHANCE = {
+    "collide_ball": 4,
+    "collide_players": 5,
+    "keepaway_0": 40,
+    "keepaway_turnover": 10,
+    "move_bko_noref": 6,
+    "move_bko_ref": 8,
+    "penalty_0": 3,
+    "penalty_b1": 3,
+    "rules": 16,
+}
 
 
 def name_of(path: Path) -> str:

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from simulator_worlds import quiet_world
 
 from cprm_gym.simulator.kernels import geometry
+from cprm_gym.simulator.kernels.geometry import in_circle
+from cprm_gym.simulator.kernels.referee.places import nearest_on_circle
 from cprm_gym.simulator.kernels.step import advance_worlds, step_worlds
 
 angles = st.floats(-1e4, 1e4)
@@ -88,6 +90,16 @@ def test_a_segment_enters_a_circle_at_the_first_point_of_its_way(bx, by, ex, ey,
 def test_penalty_areas_include_the_balls_radius(side, x, y, inside):
     simulator = quiet_world()
     assert geometry.in_penalty_area.py_func(type("P", (), {"ball_size": simulator.packed["ball_size"][0]}), side, x, y) == inside
+
+
+def test_a_point_on_the_very_edge_is_in_the_circle_by_its_distance():
+    """Its square may be greater than that of the radius: 23 of 100 points that the referee puts on the edge are such."""
+    square_says_no = 0
+    for angle in np.linspace(0.0, 6.28, 2000):
+        x, y = nearest_on_circle(20.0 * math.cos(angle), 20.0 * math.sin(angle), 0.0, 0.0, 8.85)
+        assert in_circle(x, y, 0.0, 0.0, 8.85) == (math.sqrt(x * x + y * y) <= 8.85)
+        square_says_no += in_circle(x, y, 0.0, 0.0, 8.85) and x * x + y * y > 8.85 * 8.85
+    assert square_says_no > 200
 
 
 def test_the_step_is_compiled_once_for_every_number_of_worlds():

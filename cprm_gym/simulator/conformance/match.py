@@ -31,7 +31,7 @@ from ..state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
 from .envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
 from .recording import KEYS, put_back, snapshot_copy
 from .report import Check, Mismatch, Result
-from .scenario import name_of
+from .scenario import FORCED, name_of
 
 Array = npt.NDArray[Any]
 INSIDE, SAME_MODE = 0.999, 0.995
@@ -207,7 +207,7 @@ class MatchReplay:
         simulator.advance()
         if not self.noisy:
             bounds = envelope(self.packed[0], before, middle[0], world, noise)
-        for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
+        for name in FORCED:
             world[name] = 0
         return bounds
 

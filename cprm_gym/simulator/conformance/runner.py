@@ -18,7 +18,7 @@ from .recording import Recording, read_recording
 from .report import Check, Mismatch, Report, Result
 from .scenario import ScenarioReplay
 from .sight import arms, gaussian, levels
-from .statistics import ball_rows, player_rows
+from .statistics import ball_rows, player_rows, winds
 
 __all__ = ["Check", "Mismatch", "Report", "Result", "files_in", "replay_match", "replay_scenario", "run"]
 
@@ -32,6 +32,7 @@ _STATISTICS: dict[str, Callable[[Recording, Result], None]] = {
     "sight_gauss": gaussian,
     "sight_prob": levels,
     "sight_prob_v17": levels,
+    "wind_rand": winds,
 }
 
 
@@ -45,7 +46,7 @@ def replay_scenario(path: str | os.PathLike[str]) -> Result:
     """
     recording = read_recording(path)
     result = Result(str(path), recording.scenario)
-    if any("steps" in record or record["rec"] == "row" for record in recording.records):
+    if recording.scenario not in _STATISTICS and any("steps" in record or record["rec"] == "row" for record in recording.records):
         ScenarioReplay(recording, result).run()
     else:
         replay_statistics(recording, result)

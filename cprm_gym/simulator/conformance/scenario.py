@@ -8,7 +8,8 @@ two players at one place) is counted as left to chance; everything else must agr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -44,6 +45,8 @@ from .trainer import execute_trainer
 Watch = Callable[[int, PlayerCommand, Any], None]
 TRIES = 64
 """Streams tried before a step counts as different."""
+FORCED = ("forced_tackle", "forced_catch", "forced_foul", "forced_card", "forced_pen_side", "forced_pen_taker")
+"""Fields of a world that force draws."""
 LOOSE, EXACT = 1e-9, 1e-12
 """Tolerance in general and near collisions, and of runs of random commands elsewhere."""
 
@@ -314,13 +317,14 @@ class ScenarioReplay:
             world["bits"] &= np.uint32(~COLLISIONS & 0xFFFFFFFF)  # from here on they tell of the step
         self._late = compare_late(simulator, step)
         simulator.advance()
-        for name in ("forced_tackle", "forced_catch", "forced_foul", "forced_card"):
+        for name in FORCED:
             world[name] = 0
         return middle
 
     def _force(self, step: dict[str, Any], fouls: bool) -> None:
         """Force the draws that the recording tells; a foul with several victims is one draw for each, of which only the sum is told."""
         world = self.world
+        world["forced_pen_side"], world["forced_pen_taker"] = drawn_shoot_out(self.listener.announcements(step) or ())
         for event in step.get("random_possible") or ():
             row = ROW[event["p"]]
             if event["e"] == "tackle":
@@ -418,6 +422,17 @@ class ScenarioReplay:
         if near_post(state["ball"], 4.0, width):
             touched.add(BALL)
         return lambda number: LOOSE if number in touched else EXACT
+
+
+def drawn_shoot_out(announced: Iterable[str]) -> tuple[int, int]:
+    """The goal of a shoot-out and the side drawn with it (+1 left, -1 right), by what the referee said when it began; 0 when he did not.
+
+    The first kick is that of the other side.
+    """
+    for earlier, later in itertools.pairwise(announced):
+        if " penalty_onfield_" in earlier and " penalty_setup_" in later:
+            return LEFT if earlier.endswith("_l)") else RIGHT, RIGHT if later.endswith("_l)") else LEFT
+    return 0, 0
 
 
 def completed(case: dict[str, Any]) -> dict[str, Any]:

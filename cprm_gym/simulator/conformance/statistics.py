@@ -15,7 +15,9 @@ import numpy.typing as npt
 from scipy import stats
 
 from ...errors import FormatError
+from ..kernels.motion import WIND_WEIGHT
 from ..player_types import TypeColumn
+from ..protocol.commands import parse_trainer
 from ..simulator import Simulator
 from ..state import BALL, CommandKind, PlayerBit, PlayMode
 from .envelope import calm
@@ -212,6 +214,37 @@ def ball_rows(recording: Recording, result: Result, record: dict[str, Any]) -> N
     simulated = fractions((noisy["pos"][:, BALL] - start)[own], way[own], radius[own])
     same_distribution(result, f"{name}, length of the noise", recorded[0], simulated[0])
     same_distribution(result, f"{name}, direction of the noise", recorded[1], simulated[1])
+
+
+# --- wind
+
+
+def winds(recording: Recording, result: Result) -> None:
+    """Steps of a moving ball and player in a wind with randomness: every push within its bounds, and distributed as the simulator's."""
+    steps = [step for record in recording.records for step in record["steps"]]
+    simulator = batch(recording, len(steps))
+    world, p = simulator.world, simulator.packed[0]
+    for row, step in enumerate(steps):
+        for text in step["trainer"]:
+            what, x, y, _, vx, vy = parse_trainer(text).args
+            number = BALL if what == ("ball",) else 1
+            world["pos"][row, number], world["vel"][row, number] = (x, y), (vx, vy)
+    start = simulator.snapshot()
+    simulator.step()
+    result.cycles += len(steps)
+    weights = {BALL: p["ball_weight"], 1: p["player_weight"]}
+    for number, name in ((BALL, "ball"), (1, "l1")):
+        told = np.array([(step["state"]["ball"] if number == BALL else step["state"]["pl"]["l1"][1:])[:2] for step in steps])
+        speed = np.hypot(*start["vel"][:, number].T)[:, None]
+        unit = speed / (weights[number] * WIND_WEIGHT)
+        for axis, letter in enumerate("xy"):
+            pushes = [
+                ((moved - start["pos"][:, number] - start["vel"][:, number]) / unit - world["wind"])[:, axis] / p["wind_rand"]
+                for moved in (told, world["pos"][:, number])
+            ]
+            excess = max(float(np.abs(pushes[0]).max()) - 1.0, 0.0)
+            result.number(recording.scenario, 0, name, f"wind in {letter} beyond its bounds", 0.0, excess, 1e-6)
+            same_distribution(result, f"wind in {letter}, {name}", *pushes)
 
 
 def _untouched(world: Array) -> Array:

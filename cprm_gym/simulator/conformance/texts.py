@@ -8,7 +8,7 @@ import math
 import re
 from typing import Any
 
-from ..kernels.audio import hear_degrees
+from ..kernels.audio import hear_degrees, hears_at_once
 from ..protocol.messages import hear_text, referee_text, see_mismatches, sense_body_text
 from ..simulator import Simulator
 from ..state import Count
@@ -193,8 +193,8 @@ def compare_messages(
     world = simulator.world[0]
     time = int(world["time"])
     messages = step.get("msgs") or {}
-    for key, texts in messages.items():
-        row = ROW[key]
+    for key in messages | (step.get("msgs_inphase") or {}):
+        row, texts = ROW[key], messages.get(key, [])
         if row + 1 in skip or not world["enabled"][row]:
             continue
         for told in [text for text in texts if text.startswith("(sense_body ")]:
@@ -202,7 +202,8 @@ def compare_messages(
         for told in [text for text in texts if is_see(text, time)]:
             if not skip:
                 result.equal(case, cycle, key, "see", [], see_mismatches(simulator, 0, row + 1, told))
-        heard = [text for text in texts if text.startswith("(hear ") and text.split(" ", 3)[2] not in _HEARD_ELSEWHERE]
+        at_once = (step.get("msgs_inphase") or {}).get(key, []) if hears_at_once(world, row) else []
+        heard = [text for text in at_once + texts if text.startswith("(hear ") and text.split(" ", 3)[2] not in _HEARD_ELSEWHERE]
         if heard or world["heard_count"][row]:
             own = hear_text(simulator, 0, row + 1)
             if heard != own and hears_by_chance(simulator, row, heard, own):

@@ -11,6 +11,10 @@ from .random import HEAR_CHOICE, SENSORS, uniform
 from .rounding import rounded_degrees, truncated_degrees
 
 COMPLETE, PARTIAL = 1, 2  # bits of w.ear
+QUEUE_PROTOCOL = 8
+"""From this protocol on speech waits for the end of the step."""
+ROUNDED_PROTOCOL = 7
+"""Its clients are told rounded directions of speech, all others truncated ones."""
 _SAY = int(Count.SAY)
 
 
@@ -21,25 +25,58 @@ def side_index(i, j):
 
 
 @kernel
+def hear_degrees(w, i, j, rounded):
+    """Direction (degrees) of the speaker `j` relative to the body of player `i`: towards zero, or rounded as for version 7."""
+    x, y = w.pos[j + 1, 0] - w.pos[i + 1, 0], w.pos[j + 1, 1] - w.pos[i + 1, 1]
+    angle = norm(direction(x, y) - w.body[i])
+    return rounded_degrees(angle) if rounded else truncated_degrees(angle)
+
+
+@kernel
+def hears_at_once(w, i):
+    """The client of player `i` speaks a protocol before 8: what is said is not queued for him."""
+    return 0 < w.protocol[i] < QUEUE_PROTOCOL
+
+
+@kernel
+def hear_at_once(w, p, i, speaker, message):
+    """Player `i` hears a message in the moment in which it is said, if he has capacity left for the speaker's side."""
+    side = side_index(i, speaker)
+    if w.hear_capacity[i, side] < p.hear_decay:
+        return
+    w.hear_capacity[i, side] -= p.hear_decay
+    n = w.heard_count[i]
+    w.heard[i, n] = message + 1
+    w.heard_from[i, n] = int(hear_degrees(w, i, speaker, w.protocol[i] == ROUNDED_PROTOCOL))
+    w.heard_count[i] = n + 1
+
+
+@kernel
 def say(w, p, i, text, length):
     """Player `i` says ``text[:length]``; too long or empty messages are dropped, as the server drops them.
 
     Who can hear it is decided here, with the positions of this moment: whoever is within ``audio_cut_dist`` and has an ear on for the
-    speaker's side.
+    speaker's side. Clients before protocol 8 hear it at once, as long as they have capacity; the others after the step.
     """
     if length < 1 or length > p.say_msg_size or length > SAY_SIZE:
         return
     w.counts[i, _SAY] += 1
     if w.audio_done:
         w.audio_count, w.audio_done = 0, 0
+        for j in range(PLAYERS):
+            w.heard_count[j] = 0
     k = w.audio_count
     if k == SAY_QUEUE:
         return
+    w.audio_time = w.time
     reach = p.audio_cut_dist * p.audio_cut_dist
     listeners = np.uint32(0)
     for j in range(PLAYERS):
         if j != i and w.enabled[j] and w.ear[j, side_index(j, i)] and squared_distance(w, i + 1, j + 1) <= reach:
-            listeners |= np.uint32(1) << np.uint32(j)
+            if hears_at_once(w, j):
+                hear_at_once(w, p, j, i, k)
+            else:
+                listeners |= np.uint32(1) << np.uint32(j)
     w.audio_from[k], w.audio_length[k], w.audio_listeners[k] = i + 1, length, listeners
     for c in range(length):
         w.audio_text[k, c] = text[c]
@@ -94,17 +131,11 @@ def deliver_audio(w, p):
         w.audio_count = 0
     w.audio_done = 1
     for i in range(PLAYERS):
+        if w.audio_count and hears_at_once(w, i):
+            continue
         w.heard_count[i] = 0
         if w.audio_count and w.enabled[i]:
             listen(w, p, i)
-
-
-@kernel
-def hear_degrees(w, i, j, rounded):
-    """Direction (degrees) of the speaker `j` relative to the body of player `i`: towards zero, or rounded as for version 7."""
-    x, y = w.pos[j + 1, 0] - w.pos[i + 1, 0], w.pos[j + 1, 1] - w.pos[i + 1, 1]
-    angle = norm(direction(x, y) - w.body[i])
-    return rounded_degrees(angle) if rounded else truncated_degrees(angle)
 
 
 @kernel
@@ -127,7 +158,8 @@ def hear_world(w, sender, level, unum, direction, length, text, count):
                 level[i, n] = 1
                 if entry > 0:
                     level[i, n] = 2
-                    direction[i, n] = hear_degrees(w, i, speaker - 1, False) * D2R
+                    degrees = w.heard_from[i, k] if hears_at_once(w, i) else hear_degrees(w, i, speaker - 1, False)
+                    direction[i, n] = degrees * D2R
                     length[i, n] = w.audio_length[message]
                     for c in range(w.audio_length[message]):
                         text[i, n, c] = w.audio_text[message, c]

@@ -90,6 +90,12 @@ def squared_distance(w, a, b):
 
 
 @kernel
+def in_circle(x, y, cx, cy, radius):
+    """Whether a point is in a circle round c: by its distance, whose square may round differently on the very edge."""
+    return length(x - cx, y - cy) <= radius
+
+
+@kernel
 def segment_enters_circle(bx, by, ex, ey, cx, cy, radius):
     """(whether, x, y): where the segment from b to e first meets the circle round c (specification/simulator.md 3.3)."""
     if bx == ex and by == ey:

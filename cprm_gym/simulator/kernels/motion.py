@@ -11,7 +11,7 @@ from .geometry import EPS, direction, length, mirror_along, norm, scale, segment
 from .random import MOTION_NOISE, PHYSICS, POST_ANGLE, WIND_NOISE, polar_noise, uniform_between
 
 POST_COLLIDE = int(PlayerBit.POST_COLLIDE)
-_WIND_WEIGHT = 10000.0
+WIND_WEIGHT = 10000.0
 
 
 @kernel
@@ -80,7 +80,7 @@ def _disturb(w, p, o, rand, weight):
         speed = length(w.vel[o, 0], w.vel[o, 1])
         for k in range(2):
             push = w.wind[k] + uniform_between(w, PHYSICS, o, WIND_NOISE, k, -w.wind_rand, w.wind_rand)
-            w.vel[o, k] += speed * push / (weight * _WIND_WEIGHT)
+            w.vel[o, k] += speed * push / (weight * WIND_WEIGHT)
     w.vel[o, 0] += 0.0  # no wind is a wind of zero: it turns -0 into 0, which decides between the directions 180 and -180
     w.vel[o, 1] += 0.0
 

@@ -10,6 +10,7 @@ import math
 from ..state import Announcement
 from . import kernel
 from .contacts import resolve_collisions
+from .referee.announcements import announce
 from .referee.kick_off import book_substitution, kick_off, substitute
 from .referee.modes import (
     BIT_GOALIE,
@@ -18,7 +19,7 @@ from .referee.modes import (
     PENALTY_TAKEN,
     PLAY_ON,
 )
-from .referee.set_mode import announce, set_mode
+from .referee.set_mode import set_mode
 from .stamina import recover
 
 SAY_PROMOTION = int(Announcement.PROMOTE_GOALIE)

@@ -48,7 +48,7 @@ class HearMessage(NamedTuple):
 
     time: int
     sender: str
-    """``referee``, ``coach``, ``online_coach_left``, ``online_coach_right``, ``self``, ``our``, ``opp``, or ``player`` (protocol 7)."""
+    """``referee``, ``coach``, ``online_coach_left``, ``online_coach_right``, ``self``, ``our``, ``opp``, or ``player`` (before 8)."""
     direction: int | None = None
     unum: int | None = None
     message: str | None = None
@@ -163,22 +163,28 @@ def _value(word: str) -> str | float:
         return word
 
 
+_HEAR = re.compile(
+    r"\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)"
+    r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
+    re.DOTALL,
+)
+_OLD_HEAR = re.compile(r'\(hear (?P<time>\d{1,9}) (?P<direction>-?\d{1,9}) (?P<message>[^"]+)\)', re.DOTALL)
+
+
 def parse_hear(text: str) -> HearMessage:
-    """Read a hear message of protocol version 7 or later.
+    """Read a hear message of any protocol version; those before 7 have no quotes round what was said.
 
     Raises
     ------
     FormatError
         When it is none.
     """
-    match = re.fullmatch(
-        r"\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)"
-        r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
-        text,
-        re.DOTALL,
-    )
-    if match is None:
-        raise FormatError(f"not a (hear ...) message: {text[:60]!r}")
+    match = _HEAR.fullmatch(text)
+    if match is None or (match["direction"] and not match["message"]):
+        old = _OLD_HEAR.fullmatch(text)
+        if old is None:
+            raise FormatError(f"not a (hear ...) message: {text[:60]!r}")
+        return HearMessage(int(old["time"]), "player", int(old["direction"]), message=old["message"])
     time = int(match["time"])
     if match["by"]:
         return HearMessage(time, match["by"], message=match["rest"].strip('"'))

@@ -84,7 +84,7 @@ class _Reader:
         name = f"{self.words['player']} {self.team_name(j)}"
         if level == senses.NAME_SEEN:
             marked = self.w["goalie"][j] == 1 or (self.w["goalie"][j] and (j < 11) == (self.i < 11))
-            name += f" {j % 11 + 1}" + (" goalie" if marked else "")
+            name += f" {j % 11 + 1}" + (" goalie" if marked and self.protocol >= 6 else "")
         return name
 
     def landmark_name(self, j: int, level: int) -> str:
@@ -245,6 +245,14 @@ def _arm(w: Any, p: Any, i: int) -> str:
     return f"(arm (movable {movable}) (expires {expires}) (target {real(distance)} {int(degrees)}) (count {count}))"
 
 
+def _whole_arm(w: Any, p: Any, i: int) -> str:
+    """The same in a fullstate message: the distance as it is, the direction rounded."""
+    movable, expires, _, _ = body.arm(w, p, i)
+    x, y = w["arm_target"][i] - w["pos"][i + 1] if expires else (0.0, 0.0)
+    target = f"{real(math.sqrt(x * x + y * y))} {int(rounding.rounded_degrees(_face_angle(w, i, x, y))) if expires else 0}"
+    return f"(arm (movable {movable}) (expires {expires}) (target {target}) (count {w['counts'][i, Count.ARM]}))"
+
+
 def _card(bits: int) -> str:
     return _CARDS[2 if bits & PlayerBit.RED_CARD else 1 if bits & PlayerBit.YELLOW_CARD else 0]
 
@@ -285,29 +293,32 @@ def sense_body_text(sim: Simulator, world: int, player: int, protocol: int | Non
 
 
 def hear_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> list[str]:
-    """The messages of players, his own first, that the player hears after the last step; parameters and errors as in `see_text`.
+    """The messages of players that the player heard of the last cycle; parameters and errors as in `see_text`.
 
-    Versions before 8 do not hear who spoke, nor that somebody spoke whom they cannot understand.
+    Clients of version 8 and later hear after the step, their own messages first. Older ones hear at once, while commands are executed, at
+    the time before the step; they are not told who spoke, nor that somebody spoke whom they cannot understand.
     """
     r = _Reader(sim, world, player, protocol)
     w, i, v = r.w, r.i, r.protocol
+    at_once = bool(audio.hears_at_once(w, i))
+    time = int(w["audio_time"]) if at_once else r.time
 
     def content(k: int) -> str:
         text = bytes(w["audio_text"][k, : w["audio_length"][k]]).decode("ascii")
         return f'"{text}"' if v >= 7 else text
 
-    heard = [f"(hear {r.time} self {content(k)})" for k in range(w["audio_count"]) if w["audio_from"][k] == i + 1]
-    for entry in w["heard"][i, : w["heard_count"][i]]:
+    heard = [(k, f"(hear {time} self {content(k)})") for k in range(w["audio_count"]) if w["audio_from"][k] == i + 1]
+    for n, entry in enumerate(w["heard"][i, : w["heard_count"][i]]):
         k = abs(int(entry)) - 1
         speaker = int(w["audio_from"][k]) - 1
         own = (speaker < 11) == (i < 11)
         who = f"our {speaker % 11 + 1}" if own else "opp"
         if entry < 0:
-            heard += [f"(hear {r.time} {who})"] if v >= 8 else []
+            heard += [(k, f"(hear {time} {who})")] if v >= 8 else []
             continue
-        direction = int(audio.hear_degrees(w, i, speaker, v == 7))
-        heard.append(f"(hear {r.time} {direction} {who} {content(k)})" if v >= 8 else f"(hear {r.time} {direction} {content(k)})")
-    return heard
+        degrees = int(w["heard_from"][i, n]) if at_once else int(audio.hear_degrees(w, i, speaker, v == audio.ROUNDED_PROTOCOL))
+        heard.append((k, f"(hear {time} {degrees} {who} {content(k)})" if v >= 8 else f"(hear {time} {degrees} {content(k)})"))
+    return [text for _, text in (sorted(heard) if at_once else heard)]
 
 
 def trainer_text(time: int, message: str, protocol: int = NEWEST_PROTOCOL) -> str:
@@ -389,21 +400,26 @@ def _face_angle(w: Any, j: int, x: float, y: float) -> float:
     return float(rounding.face_direction(x, y, w["body"][j], w["neck"][j]))
 
 
+def _fullstate_head(r: _Reader) -> str:
+    w, i = r.w, r.i
+    return f"(fullstate {r.time} (pmode {mode_text(w)}) (vmode {_QUALITIES[w['view_quality'][i]]} {_WIDTHS[w['view_width'][i]]})"
+
+
 def _old_fullstate(r: _Reader) -> str:
-    """Versions 5 to 7: rounded, without counts, and with the goals of the right team in the place of the left one's."""
+    """Versions 5 to 7: rounded (stamina cut), without counts, and with the goals of the right team in the place of the left one's."""
 
     def rounded(values: Any, step: float = 0.001) -> str:
         return " ".join(real(float(geometry.quantize(float(value), step))) for value in values)
 
-    w, i = r.w, r.i
+    w = r.w
     parts = [
-        f"(fullstate {r.time} (pmode {mode_text(w)}) (vmode {_QUALITIES[w['view_quality'][i]]} {_WIDTHS[w['view_width'][i]]})",
+        _fullstate_head(r),
         f"(score {w['score'][1] if w['enabled'][:11].any() else 0} 0)",
         f"(ball {rounded((*w['pos'][BALL], *w['vel'][BALL]))})",
     ]
     for j in np.flatnonzero(w["enabled"]):
         numbers = rounded((*w["pos"][j + 1], *w["vel"][j + 1], w["body"][j] * _R2D, w["neck"][j] * _R2D))
-        energy = f"{rounded([w['stamina'][j]], 1.0)} {rounded((w['effort'][j], w['recovery'][j]), 0.0001)}"
+        energy = f"{int(w['stamina'][j])} {rounded((w['effort'][j], w['recovery'][j]), 0.0001)}"
         parts.append(f"({'l' if j < 11 else 'r'}_{j % 11 + 1} {numbers} {energy})")
     return " ".join(parts) + ")"
 
@@ -425,9 +441,9 @@ def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None
     counts = ["kick", "dash", "turn", "catch", "move", "turn_neck", "change_view", "say"] + (["change_focus"] if v >= 18 else [])
     score = w["score"] if i < 11 else w["score"][::-1]
     parts = [
-        f"(fullstate {r.time} (pmode {mode_text(w)}) (vmode {_QUALITIES[w['view_quality'][i]]} {_WIDTHS[w['view_width'][i]]})",
+        _fullstate_head(r),
         f"(count {' '.join(str(w['counts'][i, Count[name.upper()]]) for name in counts)})",
-        _arm(w, r.p, i),
+        _whole_arm(w, r.p, i),
         f"(score {score[0]} {score[1]})",
         f"((b) {' '.join(map(real, (*w['pos'][BALL], *w['vel'][BALL])))})",
     ]

@@ -75,6 +75,21 @@ def test_hear_messages():
     assert parse_hear('(hear 9 -7 "x")').sender == "player"
 
 
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("(hear 2 self Yab0Y)", (2, "self", None, None, "Yab0Y")),
+        ("(hear 2 -28 Yab0Y)", (2, "player", -28, None, "Yab0Y")),
+        ("(hear 7 15 ()", (7, "player", 15, None, "(")),
+        ("(hear 0 97 (*>0?1- )", (0, "player", 97, None, "(*>0?1- ")),
+        ("(hear 1 20 our 5)", (1, "player", 20, None, "our 5")),
+        ("(hear 1 20 7)", (1, "player", 20, None, "7")),
+    ],
+)
+def test_speech_before_version_7_has_no_quotes(text, told):
+    assert parse_hear(text) == told
+
+
 def test_sense_body_is_read_as_lists():
     sim = random_worlds(1)
     told = parse_sense_body(sense_body_text(sim, 0, 4))

@@ -195,6 +195,13 @@ def test_goalie_is_marked_only_together_with_the_number():
     assert not re.search(r"\(p \"Right\" [2-9] goalie", text)
 
 
+@pytest.mark.parametrize("protocol", [3, 4, 5])
+def test_goalie_is_not_marked_before_version_6(protocol):
+    text = see_text_all(random_worlds(60, seed=9), protocol)
+    assert re.search(r"\(player Right 1\)", text)
+    assert "goalie" not in text
+
+
 def test_opponents_are_not_told_of_a_promoted_goalie():
     sim = random_worlds(60, seed=9)
     sim.world["goalie"] = 0

@@ -168,6 +168,25 @@ def test_fullstate_is_the_example_of_the_protocol():
     )
 
 
+def test_fullstate_has_the_own_arm_unrounded_in_length_and_rounded_in_angle():
+    """As the server printed it beside a sense_body that said 17 and 165."""
+    sim = in_play(left=1, right=0, goalies=(0, 0))
+    w, angle = sim.world[0], math.radians(165.6)
+    w["pos"][1], w["body"][0], w["arm_timer"][0] = (1.0, 2.0), 0.0, 3
+    w["arm_target"][0] = 1.0 + 16.9628 * math.cos(angle), 2.0 + 16.9628 * math.sin(angle)
+    assert "(target 16.9628 166)" in fullstate_text(sim, 0, 1)
+    assert "(target 17 165)" in sense_body_text(sim, 0, 1)
+    w["arm_timer"][0] = 1000
+    assert "(target 0 0)" in fullstate_text(sim, 0, 1, 8)
+
+
+@pytest.mark.parametrize(("stamina", "told"), [(7999.9, "7999"), (0.7, "0"), (8000.0, "8000")])
+def test_fullstate_before_version_8_cuts_stamina(stamina, told):
+    sim = in_play(left=1, right=0, goalies=(0, 0))
+    sim.world["stamina"][0, 0] = stamina
+    assert fullstate_text(sim, 0, 1, 6).endswith(f" {told} 1 1))")
+
+
 def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
     sim = in_play(left=1, right=1)
     w = sim.world[0]
@@ -187,7 +206,7 @@ def test_fullstate_of_older_versions_and_of_a_goalie_with_the_ball():
     w["stamina"][0], w["effort"][0], w["body"][0] = 77.7, 0.98765, 1.0
     w["enabled"][11], w["time"] = 0, 9
     assert fullstate_text(sim, 0, 12, 7) == (
-        "(fullstate 9 (pmode goalie_catch_ball_r) (vmode high normal) (score 1 0) (ball 1.235 -2 0 0) (l_1 0 0 0 0 57.296 0 78 0.9876 1))"
+        "(fullstate 9 (pmode goalie_catch_ball_r) (vmode high normal) (score 1 0) (ball 1.235 -2 0 0) (l_1 0 0 0 0 57.296 0 77 0.9876 1))"
     )
     with pytest.raises(ParameterError, match="versions 5 to 19, got 4"):
         fullstate_text(sim, 0, 12, 4)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from referee_scenes import Scene
 
 
@@ -39,16 +40,38 @@ def test_ball_that_leaves_the_region_ends_the_episode():
     assert (scene.world["stamina"][[0, 1, 2, 11, 12]] == 8000.0).all()
 
 
-def test_takers_need_the_ball_for_four_steps():
-    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(3)
+@pytest.mark.parametrize("begin", ["start", "change_mode", "keepaway_start"])
+def test_first_play_on_places_everybody_and_recovers_them(begin):
+    parameters = {"keepaway_start": 0} if begin == "keepaway_start" else {}
+    scene = Scene(3, 2, goalies=(0, 0), mode="before_kick_off", keepaway=True, half_time=-1, **parameters)
+    scene.world["stamina"] = 4000.0
+    if begin == "start":
+        scene.sim.trainer.start()
+    elif begin == "change_mode":
+        scene.sim.trainer.change_mode("play_on")
+    else:
+        scene.step()
+    assert scene.mode == "play_on"
+    assert scene.ball == (-6.0, -6.0)
+    assert (scene.world["stamina"][[0, 1, 2, 11, 12]] == 8000.0).all()
+    assert all(abs(x) <= 10.0 and abs(y) <= 10.0 for x, y in map(scene.place_of, ("l1", "l2", "l3", "r1", "r2")))
+    scene.put_ball(1.0, 1.0).sim.trainer.change_mode("drop_ball")
+    scene.sim.trainer.change_mode("play_on")
+    assert scene.ball == (1.0, 1.0)
+
+
+def test_fifth_step_with_the_ball_is_the_takers_turnover():
+    """The server asks whether they had it for four steps before it counts the present one."""
+    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(4)
     assert "training Keepaway 1" not in scene.said
     assert scene.step().said[-1] == "training Keepaway 1"
 
 
 def test_keeper_alone_with_the_ball_resets_the_count():
-    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(3)
-    scene.put("r1", 5.0, 5.0).put("l1", 0.5, 0.0).step()
-    scene.put("l1", 5.0, -5.0).put("r1", 0.5, 0.0).step(3)
+    scene = keepaway().put_ball(0.0, 0.0).put("r1", 0.5, 0.0).step(4)
+    scene.put("r1", 5.0, 5.0).put("l1", 0.5, 0.0)
+    scene.world["keepaway_count"] = 3
+    scene.step().put("l1", 5.0, -5.0).put("r1", 0.5, 0.0).step(4)
     assert "training Keepaway 1" not in scene.said
 
 

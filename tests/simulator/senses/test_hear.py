@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 from cprm_gym.simulator.kernels.audio import say
-from cprm_gym.simulator.kernels.referee.set_mode import announce, set_mode
+from cprm_gym.simulator.kernels.referee.announcements import announce
+from cprm_gym.simulator.kernels.referee.set_mode import set_mode
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.protocol.message_parser import parse_hear
 from cprm_gym.simulator.protocol.messages import broadcast_text, hear_text, referee_text, trainer_text
@@ -67,6 +68,28 @@ def test_the_direction_is_that_of_the_moment_of_hearing_relative_to_the_body_tru
     assert hear_text(sim, 0, 2, 7) == ['(hear 1 28 "x")']
     assert hear_text(sim, 0, 2, 6) == ["(hear 1 27 x)"]
     assert hear(sim.world, sim.packed).direction[0, 1, 0] == pytest.approx(math.radians(27))
+
+
+@pytest.mark.parametrize(("protocol", "told"), [(7, '(hear 0 28 "x")'), (6, "(hear 0 27 x)"), (3, "(hear 0 27 x)")])
+def test_clients_before_version_8_hear_at_once(protocol, told):
+    """At the time and from where it is said, one of each team, in the order in which it is said."""
+    sim = field()
+    w = sim.world[0]
+    w["pos"][1], w["pos"][2], w["body"][1], w["body_staged"][1], w["neck"][1] = (30.0, 30.0), (20.0, 20.0), 0.3, 0.3, 0.9
+    w["protocol"][1] = protocol
+    speak(sim, {1: "x", 3: "y", 2: "own"})
+    assert hear_text(sim, 0, 2)[0] == told
+    w["pos"][1] = 0.0, -30.0
+    sim.advance()
+    quote = '"' if protocol == 7 else ""
+    assert hear_text(sim, 0, 2) == [told, f"(hear 0 self {quote}own{quote})"]
+    assert math.degrees(hear(sim.world, sim.packed).direction[0, 1, 0]) == pytest.approx(28 if protocol == 7 else 27)
+    assert [parse_hear(text).message for text in hear_text(sim, 0, 2)] == ["x", "own"]
+    speak(sim, {3: "z"})
+    assert len(hear_text(sim, 0, 2)) == 1
+    sim.advance()
+    sim.advance()
+    assert hear_text(sim, 0, 2) == []
 
 
 def test_one_message_of_each_team_is_heard_per_cycle():

@@ -19,6 +19,7 @@ from __future__ import annotations
 from ...state import Count
 from .. import kernel
 from ..geometry import side_of
+from .announcements import announce
 from .fouls import NO_FOUL, YELLOW, judge_tackle, show_card
 from .goals import catch_step, caught, crossed_goal_line, punched, touch_step
 from .keepaway import keepaway_step
@@ -59,7 +60,7 @@ from .modes import (
     rule,
 )
 from .rulings import carry_out
-from .set_mode import announce, set_mode
+from .set_mode import set_mode
 from .shoot_out import (
     caught_in_shoot_out,
     freeze_ball,

@@ -7,13 +7,13 @@ from .. import kernel
 from ..geometry import squared_distance
 from ..random import KEEPAWAY, REFEREE, uniform, uniform_between
 from ..stamina import recover
+from .announcements import announce
 from .modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, rule
 from .places import place_ball
-from .set_mode import announce
 
 SAY_TRAINING = int(Announcement.TRAINING_KEEPAWAY)
 TURNOVER = 4
-"""Steps the takers must have the ball."""
+"""Steps the takers must have had the ball before the one that ends the episode."""
 CORNER_SPREAD = 3.0
 BALL_INSET = 4.0
 
@@ -58,6 +58,7 @@ def begin_episode(w, p):
     first = int(uniform_between(w, REFEREE, -1, KEEPAWAY, 0, 0.0, 1.0) * keepers)
     w.keepaway_first = first
     w.keepaway_count = 0
+    w.keepaway_begun = 1
     turn = 0
     for i in range(22):
         if not w.enabled[i]:
@@ -74,13 +75,18 @@ def begin_episode(w, p):
 
 @kernel
 def keepaway_step(w, p):
-    """End the episode when the ball leaves the region or the takers have had it for four steps.
+    """End the episode when the ball is out of the region or the takers had it for four steps before this one.
 
     Before the first one: begin to play ``keepaway_start`` seconds after the start, if that is set.
     """
     if w.mode == BEFORE_KICK_OFF and 0 <= 1000 * p.keepaway_start <= w.stoppage * p.simulator_step:
         rule(w, RULING_MODE, PLAY_ON, 0.0, 0.0)
     if w.mode != PLAY_ON:
+        return
+    out = abs(w.pos[0, 0]) >= 0.5 * p.keepaway_length or abs(w.pos[0, 1]) >= 0.5 * p.keepaway_width
+    if out or w.keepaway_count >= TURNOVER:
+        announce(w, SAY_TRAINING, 1, 0, 0)
+        begin_episode(w, p)
         return
     area = p.player_size + p.kickable_margin + p.ball_size
     keepers, takers = False, False
@@ -94,7 +100,3 @@ def keepaway_step(w, p):
         w.keepaway_count += 1
     elif keepers:
         w.keepaway_count = 0
-    out = abs(w.pos[0, 0]) >= 0.5 * p.keepaway_length or abs(w.pos[0, 1]) >= 0.5 * p.keepaway_width
-    if out or w.keepaway_count >= TURNOVER:
-        announce(w, SAY_TRAINING, 1, 0, 0)
-        begin_episode(w, p)

@@ -6,6 +6,7 @@ from ...state import Announcement
 from .. import kernel
 from ..geometry import side_of
 from ..stamina import recover
+from .announcements import announce
 from .modes import (
     BEFORE_KICK_OFF,
     KEPT_BY_SUBSTITUTION,
@@ -18,7 +19,7 @@ from .modes import (
     team_of,
 )
 from .places import place_ball
-from .set_mode import announce, set_mode
+from .set_mode import set_mode
 
 SAY_TYPE = int(Announcement.CHANGE_PLAYER_TYPE)
 NEVER = 18

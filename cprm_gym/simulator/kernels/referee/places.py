@@ -7,7 +7,7 @@ import math
 from ...pitch import CENTRE_RADIUS, GOAL_AREA_X, GOAL_AREA_Y, PENALTY_X, PENALTY_Y
 from ...player_types import T_PLAYER_SIZE
 from .. import kernel
-from ..geometry import EPS, clip, in_penalty_area, side_of
+from ..geometry import EPS, clip, in_circle, in_penalty_area, side_of
 from ..random import REFEREE, RELOCATION, uniform_between
 from .modes import (
     BACK_PASS,
@@ -126,7 +126,7 @@ def own_halves(w, p):
         if w.enabled[i] and side_of(i) != w.kick_off_side:
             x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
             radius = CENTRE_RADIUS + radius_of(w, p, i)
-            if x * x + y * y <= radius * radius:
+            if in_circle(x, y, 0.0, 0.0, radius):
                 w.pos[i + 1, 0], w.pos[i + 1, 1] = nearest_on_circle(x, y, 0.0, 0.0, radius)
 
 
@@ -187,9 +187,8 @@ def clear_ball(w, p, side):
             if not w.enabled[i] or (side != NEUTRAL and side_of(i) != side):
                 continue
             x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
-            dx, dy = x - w.pos[0, 0], y - w.pos[0, 1]
             reach = clear + radius_of(w, p, i)
-            if dx * dx + dy * dy > reach * reach or (indirect and abs(x) >= p.goal_line):
+            if not in_circle(x, y, w.pos[0, 0], w.pos[0, 1], reach) or (indirect and abs(x) >= p.goal_line):
                 continue
             w.pos[i + 1, 0], w.pos[i + 1, 1] = cleared_point(w, p, x, y, clear, reach)
             w.vel[i + 1, 0], w.vel[i + 1, 1] = 0.0, 0.0

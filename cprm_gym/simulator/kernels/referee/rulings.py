@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...state import Announcement
 from .. import kernel
+from .announcements import announce
 from .marks import forget_candidates
 from .modes import (
     BACK_PASS,
@@ -59,7 +60,7 @@ from .places import (
     place_ball,
     sign_up,
 )
-from .set_mode import announce, award, set_mode
+from .set_mode import award, set_mode
 from .shoot_out import rule_shoot_out
 
 SAY_GOAL = int(Announcement.GOAL)

@@ -1,9 +1,11 @@
-"""A change of the play mode and what every module does because of it; announcements (specification/simulator.md 7.2)."""
+"""A change of the play mode and what every module does because of it (specification/simulator.md 7.2)."""
 
 from __future__ import annotations
 
-from ...state import ANNOUNCEMENTS, Announcement
+from ...state import Announcement
 from .. import kernel
+from .announcements import announce
+from .keepaway import begin_episode
 from .marks import forget_candidates, forget_passes, mark_indirect
 from .modes import (
     BACK_PASS,
@@ -28,6 +30,7 @@ from .modes import (
     RULE_FOUL,
     RULE_FREE_KICK,
     RULE_ILLEGAL_DEFENSE,
+    RULE_KEEPAWAY,
     RULE_OFFSIDE,
     RULE_PENALTY,
     RULE_TOUCH,
@@ -44,24 +47,6 @@ from .modes import (
 from .places import clear_ball, place_ball
 
 SAY_MODE = int(Announcement.MODE)
-CAPACITY = int(ANNOUNCEMENTS)
-
-
-@kernel
-def announce(w, kind, a, b, c):
-    """Record an announcement of the referee, with the time at which it is made; beyond 32 in a step they are dropped.
-
-    The first after a step replaces those of that step.
-    """
-    if w.announced_done:
-        w.announced, w.announced_done = 0, 0
-    if w.announced_done:
-        w.announced, w.announced_done = 0, 0
-    n = w.announced
-    if n < CAPACITY:
-        w.announcement[n, 0], w.announcement[n, 1], w.announcement[n, 2], w.announcement[n, 3] = kind, a, b, c
-        w.announced_at[n] = w.time
-        w.announced = n + 1
 
 
 @kernel
@@ -129,6 +114,8 @@ def tell_modules(w, p, mode):
         forget_passes(w)
     if p.rules & (RULE_OFFSIDE | RULE_CATCH | RULE_FOUL | RULE_ILLEGAL_DEFENSE):
         waits_begin(w, p, mode)
+    if p.rules & RULE_KEEPAWAY and p.keepaway and mode == PLAY_ON and not w.keepaway_begun:
+        begin_episode(w, p)
     if p.rules & RULE_PENALTY and is_shoot_out(mode):
         shoot_out_timer(w, p, mode)
 

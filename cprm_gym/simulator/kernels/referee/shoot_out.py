@@ -5,8 +5,9 @@ from __future__ import annotations
 from ...pitch import CENTRE_RADIUS, PENALTY_Y
 from ...state import Announcement
 from .. import kernel
-from ..geometry import in_penalty_area, side_of
-from ..random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli
+from ..geometry import in_circle, in_penalty_area, side_of
+from ..random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli, decide
+from .announcements import announce
 from .modes import (
     BEFORE_KICK_OFF,
     LEFT,
@@ -35,7 +36,7 @@ from .places import (
     radius_of,
     sign_up,
 )
-from .set_mode import announce, award, set_mode
+from .set_mode import award, set_mode
 
 SAY_ONFIELD = int(Announcement.PENALTY_ONFIELD)
 SAY_FOUL = int(Announcement.PENALTY_FOUL)
@@ -69,16 +70,21 @@ def distance_squared(w, i, x, y):
 
 
 @kernel
+def stands_in_circle(w, i, x, y, radius):
+    """Player `i` is in a circle round (x, y)."""
+    return in_circle(w.pos[i + 1, 0], w.pos[i + 1, 1], x, y, radius)
+
+
+@kernel
 def near_ball(w, i):
     """Player `i` is within 2 m of the ball."""
-    return distance_squared(w, i, w.pos[0, 0], w.pos[0, 1]) <= NEAR_BALL * NEAR_BALL
+    return stands_in_circle(w, i, w.pos[0, 0], w.pos[0, 1], NEAR_BALL)
 
 
 @kernel
 def outside_circle(w, p, i):
     """Player `i` is not inside the centre circle."""
-    radius = CENTRE_RADIUS - radius_of(w, p, i)
-    return distance_squared(w, i, 0.0, 0.0) > radius * radius
+    return not stands_in_circle(w, i, 0.0, 0.0, CENTRE_RADIUS - radius_of(w, p, i))
 
 
 @kernel
@@ -145,7 +151,7 @@ def next_taker(w, side):
 @kernel
 def pull_to_circle(w, i, x, y, radius):
     """A player outside a circle goes to its nearest point; his velocity is kept."""
-    if distance_squared(w, i, x, y) > radius * radius:
+    if not stands_in_circle(w, i, x, y, radius):
         w.pos[i + 1, 0], w.pos[i + 1, 1] = nearest_on_circle(w.pos[i + 1, 0], w.pos[i + 1, 1], x, y, radius)
 
 
@@ -200,9 +206,9 @@ def next_kick(w, p):
 def start_shoot_out(w, p):
     """Choose the goal and the first side; the goalie of the side without that goal is put beside it."""
     w.pen_started = 1
-    w.pen_side = LEFT if bernoulli(w, REFEREE, -1, PENALTY_SIDE, 0, 0.5) else RIGHT
+    w.pen_side = LEFT if decide(w, w.forced_pen_side, REFEREE, -1, PENALTY_SIDE, 0, 0.5) else RIGHT
     announce(w, SAY_ONFIELD, w.pen_side, 0, 0)
-    w.pen_taker_side = LEFT if bernoulli(w, REFEREE, -1, PENALTY_TAKER, 0, 0.5) else RIGHT
+    w.pen_taker_side = LEFT if decide(w, w.forced_pen_taker, REFEREE, -1, PENALTY_TAKER, 0, 0.5) else RIGHT
     goalie = goalie_of(w, -w.pen_side)
     if goalie >= 0:
         w.pos[goalie + 1, 0], w.pos[goalie + 1, 1] = -w.pen_side * (p.goal_line - 10.0), 10.0

@@ -5,7 +5,8 @@ from __future__ import annotations
 from ...pitch import PENALTY_X, PENALTY_Y
 from ...state import Announcement
 from .. import kernel
-from ..geometry import clip, in_penalty_area, length
+from ..geometry import clip, in_circle, in_penalty_area, length
+from .announcements import announce
 from .marks import forget_candidates
 from .modes import (
     BACK_PASS,
@@ -50,7 +51,6 @@ from .places import (
     own_halves,
     radius_of,
 )
-from .set_mode import announce
 from .waits import clear_offenders, end_stoppage, restart
 
 SAY_HALF_TIME = int(Announcement.HALF_TIME)
@@ -146,7 +146,7 @@ def push_back(w, p, side):
         if not w.enabled[i]:
             continue
         x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
-        if (x - sx) * (x - sx) + (y - sy) * (y - sy) <= radius * radius:
+        if in_circle(x, y, sx, sy, radius):
             x, y = nearest_on_circle(x, y, sx, sy, radius)
         if not low <= x <= high or abs(y) > p.touch_line:
             edge = low if abs(x - low) < abs(x - high) else high
