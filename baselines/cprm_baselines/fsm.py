@@ -10,7 +10,9 @@ from enum import IntEnum
 
 import numpy as np
 
+from cprm_gym.agents.body import DEFAULT, Body
 from cprm_gym.agents.percepts import ball_percepts
+from cprm_gym.agents.skills.go_to_ball import TIRED
 from cprm_gym.envs.actions import scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
 from cprm_gym.envs.tasks import Task
@@ -38,7 +40,12 @@ class GoToBallMachine:
     """Degrees within which the ball counts as ahead."""
     damping = 0.9
     """Share of the angle that is turned, against oscillation."""
-    inertia_moment = 5.0
+
+    def __init__(self, body: Body = DEFAULT) -> None:
+        self.inertia_moment = body.kind.inertia_moment
+        self.moments = body.server.minmoment, body.server.maxmoment
+        self.powers = body.dash(0.6), body.dash(1.0)
+        self.tired = TIRED * body.server.stamina_max
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """All worlds that begin start looking."""
@@ -63,11 +70,11 @@ class GoToBallMachine:
         action = no_action(len(seen))
         speed = ball["body.speed"]
         turn = np.where(self.state == State.TURN, self.damping * ball["ball.direction_deg"], self.look_turn)
-        moment = np.clip(turn * (1.0 + self.inertia_moment * speed), -180.0, 180.0)
+        moment = np.clip(turn * (1.0 + self.inertia_moment * speed), *self.moments)
         # in blind cycles a turn would be a guess: TURN waits, LOOK waits for the eye, RUN runs on
         turning = ((self.state == State.TURN) & seen) | ((self.state == State.LOOK) & fresh)
         running = self.state == State.RUN
-        power = np.where(ball["body.stamina"] > 3000.0, 100.0, 60.0)
+        power = np.where(ball["body.stamina"] > self.tired, self.powers[1], self.powers[0])
         action["type"] = np.where(running, CommandKind.DASH, np.where(turning, CommandKind.TURN, CommandKind.NONE))
         action["params"] = scaled(action["type"], np.where(running, power, np.where(turning, moment, 0.0)))
         return action
@@ -83,4 +90,4 @@ def make_controller(task: Task, agent: str) -> GoToBallMachine:
     """
     if task.name != "GoToBall":
         raise UnknownName(f"controller 'fsm' cannot play task {task.name!r}; it plays GoToBall")
-    return GoToBallMachine()
+    return GoToBallMachine(Body.of(task))

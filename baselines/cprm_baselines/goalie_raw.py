@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cprm_gym.agents.body import DEFAULT, Body, of_body
 from cprm_gym.agents.goalie import FAR, goalie_net, goalie_percepts
 from cprm_gym.agents.percepts import Percepts
 from cprm_gym.agents.play import SoccerAgent
@@ -27,15 +28,18 @@ RAW = (
 STARTING = {"raw.ball_x": 0.0, "raw.ball_y": 0.0, "raw.ball_vx": 0.0, "raw.ball_vy": 0.0, "raw.rival_x": FAR, "raw.rival_y": 0.0}
 """Before anything was seen."""
 
-GOALIE_RAW = CPRM("goalie_raw", net=goalie_net(RAW, attended=0, name="goalie_raw"))
-"""The net alone."""
+
+@of_body
+def goalie_raw_cprm(body: Body) -> CPRM:
+    """The net alone."""
+    return CPRM("goalie_raw", net=goalie_net(RAW, attended=0, name="goalie_raw", body=body))
 
 
 class RawGoalie(SoccerAgent):
     """The net on raw readings, as a controller."""
 
-    def __init__(self, opponents: int = 11) -> None:
-        super().__init__(GOALIE_RAW, self._read, needs=("memory",))
+    def __init__(self, opponents: int = 11, body: Body = DEFAULT) -> None:
+        super().__init__(goalie_raw_cprm(body), self._read, needs=("memory",), body=body)
         self.opponents = opponents
         self.last: Percepts = {}
 
@@ -76,4 +80,4 @@ def make_controller(task: Task, agent: str) -> RawGoalie:
     """
     if task.name != "Goalie":
         raise UnknownName(f"controller 'goalie_raw' cannot play task {task.name!r}; it plays Goalie")
-    return RawGoalie(task.right if agent.startswith("left") else task.left)
+    return RawGoalie(task.right if agent.startswith("left") else task.left, Body.of(task))

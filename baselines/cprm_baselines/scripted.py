@@ -18,9 +18,6 @@ from cprm_gym.envs.players.scripted import FORMATION, STRENGTHS
 from cprm_gym.envs.tasks import Task
 from cprm_gym.simulator.state import PLAYERS, WORLD, CommandKind
 
-CATCH_BAN = 5
-"""Cycles from a catch to the next one that is allowed (``catch_ban_cycle``)."""
-
 
 class ScriptedController:
     """One scripted player of a strength.
@@ -39,6 +36,7 @@ class ScriptedController:
         self.row = player_number(agent) - 1
         self.goalie = self.row % 11 + 1 == (task.left_goalie if self.row < 11 else task.right_goalie)
         self.counts = np.array([task.left, task.right])
+        self.catch_ban = task.parameters.catch_ban_cycle
         self.strength = np.array([STRENGTHS[strength]])
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
@@ -65,7 +63,7 @@ class ScriptedController:
         sent = self.commands[:, self.row]
         catching = sent["kind"] == CommandKind.CATCH
         ban = self.worlds["catch_ban"][:, self.row]
-        self.worlds["catch_ban"][:, self.row] = np.where(catching & (ban == 0), CATCH_BAN - 1, np.maximum(ban - 1, 0))
+        self.worlds["catch_ban"][:, self.row] = np.where(catching & (ban == 0), max(self.catch_ban - 1, 0), np.maximum(ban - 1, 0))
         action = no_action(len(sent))
         action["type"] = sent["kind"].astype(np.int64)
         action["params"] = scaled(action["type"], *(np.nan_to_num(sent[name]) for name in "abcd"))

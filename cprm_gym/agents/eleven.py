@@ -16,11 +16,10 @@ from ..envs.controller import Action, Observation
 from ..envs.core import agent_names
 from ..envs.tasks import Task
 from ..errors import unknown_name
+from .body import Body
 from .goalie import GoalieAgent
-from .outfielder.agent import OUTFIELDER, OUTFIELDER_NET, OutfieldAgent
+from .outfielder.agent import OutfieldAgent, outfielder_cprm
 from .play import SoccerAgent
-
-__all__ = ["OUTFIELDER_NET", "Eleven", "make_controller"]
 
 
 def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
@@ -36,7 +35,8 @@ def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     """
     side, _, number = agent.partition("_")
     goalie, opponents = (task.left_goalie, task.right) if side == "left" else (task.right_goalie, task.left)
-    return GoalieAgent(opponents) if int(number) == goalie else OutfieldAgent(**options)
+    body = Body.of(task)
+    return GoalieAgent(opponents, body=body) if int(number) == goalie else OutfieldAgent(body, **options)
 
 
 class Eleven:
@@ -76,8 +76,9 @@ class Eleven:
             self.rows = (*apart[:first], slice(first, len(self.agents))) if len(self.agents) > first else tuple(apart)
         else:
             self.rows = tuple(apart)
-        assert OUTFIELDER.model is not None
-        shared = {"engine": ExactEngine(), "grounding": Grounding(OUTFIELDER.model, OUTFIELDER.objects)}
+        cprm = outfielder_cprm(Body.of(task))
+        assert cprm.model is not None
+        shared = {"engine": ExactEngine(), "grounding": Grounding(cprm.model, cprm.objects)}
         self.minds = tuple(make_controller(task, self.agents[rows.start], **shared) for rows in self.rows)
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from ..architecture.equivalences import Region, RegionPolicy, Rule, StateMachine
 from ..architecture.petri import Belief, Command
-from .models import BALL_MODEL
-from .seeker import SEEKER
+from .body import Body, of_body
+from .models import ball_model
+from .seeker import seeker_cprm
+from .skills.go_to_ball import CLOSE, TIRED
 
 _LOOK = Command("turn", moment="look_moment")
 _TURN = Command("turn", moment="moment")
@@ -21,42 +23,57 @@ def _sighted(state: str) -> tuple[Rule, ...]:
     return Rule(state, "run", "seen > 0 and off_axis <= 12", _DASH), Rule(state, "turn", "seen > 0", _TURN)
 
 
-GO_TO_BALL_MACHINE = StateMachine(
-    "go_to_ball_machine",
-    states=("look", "turn", "turn_missed", "run", "run_missed"),
-    percepts={
-        "seen": "ball.seen", "fresh": "body.fresh", "bearing": "ball.direction_deg", "speed": "body.speed", "stamina": "body.stamina",
-    },
-    quantities={
-        "off_axis": "abs(bearing)",
-        "moment": "clip(0.9 * bearing * (1 + 5 * speed), -180, 180)",
-        "look_moment": "clip(100 * (1 + 5 * speed), -180, 180)",
-        "power": "100 if stamina > 3000 else 60",
-    },
-    rules=(
-        *_sighted("look"), Rule("look", "look", "fresh > 0", _LOOK), Rule("look", "look"),
-        *_sighted("turn"), Rule("turn", "turn_missed", "fresh > 0"), Rule("turn", "turn"),
-        *_sighted("turn_missed"), Rule("turn_missed", "look", "fresh > 0", _LOOK), Rule("turn_missed", "turn_missed"),
-        *_sighted("run"), Rule("run", "run_missed", "fresh > 0", _DASH), Rule("run", "run", "", _DASH),
-        *_sighted("run_missed"), Rule("run_missed", "look", "fresh > 0", _LOOK), Rule("run_missed", "run_missed", "", _DASH),
-    ),
-)  # fmt: skip
-"""LOOK, TURN and RUN; a state for each look that missed the ball, since a state machine has nothing else to remember it in (§5.3.1)."""
+@of_body
+def go_to_ball_machine(body: Body) -> StateMachine:
+    """LOOK, TURN and RUN; a state for each look that missed the ball, since a state machine has nothing else to remember it in (§5.3.1)."""
+    return StateMachine(
+        "go_to_ball_machine",
+        states=("look", "turn", "turn_missed", "run", "run_missed"),
+        percepts={
+            "seen": "ball.seen", "fresh": "body.fresh", "bearing": "ball.direction_deg", "speed": "body.speed", "stamina": "body.stamina",
+        },
+        quantities={
+            "off_axis": "abs(bearing)",
+            "moment": body.turn("0.9 * bearing"),
+            "look_moment": body.turn("100"),
+            "power": f"{body.dash(1.0)} if stamina > {body.stamina(TIRED)} else {body.dash(0.6)}",
+        },
+        rules=(
+            *_sighted("look"), Rule("look", "look", "fresh > 0", _LOOK), Rule("look", "look"),
+            *_sighted("turn"), Rule("turn", "turn_missed", "fresh > 0"), Rule("turn", "turn"),
+            *_sighted("turn_missed"), Rule("turn_missed", "look", "fresh > 0", _LOOK), Rule("turn_missed", "turn_missed"),
+            *_sighted("run"), Rule("run", "run_missed", "fresh > 0", _DASH), Rule("run", "run", "", _DASH),
+            *_sighted("run_missed"), Rule("run_missed", "look", "fresh > 0", _LOOK), Rule("run_missed", "run_missed", "", _DASH),
+        ),
+    )  # fmt: skip
 
-GO_TO_BALL_REGIONS = RegionPolicy(
-    "go_to_ball_regions",
-    model=BALL_MODEL,
-    objects={"ball": "Ball"},
-    observations=SEEKER.observations,
-    views=(
-        Belief("distance", variable="ball.dist"), Belief("bearing", variable="ball.dir_deg"),
-        Belief("doubt", variable="ball.dir_deg", view="entropy"),
-    ),
-    quantities={"moment": "clip(0.9 * bearing, -180, 180)", "power": "clip(40 + 12 * distance, 30, 100)"},
-    regions=(
-        Region("search", "doubt >= 1.5", Command("turn", moment=90.0)),
-        Region("face", "doubt < 1.5 and abs(bearing) >= 12", Command("turn", moment="moment")),
-        Region("run", "doubt < 1.5 and abs(bearing) < 12 and distance >= 0.95", Command("dash", power="power", direction=0.0)),
-    ),
-)  # fmt: skip
-"""Where the belief is vague, turn; where the ball is believed aside, face it; where it is believed ahead, run."""
+
+GO_TO_BALL_MACHINE = go_to_ball_machine()
+"""Of a default player."""
+
+
+@of_body
+def go_to_ball_regions(body: Body) -> RegionPolicy:
+    """Where the belief is vague, turn; where the ball is believed aside, face it; where it is believed ahead, run."""
+    return RegionPolicy(
+        "go_to_ball_regions",
+        model=ball_model(body),
+        objects={"ball": "Ball"},
+        observations=seeker_cprm(body).observations,
+        views=(
+            Belief("distance", variable="ball.dist"), Belief("bearing", variable="ball.dir_deg"),
+            Belief("doubt", variable="ball.dir_deg", view="entropy"),
+        ),
+        quantities={"moment": f"clip(0.9 * bearing, {body.moments})",
+                    "power": f"clip({body.power(0.24)} + {body.power(0.072)} * distance, {body.dash(0.3)}, {body.dash(1.0)})"},
+        regions=(
+            Region("search", "doubt >= 1.5", Command("turn", moment=90.0)),
+            Region("face", "doubt < 1.5 and abs(bearing) >= 12", Command("turn", moment="moment")),
+            Region("run", f"doubt < 1.5 and abs(bearing) < 12 and distance >= {body.within(CLOSE)}",
+                   Command("dash", power="power", direction=0.0)),
+        ),
+    )  # fmt: skip
+
+
+GO_TO_BALL_REGIONS = go_to_ball_regions()
+"""Of a default player."""

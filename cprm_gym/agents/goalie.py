@@ -12,6 +12,7 @@ before it is seen. The object places of the net decide both.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,38 +24,44 @@ from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task
+from ..simulator.pitch import HALF_LENGTH, PENALTY_X, PENALTY_Y
 from ..simulator.senses import BallLevel, PlayerLevel
 from ..simulator.state import PlayMode
-from .models import GOALIE_MODEL
+from .body import DEFAULT, Body, number
+from .models import goalie_model
 from .percepts import Percepts, body_percepts
 from .play import SoccerAgent
-from .skills.catch_ball import CATCH_BALL
-from .skills.clear import CLEAR
-from .skills.reposition import REPOSITION
-from .skills.watch_ball import WATCH_BALL
+from .skills.catch_ball import catch_ball
+from .skills.clear import AT_HAND, clear
+from .skills.reposition import reposition
+from .skills.watch_ball import watch_ball
 
 ATTENDED = 2
 """Opponents who are watched."""
-AT_BALL = 1.6
-"""Metres from the ball within which an opponent has it, as far as the eye can tell."""
-GOAL_X = -52.5
+AT_BALL = 0.515
+"""Metres beyond the reach of a leg within which an opponent has the ball, as far as the eye can tell."""
+GOAL_X = -HALF_LENGTH
 """The own goal line."""
 SIDE_ON = 80.0
 """Degrees between body and ball while waiting."""
-BOX_X, BOX_Y = -37.0, 19.0
-"""The own penalty area, where he may use his hands, m."""
-DEEPEST = -52.0
+BOX_X, BOX_Y = -PENALTY_X - 1.0, PENALTY_Y - 1.16
+"""The own penalty area, where he may use his hands, less what he may err about his place, m."""
+DEEPEST = GOAL_X + 0.5
 """How far back a shot is met, m."""
+WIDE = 1.99
+"""Metres beside the post at which a ball that crosses the goal line still counts as a shot."""
 
 RUN, START = 0.95, 0.7
-"""A running player's metres a cycle, and the cycles that the goalie loses by turning and getting up speed."""
+"""A running player's share of the top speed, and the cycles that the goalie loses by turning and getting up speed."""
 HASTE = 1.0
 """Cycles that he loses on the way to a shot."""
+AT_FEET = 0.593
+"""Share of the kickable ring at which a player who runs to the ball has it."""
 DARE = 20.0
 """Cycles by which an opponent may be nearer to a free ball for the goalie still to go for it."""
 
 
-def race(who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
+def race(body: Body, who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
     """Places ``{who}_time``, ``{who}_x`` and ``{who}_y``: when and where somebody at (x, y) meets the rolling ball."""
     places: list[Math] = []
     at = ("ball_x", "ball_y")
@@ -64,67 +71,70 @@ def race(who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
         needed = time.format(way=way)
         places += [
             Math(now, f"0.5 * ({last} + {needed})" if last else needed),
-            Math(f"{who}_x{k}", f"ball_x + ball_vx * (1 - exp(-0.0619 * {now})) / 0.06"),
-            Math(f"{who}_y{k}", f"ball_y + ball_vy * (1 - exp(-0.0619 * {now})) / 0.06"),
+            Math(f"{who}_x{k}", f"ball_x + ball_vx * (1 - exp(-{body.fade} * {now})) / {number(body.roll)}"),
+            Math(f"{who}_y{k}", f"ball_y + ball_vy * (1 - exp(-{body.fade} * {now})) / {number(body.roll)}"),
         ]
         at = (places[-2].name, places[-1].name)
     return tuple(places)
 
 
-def late(way: str) -> tuple[Math, ...]:
+def late(body: Body, way: str) -> tuple[Math, ...]:
     """Place ``late_{way}``: cycles by which he comes too late to where the ball is after that many metres of its way."""
     reach = f"hypot(dx + {way} * ux, dy + {way} * uy)"
-    roll = f"-log(max(0.02, 1 - 0.06 * {way} / max(ball_speed, 0.05))) / 0.0619"
-    return (Math(f"late_{way}", f"{HASTE} + max(0, {reach} - 0.8) / {RUN} - ({roll})"),)
+    roll = f"-log(max(0.02, 1 - {number(body.roll)} * {way} / max(ball_speed, 0.05))) / {body.fade}"
+    return (Math(f"late_{way}", f"{HASTE} + max(0, {reach} - {body.within(AT_FEET)}) / {body.pace(RUN)} - ({roll})"),)
 
 
-KINEMATICS = (
-    # where the ball is from the goalie
-    Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
-    Math("ball_distance", "hypot(dx, dy)"),
-    Math("ball_angle", "degrees(atan2(dy, dx)) if ball_distance > 0.01 else 0"),
-    Math("ball_direction", "norm_deg(ball_angle - body)"),
-    Math("next_distance", "hypot(dx + ball_vx - own_vx, dy + ball_vy - own_vy)"),
-    # its way: unit vector, what is left of it up to the point closest to him, that point
-    Math("ball_speed", "hypot(ball_vx, ball_vy)"),
-    Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
-    # who is first at a ball that nobody holds: a few steps of "where is it when I am there" for him and for the nearest opponent
-    *race("own", "x", "y", f"{START} + {{way}} / {RUN}"),
-    *race("rival", "watched_x", "watched_y", f"max({{way}} - 0.8, 0) / {RUN}"),
-    Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
-    Math("loose", f"1 if in_box and not shot and own_time < rival_time + {DARE} else 0"),
-    # where to meet a shot: at the point closest to him if he is there in time, else half-way on to the goal line, or at the line
-    Math("along", "max(0, -(dx * ux + dy * uy))"),
-    Math("to_deepest", f"max(0, (ball_x - {DEEPEST}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
-    Math("first", "min(along, to_deepest)"), Math("second", "0.5 * (first + to_deepest)"),
-    *late("first"), *late("second"), *late("to_deepest"),
-    Math("way", "first if late_first <= 0 else second if late_second <= 0 else to_deepest "
-         "if late_to_deepest < min(late_first, late_second) else second if late_second < late_first else first"),
-    Math("meet_x", f"ball_x + way * ux if shot else max(own_x, {DEEPEST})"),
-    Math("meet_y", "ball_y + way * uy if shot else own_y"),
-    Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
-    Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
-    # is it coming: it crosses the goal line near the goal, and rolls that far
-    Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
-    Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
-    Math("shot", f"1 if abs(goal_y) < 9 and to_line < ball_speed / 0.06 + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
-    Math("coming", "1 if shot or loose else 0"),
-    Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
-    # the guarding place: between ball and goal
-    Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
-    Math("out", "clip(0.3 * goal_distance + 1, 1, 8)"),
-    Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
-    Math("post_distance", "hypot(post_x - x, post_y - y)"),
-    Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),
-    Math("side_left", f"norm_deg(ball_angle - {SIDE_ON} - body)"), Math("side_right", f"norm_deg(ball_angle + {SIDE_ON} - body)"),
-    Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
-    Math("displaced", "1 if post_distance > 1 or abs(side_turn) > 30 else 0"),
-    Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
-    # near enough to kick: there the eye is finer than any bins
-    Math("hand_distance", "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance"),
-    Math("at_hand", "1 if hand_distance < 0.98 else 0"),
-)  # fmt: skip
-"""Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
+def kinematics(body: Body) -> tuple[Math, ...]:
+    """Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
+    return (
+        # where the ball is from the goalie
+        Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
+        Math("ball_distance", "hypot(dx, dy)"),
+        Math("ball_angle", "degrees(atan2(dy, dx)) if ball_distance > 0.01 else 0"),
+        Math("ball_direction", "norm_deg(ball_angle - body)"),
+        Math("next_distance", "hypot(dx + ball_vx - own_vx, dy + ball_vy - own_vy)"),
+        # its way: unit vector, what is left of it up to the point closest to him, that point
+        Math("ball_speed", "hypot(ball_vx, ball_vy)"),
+        Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
+        # who is first at a ball that nobody holds: a few steps of "where is it when I am there" for him and for the nearest opponent
+        *race(body, "own", "x", "y", f"{START} + {{way}} / {body.pace(RUN)}"),
+        *race(body, "rival", "watched_x", "watched_y", f"max({{way}} - {body.within(AT_FEET)}, 0) / {body.pace(RUN)}"),
+        Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
+        Math("loose", f"1 if in_box and not shot and own_time < rival_time + {DARE} else 0"),
+        # where to meet a shot: at the point closest to him if he is there in time, else half-way on to the goal line, or at the line
+        Math("along", "max(0, -(dx * ux + dy * uy))"),
+        Math("to_deepest", f"max(0, (ball_x - {DEEPEST}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
+        Math("first", "min(along, to_deepest)"), Math("second", "0.5 * (first + to_deepest)"),
+        *late(body, "first"), *late(body, "second"), *late(body, "to_deepest"),
+        Math("way", "first if late_first <= 0 else second if late_second <= 0 else to_deepest "
+             "if late_to_deepest < min(late_first, late_second) else second if late_second < late_first else first"),
+        Math("meet_x", f"ball_x + way * ux if shot else max(own_x, {DEEPEST})"),
+        Math("meet_y", "ball_y + way * uy if shot else own_y"),
+        Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
+        Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
+        # is it coming: it crosses the goal line near the goal, and rolls that far
+        Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
+        Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
+        Math("shot", f"1 if abs(goal_y) < {number(round(body.server.goal_width / 2 + WIDE, 6))} and "
+                     f"to_line < ball_speed / {number(body.roll)} + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
+        Math("coming", "1 if shot or loose else 0"),
+        Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
+        # the guarding place: between ball and goal
+        Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
+        Math("out", "clip(0.3 * goal_distance + 1, 1, 8)"),
+        Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
+        Math("post_distance", "hypot(post_x - x, post_y - y)"),
+        Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),
+        Math("side_left", f"norm_deg(ball_angle - {SIDE_ON} - body)"), Math("side_right", f"norm_deg(ball_angle + {SIDE_ON} - body)"),
+        Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
+        Math("displaced", "1 if post_distance > 1 or abs(side_turn) > 30 else 0"),
+        Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
+        # near enough to kick: there the eye is finer than any bins
+        Math("hand_distance", "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance"),
+        Math("at_hand", f"1 if hand_distance < {body.within(AT_HAND)} else 0"),
+    )  # fmt: skip
+
 
 TRANSITIONS = (
     Transition("open_eyes", ("shut",), ("eyes.begin",)),
@@ -148,16 +158,8 @@ TRANSITIONS = (
 )  # fmt: skip
 """Watch, danger, catch, clear, reposition, and again (Fig. 2.30)."""
 
-FUSED = {
-    "eyes.ball_direction": "ball_direction", "eyes.coming": "coming",
-    **{f"save.{p}": p for p in CATCH_BALL.ports.parameters},
-    **{f"post.{p}": p for p in REPOSITION.ports.parameters},
-    "away.ball_distance": "hand_distance", "away.flank": "flank",
-}  # fmt: skip
-"""What the skills read is what is derived here."""
 
-
-def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie") -> PetriNet:
+def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie", body: Body = DEFAULT) -> PetriNet:
     """The goalie's net.
 
     Parameters
@@ -167,12 +169,15 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
         places (`BELIEVED`), or inputs for a goalie without a model.
     attended : int
         Opponents who are watched; 0 for a net without object places.
+    name : str
+    body : Body
     """
+    modules = {"eyes": watch_ball(body), "post": reposition(body), "save": catch_ball(body), "away": clear(body)}
     watch = tuple(
         ObjectPlace(f"watched_{k}", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0", k=k))
         for k in range(1, attended + 1)
     )
-    holder = Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {AT_BALL}")
+    holder = Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {number(body.reach + AT_BALL)}")
     return PetriNet(
         name,
         places=(
@@ -181,11 +186,14 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"),
-            *KINEMATICS,
+            *kinematics(body),
         ),
-        modules={"eyes": WATCH_BALL, "post": REPOSITION, "save": CATCH_BALL, "away": CLEAR},
+        modules=modules,
         transitions=TRANSITIONS,
-        fuse=FUSED,
+        # what the skills read is what is derived here
+        fuse={"eyes.ball_direction": "ball_direction", "eyes.coming": "coming",
+              **{f"{skill}.{p}": p for skill in ("save", "post") for p in modules[skill].ports.parameters},
+              "away.ball_distance": "hand_distance", "away.flank": "flank"},
     )  # fmt: skip
 
 
@@ -202,7 +210,8 @@ BALL_SEEN = tuple(
 """What he is told of the ball."""
 
 
-def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
+@functools.lru_cache(maxsize=64)
+def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT) -> CPRM:
     """The goalie's net, his beliefs, and the links between them.
 
     Parameters
@@ -211,6 +220,7 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
         How many opponents there may be.
     attended : int
         How many of them are watched at most.
+    body : Body
     """
     names = [f"o{k}" for k in range(1, opponents + 1)]
     watched = min(attended, opponents)
@@ -221,8 +231,8 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED) -> CPRM:
     ]
     return CPRM(
         "goalie",
-        net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched),
-        model=GOALIE_MODEL,
+        net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched, body=body),
+        model=goalie_model(body),
         objects={"ball": "Ball", **dict.fromkeys(names, "Opponent")},
         observations=(*BALL_SEEN, *seen),
         clusters=(
@@ -312,14 +322,16 @@ class GoalieAgent(SoccerAgent):
     ----------
     opponents, attended : int
         As for `goalie_cprm`.
+    body : Body
     """
 
-    def __init__(self, opponents: int = 11, attended: int = ATTENDED, **options: Any) -> None:
+    def __init__(self, opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, **options: Any) -> None:
         super().__init__(
-            goalie_cprm(opponents, attended),
+            goalie_cprm(opponents, attended, body),
             lambda observation: goalie_percepts(observation, opponents),
             needs=("memory",),
             objects=(lambda observation: opponent_attributes(observation, opponents)) if min(attended, opponents) else None,
+            body=body,
             **{"engine": ProjectionEngine(CLUSTERS), **options},
         )
 
@@ -330,4 +342,4 @@ GOALIE_NET = goalie_net(BELIEVED)
 
 def make_controller(task: Task, agent: str) -> GoalieAgent:
     """The goalie as a controller."""
-    return GoalieAgent(task.right if agent.startswith("left") else task.left)
+    return GoalieAgent(task.right if agent.startswith("left") else task.left, body=Body.of(task))

@@ -16,6 +16,7 @@ without the recovery transitions: what goes wrong then leaves a token in an erro
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -26,15 +27,17 @@ from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, M
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
-from .models import BALL_DECAY, FELT, PASSER_MODEL
+from ..simulator.pitch import HALF_LENGTH
+from .body import DEFAULT, Body, number
+from .models import passer_model
 from .percepts import NEVER, OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
 from .play import SoccerAgent
-from .skills.advance import ADVANCE
-from .skills.go_to_ball import GO_TO_BALL_REFLEX
-from .skills.pass_ball import PASS_BALL
-from .skills.receive import RECEIVE
-from .skills.shoot import SHOOT
-from .skills.watch_ball import WATCH_BALL
+from .skills.advance import advance
+from .skills.go_to_ball import go_to_ball_reflex
+from .skills.pass_ball import pass_ball
+from .skills.receive import receive
+from .skills.shoot import shoot
+from .skills.watch_ball import watch_ball
 
 IN_RANGE = 20.0
 """Metres from the goal at which he shoots."""
@@ -58,128 +61,145 @@ YIELD = 10
 """Cycles for which the team-mate is clearly nearer before he leaves the ball to him."""
 AFTER_SHOT = 30
 """Cycles after a shot in which the goal is expected."""
-AT_BALL = 1.6
-"""Metres from the ball within which a team-mate has it, as far as the eye can tell."""
-AT_FEET = 2.0
-"""Metres within which the player acts on what he sees of the ball in this very cycle."""
-
-_BELIEVED: tuple[AnyPlace, ...] = (
-    Belief("believed_distance", variable="ball.dist"), Belief("believed_bearing", variable="ball.bearing_deg"),
-    Belief("rolled", variable="ball.approach"), Belief("swung", variable="ball.swing_deg"),
-    Belief("partner_x", variable="partner.x"), Belief("partner_y", variable="partner.y"),
-    ObjectPlace("partner", "Teammate", Selection("Teammate", best="teammate.distance", where=f"teammate.age < {NEVER}", minimize=True)),
-    ObjectPlace("holder", "Teammate", Selection("Teammate", best="teammate.ball_gap", where=f"teammate.ball_gap < {AT_BALL}",
-                                                minimize=True)),
-    # at his feet a reading is finer than any bins; everything else is as it is believed to be
-    Input("seen", observes="ball.seen"), Input("seen_distance", observes="ball.distance"),
-    Input("seen_bearing", observes="ball.bearing_deg"), Input("moving", observes="ball.moving"),
-    Input("rolling", observes="ball.rolling"), Input("swinging", observes="ball.swinging_deg"),
-    Math("at_feet", f"1 if seen and seen_distance < {AT_FEET} else 0"), Math("told", "1 if at_feet and moving else 0"),
-    Math("ball_distance", "seen_distance if at_feet else believed_distance"),
-    Math("ball_bearing", "seen_bearing if at_feet else believed_bearing"),
-    Math("approach", f"rolling if told else {BALL_DECAY} * rolled"),
-    Math("across", f"radians(swinging if told else {BALL_DECAY} * swung) * ball_distance"),
-    # from there follow the direction from the body, the velocity along the body and to its right, the place on the pitch
-    Math("ball_direction", "norm_deg(ball_bearing - facing)"),
-    Math("vx", "-approach * cos(radians(ball_direction)) - across * sin(radians(ball_direction))"),
-    Math("vy", "across * cos(radians(ball_direction)) - approach * sin(radians(ball_direction))"),
-    Math("ball_x", "me_x + ball_distance * cos(radians(ball_bearing))"),
-    Math("ball_y", "me_y + ball_distance * sin(radians(ball_bearing))"),
-    Math("mate_x", f"partner_x if mate_age < {NEVER} else me_x"), Math("mate_y", f"partner_y if mate_age < {NEVER} else me_y"),
-    Math("mate_direction", "norm_deg(degrees(atan2(mate_y - me_y, mate_x - me_x)) - facing) "
-         "if hypot(mate_x - me_x, mate_y - me_y) > 0.01 else 0"),
-)  # fmt: skip
-"""What the model believes, the objects that switch its relations, and what follows from both."""
-
-_PLACES: tuple[AnyPlace, ...] = (
-    Place("intend", capacity=1, tokens=1),
-    *(Place(name, capacity=1) for name in ("on_ball", "in_place", "faced", "taking", "over", "search", "searched")),
-    Place("looking", capacity=1, tokens=1),
-    Input("me_x", observes="me.x"), Input("me_y", observes="me.y"), Input("facing", observes="me.facing_deg"),
-    Input("ball_age", observes="ball.age"), Input("mate_age", observes="mate.age"),
-    Input("goal_distance", observes="goal.distance"), Input("speed", observes="body.speed"),
-    *_BELIEVED,
-    # whose ball it is: how much nearer to it the team-mate is
-    Math("mate_gap", f"hypot(mate_x - ball_x, mate_y - ball_y) if mate_age < {NEVER} else {OFF_PITCH}"),
-    Math("mine", "mate_gap - ball_distance"), Math("his", "ball_distance - mate_gap"),
-    # metres by which the team-mate is behind the ball; 50 where it does not matter
-    Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),
-    Math("ball_speed", "hypot(vx, vy)"),
-    Math("coming", f"1 if approach > {COMING} and ball_age < 5 else 0"),
-    # where the pass goes: ahead of the team-mate and a little inwards
-    Math("pass_x", f"min(mate_x + {LEAD}, 47) - me_x"), Math("pass_y", "0.8 * mate_y - me_y"),
-    Continuous("softly", ARRIVING),
-    Math("pass_distance", "max(1, hypot(pass_x, pass_y))"),
-    Math("pass_direction", "norm_deg(degrees(atan2(pass_y, pass_x)) - facing) if hypot(pass_x, pass_y) > 0.01 else 0"),
-    # where he waits for it: ahead of the ball, but beyond the halfway line behind it, so as never to be offside
-    Math("wait_x", "min(max(ball_x - 3, min(ball_x + 7, -2)), 46)"), Math("wait_y", f"{LANE} if me_y >= mate_y else {-LANE}"),
-    Math("off_place", "hypot(wait_x - me_x, wait_y - me_y)"),
-    Math("gaze", "mate_direction if passing.ongoing >= 1 and ball_distance < 1.3 else ball_direction if ball_age < 15 else 0"),
-    Math("off_axis", "abs(ball_direction)"),
-    Math("search_moment", "clip(60 * (1 + 5 * speed), -180, 180)"),
-    Math("face_moment", "clip(ball_direction * (1 + 5 * speed), -180, 180)"),
-)  # fmt: skip
-
-_PRIMARY = (
-    Transition("mine_first", ("intend",), ("go.begin",), tests={"mine": 0.0}, delay=4),
-    Transition("his_first", ("intend",), ("advance.begin", "watch.begin"), inhibitors={"mine": 0.0}, delay=4),
-    Transition("arrive", ("go.at_ball",), ("on_ball",)),
-    Transition("try_goal", ("on_ball",), ("shoot.begin",), inhibitors={"goal_distance": IN_RANGE}),
-    Transition("play_on", ("on_ball",), ("passing.begin",), tests={"goal_distance": IN_RANGE, "onside": ONSIDE}),
-    Transition("play_anyway", ("on_ball",), ("passing.begin",), delay=PATIENCE),
-    Transition("go_on", ("passing.passed",), ("advance.begin", "watch.begin")),
-    Transition("stand", ("advance.arrived",), ("in_place",)),
-    Transition("move_up", ("in_place",), ("advance.begin",), tests={"off_place": 1.8}, delay=1),
-    Transition("face", ("in_place",), ("faced",), tests={"off_axis": 60.0}, inhibitors={"off_place": 1.8},
-               emits=Command("turn", moment="face_moment"), priority=-1),
-    Transition("faced_it", ("faced",), ("in_place",), delay=1),
-    Transition("hold", (), ("advance.abort",), tests=("advance.ongoing", "watch.ball_coming"), inhibitors=("advance.abort",), priority=1),
-    Transition("get_ready", ("advance.aborted",), ("receive.begin",)),
-    Transition("be_ready", ("in_place",), ("receive.begin",), tests=("watch.ball_coming",)),
-    Transition("take", ("receive.received",), ("taking", "watch.stop")),
-    Transition("have", ("taking", "watch.stopped"), ("on_ball",)),
-    Transition("finish", ("shoot.shot",), ("over",)),
-    Transition("look", ("looking",), ("looking",), delay=1, inhibitors=("watch.ongoing",), emits=Command("look", direction="gaze")),
-)  # fmt: skip
-"""What happens when nothing goes wrong."""
-
-_RECOVERY = (
-    Transition("pass_again", ("passing.failed",), ("search",)),
-    Transition("shoot_again", ("shoot.failed",), ("search",)),
-    Transition("no_goal", ("over",), ("search",), delay=AFTER_SHOT),
-    Transition("not_caught", ("receive.missed",), ("searching", "watch.stop")),
-    Transition("unclaimed", ("in_place",), ("searching", "watch.stop"), tests={"mine": 0.0},
-               inhibitors={"ball_speed": 0.3, "ball_age": 4.0}, delay=UNCLAIMED),
-    Transition("unclaimed_on_the_way", (), ("advance.abort", "fetching"), tests={"advance.ongoing": 1, "mine": 0.0},
-               inhibitors={"ball_speed": 0.3, "ball_age": 4.0, "advance.abort": 1, "fetching": 1, "watch.ball_coming": 1}, delay=UNCLAIMED),
-    Transition("fetch_now", ("fetching", "advance.aborted"), ("searching", "watch.stop"), priority=2),
-    Transition("fetch_at_place", ("fetching", "advance.arrived"), ("searching", "watch.stop"), priority=2),
-    Transition("blind_in_place", ("in_place",), ("searching", "watch.stop"), tests={"ball_age": 2 * FORGOTTEN}),
-    Transition("eyes_free", ("searching", "watch.stopped"), ("search",)),
-    Transition("sweep", ("search",), ("searched",), tests={"ball_age": FORGOTTEN}, emits=Command("turn", moment="search_moment")),
-    Transition("turn_round", ("search",), ("searched",), tests={"off_axis": 60.0}, inhibitors={"ball_age": FORGOTTEN},
-               emits=Command("turn", moment="face_moment")),
-    Transition("look_again", ("searched",), ("search",), delay=1),
-    Transition("fetch", ("search",), ("go.begin",), tests={"mine": 0.0}, inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0}),
-    Transition("leave_it", ("search",), ("advance.begin", "watch.begin"),
-               inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": 0.0}),
-    Transition("lost", ("go.lost_ball",), ("search",)),
-    Transition("yield", (), ("go.abort",), tests={"go.ongoing": 1, "his": 3.0}, inhibitors=("go.abort",), delay=YIELD),
-    Transition("after_you", ("on_ball",), ("search",), tests={"his": 0.3}, delay=3),
-    Transition("rolled_away", ("on_ball",), ("search",), tests={"ball_distance": 2.0}),
-    Transition("yielded", ("go.aborted",), ("search",)),
-)  # fmt: skip
-"""Errors passed up are taken here, and aborts passed down: each path ends in a safe state."""
+BESIDE = 0.215
+"""Metres beyond his reach within which the ball is beside him: while he prepares a pass he looks at the team-mate."""
+AT_BALL = 0.515
+"""Metres beyond the reach of a leg within which a team-mate has the ball, as far as the eye can tell."""
+AT_FEET = 0.915
+"""Metres beyond his reach within which he acts on what he sees of the ball in this very cycle."""
 
 
-def passer_net(recovering: bool = True) -> PetriNet:
+def _believed(body: Body) -> tuple[AnyPlace, ...]:
+    """What the model believes, the objects that switch its relations, and what follows from both."""
+    return (
+        Belief("believed_distance", variable="ball.dist"), Belief("believed_bearing", variable="ball.bearing_deg"),
+        Belief("rolled", variable="ball.approach"), Belief("swung", variable="ball.swing_deg"),
+        Belief("partner_x", variable="partner.x"), Belief("partner_y", variable="partner.y"),
+        ObjectPlace("partner", "Teammate", Selection("Teammate", best="teammate.distance", where=f"teammate.age < {NEVER}", minimize=True)),
+        ObjectPlace("holder", "Teammate",
+                    Selection("Teammate", best="teammate.ball_gap", where=f"teammate.ball_gap < {number(body.reach + AT_BALL)}",
+                                                    minimize=True)),
+        # at his feet a reading is finer than any bins; everything else is as it is believed to be
+        Input("seen", observes="ball.seen"), Input("seen_distance", observes="ball.distance"),
+        Input("seen_bearing", observes="ball.bearing_deg"), Input("moving", observes="ball.moving"),
+        Input("rolling", observes="ball.rolling"), Input("swinging", observes="ball.swinging_deg"),
+        Math("at_feet", f"1 if seen and seen_distance < {number(body.reach + AT_FEET)} else 0"),
+        Math("told", "1 if at_feet and moving else 0"),
+        Math("ball_distance", "seen_distance if at_feet else believed_distance"),
+        Math("ball_bearing", "seen_bearing if at_feet else believed_bearing"),
+        Math("approach", f"rolling if told else {number(body.ball_decay)} * rolled"),
+        Math("across", f"radians(swinging if told else {number(body.ball_decay)} * swung) * ball_distance"),
+        # from there follow the direction from the body, the velocity along the body and to its right, the place on the pitch
+        Math("ball_direction", "norm_deg(ball_bearing - facing)"),
+        Math("vx", "-approach * cos(radians(ball_direction)) - across * sin(radians(ball_direction))"),
+        Math("vy", "across * cos(radians(ball_direction)) - approach * sin(radians(ball_direction))"),
+        Math("ball_x", "me_x + ball_distance * cos(radians(ball_bearing))"),
+        Math("ball_y", "me_y + ball_distance * sin(radians(ball_bearing))"),
+        Math("mate_x", f"partner_x if mate_age < {NEVER} else me_x"), Math("mate_y", f"partner_y if mate_age < {NEVER} else me_y"),
+        Math("mate_direction", "norm_deg(degrees(atan2(mate_y - me_y, mate_x - me_x)) - facing) "
+             "if hypot(mate_x - me_x, mate_y - me_y) > 0.01 else 0"),
+    )  # fmt: skip
+
+
+def _places(body: Body) -> tuple[AnyPlace, ...]:
+    """What he knows, believes and derives from it."""
+    return (
+        Place("intend", capacity=1, tokens=1),
+        *(Place(name, capacity=1) for name in ("on_ball", "in_place", "faced", "taking", "over", "search", "searched")),
+        Place("looking", capacity=1, tokens=1),
+        Input("me_x", observes="me.x"), Input("me_y", observes="me.y"), Input("facing", observes="me.facing_deg"),
+        Input("ball_age", observes="ball.age"), Input("mate_age", observes="mate.age"),
+        Input("goal_distance", observes="goal.distance"), Input("speed", observes="body.speed"),
+        *_believed(body),
+        # whose ball it is: how much nearer to it the team-mate is
+        Math("mate_gap", f"hypot(mate_x - ball_x, mate_y - ball_y) if mate_age < {NEVER} else {OFF_PITCH}"),
+        Math("mine", "mate_gap - ball_distance"), Math("his", "ball_distance - mate_gap"),
+        # metres by which the team-mate is behind the ball; 50 where it does not matter
+        Math("onside", "max(ball_x, 0) - mate_x if mate_x > 0 else 50"),
+        Math("ball_speed", "hypot(vx, vy)"),
+        Math("coming", f"1 if approach > {COMING} and ball_age < 5 else 0"),
+        # where the pass goes: ahead of the team-mate and a little inwards
+        Math("pass_x", f"min(mate_x + {LEAD}, {HALF_LENGTH - 5.5}) - me_x"), Math("pass_y", "0.8 * mate_y - me_y"),
+        Continuous("softly", ARRIVING),
+        Math("pass_distance", "max(1, hypot(pass_x, pass_y))"),
+        Math("pass_direction", "norm_deg(degrees(atan2(pass_y, pass_x)) - facing) if hypot(pass_x, pass_y) > 0.01 else 0"),
+        # where he waits for it: ahead of the ball, but beyond the halfway line behind it, so as never to be offside
+        Math("wait_x", f"min(max(ball_x - 3, min(ball_x + 7, -2)), {HALF_LENGTH - 6.5})"),
+        Math("wait_y", f"{LANE} if me_y >= mate_y else {-LANE}"),
+        Math("off_place", "hypot(wait_x - me_x, wait_y - me_y)"),
+        Math("gaze", f"mate_direction if passing.ongoing >= 1 and ball_distance < {number(body.reach + BESIDE)} "
+                     "else ball_direction if ball_age < 15 else 0"),
+        Math("off_axis", "abs(ball_direction)"),
+        Math("search_moment", body.turn("60")),
+        Math("face_moment", body.turn("ball_direction")),
+    )  # fmt: skip
+
+
+def _primary() -> tuple[Transition, ...]:
+    """What happens when nothing goes wrong."""
+    return (
+        Transition("mine_first", ("intend",), ("go.begin",), tests={"mine": 0.0}, delay=4),
+        Transition("his_first", ("intend",), ("advance.begin", "watch.begin"), inhibitors={"mine": 0.0}, delay=4),
+        Transition("arrive", ("go.at_ball",), ("on_ball",)),
+        Transition("try_goal", ("on_ball",), ("shoot.begin",), inhibitors={"goal_distance": IN_RANGE}),
+        Transition("play_on", ("on_ball",), ("passing.begin",), tests={"goal_distance": IN_RANGE, "onside": ONSIDE}),
+        Transition("play_anyway", ("on_ball",), ("passing.begin",), delay=PATIENCE),
+        Transition("go_on", ("passing.passed",), ("advance.begin", "watch.begin")),
+        Transition("stand", ("advance.arrived",), ("in_place",)),
+        Transition("move_up", ("in_place",), ("advance.begin",), tests={"off_place": 1.8}, delay=1),
+        Transition("face", ("in_place",), ("faced",), tests={"off_axis": 60.0}, inhibitors={"off_place": 1.8},
+                   emits=Command("turn", moment="face_moment"), priority=-1),
+        Transition("faced_it", ("faced",), ("in_place",), delay=1),
+        Transition("hold", (), ("advance.abort",), tests=("advance.ongoing", "watch.ball_coming"), inhibitors=("advance.abort",),
+                   priority=1),
+        Transition("get_ready", ("advance.aborted",), ("receive.begin",)),
+        Transition("be_ready", ("in_place",), ("receive.begin",), tests=("watch.ball_coming",)),
+        Transition("take", ("receive.received",), ("taking", "watch.stop")),
+        Transition("have", ("taking", "watch.stopped"), ("on_ball",)),
+        Transition("finish", ("shoot.shot",), ("over",)),
+        Transition("look", ("looking",), ("looking",), delay=1, inhibitors=("watch.ongoing",), emits=Command("look", direction="gaze")),
+    )  # fmt: skip
+
+
+def _recovery(body: Body) -> tuple[Transition, ...]:
+    """Errors passed up are taken here, and aborts passed down: each path ends in a safe state."""
+    return (
+        Transition("pass_again", ("passing.failed",), ("search",)),
+        Transition("shoot_again", ("shoot.failed",), ("search",)),
+        Transition("no_goal", ("over",), ("search",), delay=AFTER_SHOT),
+        Transition("not_caught", ("receive.missed",), ("searching", "watch.stop")),
+        Transition("unclaimed", ("in_place",), ("searching", "watch.stop"), tests={"mine": 0.0},
+                   inhibitors={"ball_speed": 0.3, "ball_age": 4.0}, delay=UNCLAIMED),
+        Transition("unclaimed_on_the_way", (), ("advance.abort", "fetching"), tests={"advance.ongoing": 1, "mine": 0.0},
+                   inhibitors={"ball_speed": 0.3, "ball_age": 4.0, "advance.abort": 1, "fetching": 1, "watch.ball_coming": 1},
+                   delay=UNCLAIMED),
+        Transition("fetch_now", ("fetching", "advance.aborted"), ("searching", "watch.stop"), priority=2),
+        Transition("fetch_at_place", ("fetching", "advance.arrived"), ("searching", "watch.stop"), priority=2),
+        Transition("blind_in_place", ("in_place",), ("searching", "watch.stop"), tests={"ball_age": 2 * FORGOTTEN}),
+        Transition("eyes_free", ("searching", "watch.stopped"), ("search",)),
+        Transition("sweep", ("search",), ("searched",), tests={"ball_age": FORGOTTEN}, emits=Command("turn", moment="search_moment")),
+        Transition("turn_round", ("search",), ("searched",), tests={"off_axis": 60.0}, inhibitors={"ball_age": FORGOTTEN},
+                   emits=Command("turn", moment="face_moment")),
+        Transition("look_again", ("searched",), ("search",), delay=1),
+        Transition("fetch", ("search",), ("go.begin",), tests={"mine": 0.0}, inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0}),
+        Transition("leave_it", ("search",), ("advance.begin", "watch.begin"),
+                   inhibitors={"ball_age": FORGOTTEN, "off_axis": 60.0, "mine": 0.0}),
+        Transition("lost", ("go.lost_ball",), ("search",)),
+        Transition("yield", (), ("go.abort",), tests={"go.ongoing": 1, "his": 3.0}, inhibitors=("go.abort",), delay=YIELD),
+        Transition("after_you", ("on_ball",), ("search",), tests={"his": 0.3}, delay=3),
+        Transition("rolled_away", ("on_ball",), ("search",), tests={"ball_distance": round(body.reach + AT_FEET, 6)}),
+        Transition("yielded", ("go.aborted",), ("search",)),
+    )  # fmt: skip
+
+
+def passer_net(recovering: bool = True, body: Body = DEFAULT) -> PetriNet:
     """The high level of a passer, with or without its recovery parts."""
     extra: tuple[AnyPlace, ...] = (Place("searching", capacity=1), Place("fetching", capacity=1)) if recovering else ()
     return PetriNet(
         "passer" if recovering else "passer_without_recovery",
-        places=(*_PLACES, *extra),
-        modules={"passing": PASS_BALL, "advance": ADVANCE, "watch": WATCH_BALL, "receive": RECEIVE, "go": GO_TO_BALL_REFLEX,
-                 "shoot": SHOOT},
+        places=(*_places(body), *extra),
+        modules={"passing": pass_ball(body), "advance": advance(body), "watch": watch_ball(body), "receive": receive(body),
+                 "go": go_to_ball_reflex(body), "shoot": shoot(body)},
         fuse={"advance.place_x": "wait_x", "advance.place_y": "wait_y", "passing.target_distance": "pass_distance",
               "passing.target_direction": "pass_direction", "passing.arriving": "softly", "passing.mate_age": "mate_age",
               "watch.ball_direction": "ball_direction", "watch.coming": "coming", "receive.approach": "approach",
@@ -187,7 +207,7 @@ def passer_net(recovering: bool = True) -> PetriNet:
               "shoot.speed_ahead": "vx", "shoot.speed_aside": "vy",
               **{f"{skill}.{name}": f"ball_{name}" for skill in ("passing", "receive", "shoot") for name in ("distance", "direction")},
               **{f"{skill}.{name}": name for skill in ("passing", "receive") for name in ("vx", "vy")}},
-        transitions=_PRIMARY + (_RECOVERY if recovering else ()),
+        transitions=_primary() + (_recovery(body) if recovering else ()),
     )  # fmt: skip
 
 
@@ -199,7 +219,8 @@ CLUSTERS = (("ball.dist", "ball.approach"), ("ball.bearing_deg", "ball.swing_deg
 _KICKS = ("passing.kick", "passing.trap", "shoot.kick")
 
 
-def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
+@functools.lru_cache(maxsize=64)
+def passer_cprm(recovering: bool = True, mates: int = 1, body: Body = DEFAULT) -> CPRM:
     """The passer's net, his beliefs, and the links between them.
 
     Parameters
@@ -207,6 +228,7 @@ def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
     recovering : bool
     mates : int
         How many team-mates there are.
+    body : Body
     """
     names = [f"m{k}" for k in range(1, mates + 1)]
     # what the net has just kicked, the model sees in the places of the kick; a ball that hit the body is as good as stopped
@@ -217,8 +239,8 @@ def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
         deflected = f"{kick}.deflects if {kick}.acted >= 1 else ({deflected})"
     return CPRM(
         "passer" if recovering else "passer_without_recovery",
-        net=passer_net(recovering),
-        model=PASSER_MODEL,
+        net=passer_net(recovering, body),
+        model=passer_model(body),
         objects={"ball": "Ball", **dict.fromkeys(names, "Teammate")},
         observations=(
             Observe("ball.met", f"me.met - ({further})", when="me.located"),
@@ -230,7 +252,7 @@ def passer_cprm(recovering: bool = True, mates: int = 1) -> CPRM:
             Observe("ball.seen_approach", "ball.rolling", when="ball.moving"),
             Observe("ball.seen_swing_deg", "ball.swinging_deg", when="ball.moving"),
             # within this distance it is felt, wherever he looks
-            Observe("ball.seen", "ball.seen", when=f"body.fresh >= 1 and believed_distance > {FELT + 1.0}"),
+            Observe("ball.seen", "ball.seen", when=f"body.fresh >= 1 and believed_distance > {body.server.visible_distance + 1.0}"),
             *(
                 Observe(f"{m}.seen_{percept}", f"{m}.{percept}", when=f"{m}.{given}")
                 for m in names
@@ -255,22 +277,23 @@ class PasserAgent(SoccerAgent):
     recovering : bool
     mates : int
         How many team-mates he has.
+    body : Body
     """
 
-    def __init__(self, recovering: bool = True, mates: int = 1, **options: Any) -> None:
-        cprm = (PASSER if recovering else PASSER_WITHOUT_RECOVERY) if mates == 1 else passer_cprm(recovering, mates)
+    def __init__(self, recovering: bool = True, mates: int = 1, body: Body = DEFAULT, **options: Any) -> None:
+        cprm = passer_cprm(recovering, mates, body)
 
         def percepts(observation: Observation) -> Percepts:
-            found = motion_percepts(observation, field_percepts(observation))
+            found = motion_percepts(observation, field_percepts(observation), body)
             found.update(mates_percepts(observation, mates))
             return found
 
         def objects(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:
             return {"Teammate": mate_attributes(observation, mates)}
 
-        super().__init__(cprm, percepts, needs=("memory",), objects=objects, **{"engine": ProjectionEngine(CLUSTERS), **options})
+        super().__init__(cprm, percepts, needs=("memory",), objects=objects, body=body, **{"engine": ProjectionEngine(CLUSTERS), **options})
 
 
 def make_controller(task: Task, agent: str, recovering: bool = True) -> PasserAgent:
     """One of the pair as a controller."""
-    return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1)
+    return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task))

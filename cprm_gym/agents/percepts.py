@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
+from ..simulator.pitch import HALF_LENGTH
 from ..simulator.senses import BallLevel, PlayerLevel
 from ..simulator.state import PlayMode
+from .body import DEFAULT, Body
 
 Percepts = dict[str, np.ndarray]
 """Name -> (N,) float array; NaN where there is no reading."""
@@ -63,7 +65,7 @@ def ball_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
     return percepts
 
 
-GOAL_X = 52.5
+GOAL_X = HALF_LENGTH
 """x of the goal that is attacked, in the own team's frame."""
 NEVER = 1000.0
 """Age of what was never seen, cycles."""
@@ -141,11 +143,7 @@ def _mate_percepts(percepts: Percepts, body: np.ndarray, memory: np.ndarray, age
     percepts["mate.direction_deg"] = np.where(found, direction, 0.0)
 
 
-PLAYER_DECAY = 0.4
-"""Share of his speed that a player keeps in a cycle (specification/simulator.md 3.1); the speed that he feels is what is left."""
-
-
-def motion_percepts(observation: Mapping[str, np.ndarray], percepts: Percepts) -> Percepts:
+def motion_percepts(observation: Mapping[str, np.ndarray], percepts: Percepts, own: Body = DEFAULT) -> Percepts:
     """How ball and player move along and across the line between them, added to `field_percepts`.
 
     Returns
@@ -172,9 +170,9 @@ def motion_percepts(observation: Mapping[str, np.ndarray], percepts: Percepts) -
     percepts["ball.rolling"] = np.where(moving, -(ball[:, ObjectFeature.DISTANCE_CHANGE] + ahead), 0.0)
     swinging = np.degrees(ball[:, ObjectFeature.DIRECTION_CHANGE] + aside / distance)
     percepts["ball.swinging_deg"] = np.where(moving, swinging, 0.0)
-    known = percepts["ball.age"] < NEVER
-    percepts["me.met"] = np.where(known, ahead / PLAYER_DECAY, 0.0)
-    percepts["me.slid_deg"] = np.where(known, np.degrees(np.arctan2(aside / PLAYER_DECAY, distance)), 0.0)
+    known, decay = percepts["ball.age"] < NEVER, own.kind.player_decay  # the speed that is felt is what the decay has left
+    percepts["me.met"] = np.where(known, ahead / decay, 0.0)
+    percepts["me.slid_deg"] = np.where(known, np.degrees(np.arctan2(aside / decay, distance)), 0.0)
     percepts["body.hit_ball"] = np.asarray(observation["body"], np.float64)[:, BodyFeature.COLLIDED_BALL]
     percepts["me.eyes_deg"] = (np.degrees(me[:, SelfFeature.FACE]) + 180.0) % 360.0 - 180.0
     return percepts

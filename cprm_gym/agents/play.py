@@ -12,8 +12,9 @@ from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
+from .body import DEFAULT, Body
 from .given import check_given
-from .percepts import PLAYER_DECAY, Percepts
+from .percepts import Percepts
 
 BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
     "dash": (CommandKind.DASH, ("power", "direction")),
@@ -24,11 +25,7 @@ BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
     "move": (CommandKind.MOVE, ("x", "y")),
 }
 """Name of a net's command -> kind and parameters, in the order of ``params``. One of them goes out per cycle."""
-NECK_MOST = 90.0
-"""Degrees that the neck goes to either side."""
 Objects = Mapping[str, Mapping[str, Any]]
-INERTIA_MOMENT = 5.0
-"""Of the default player type (specification/simulator.md 4.1)."""
 
 
 class SoccerAgent:
@@ -43,6 +40,8 @@ class SoccerAgent:
         Observation -> named quantities.
     objects : callable, optional
         Observation -> class -> attribute -> (N, n) numbers: the candidates of the net's object places.
+    body : Body
+        His own, by which he knows what his commands do.
     needs : sequence of str
         Parts of the observation that the percepts read beyond what is always there (`observation_space`): ``memory``, ``landmarks``.
     **options
@@ -60,6 +59,7 @@ class SoccerAgent:
         percepts: Callable[[Observation], Percepts],
         needs: Sequence[str] = (),
         objects: Callable[[Observation], Objects] | None = None,
+        body: Body = DEFAULT,
         **options: Any,
     ) -> None:
         check_given(cprm)
@@ -67,6 +67,7 @@ class SoccerAgent:
         self.needs = tuple(needs)
         self.percepts = percepts
         self.objects = objects
+        self.body = body
         self.options = options
         self.controller: CPRMRunner | None = None
 
@@ -93,7 +94,7 @@ class SoccerAgent:
         percepts = self.percepts(observation)
         percepts["body.turned_deg"] = self._turned
         along = np.cos(np.radians(percepts["body.speed_direction_deg"]))
-        percepts["body.advanced"] = percepts["body.speed"] * along / PLAYER_DECAY
+        percepts["body.advanced"] = percepts["body.speed"] * along / self.body.kind.player_decay
         return percepts
 
     def act(self, observation: Observation) -> Action:
@@ -114,7 +115,7 @@ class SoccerAgent:
             action["params"][fired] = scaled(np.full(count, int(kind)), *values)[fired]
             if name == "turn":
                 moment = commands.values[name]["moment"]
-                self._turned = np.where(fired, moment / (1.0 + INERTIA_MOMENT * percepts["body.speed"]), 0.0)
+                self._turned = np.where(fired, moment / (1.0 + self.body.kind.inertia_moment * percepts["body.speed"]), 0.0)
         if "turn_neck" in commands.fired:
             fired = commands.fired["turn_neck"]
             moment = np.clip(commands.values["turn_neck"]["moment"] / NECK_SCALE, -1.0, 1.0)
@@ -122,7 +123,7 @@ class SoccerAgent:
         if "look" in commands.fired:
             fired = commands.fired["look"]
             wanted = (commands.values["look"]["direction"] - self._turned + 180.0) % 360.0 - 180.0
-            neck = (np.clip(wanted, -NECK_MOST, NECK_MOST) - percepts["body.neck_deg"]) / NECK_SCALE
+            neck = (np.clip(wanted, self.body.server.minneckang, self.body.server.maxneckang) - percepts["body.neck_deg"]) / NECK_SCALE
             action["turn_neck"][fired, 0] = np.clip(neck, -1.0, 1.0)[fired]
         if "change_view" in commands.fired:
             fired = commands.fired["change_view"]

@@ -5,41 +5,57 @@ from __future__ import annotations
 from ..architecture.cprm import CPRM, Observe
 from ..architecture.petri import PetriNet, Place, Transition
 from ..envs.tasks import Task
-from .models import BALL_MODEL
+from .body import Body, of_body
+from .models import ball_model
 from .percepts import ball_percepts
 from .play import SoccerAgent
-from .skills.go_to_ball import GO_TO_BALL
+from .skills.go_to_ball import go_to_ball
 
-SEEKER_NET = PetriNet(
-    "seeker",
-    places=(Place("intend", capacity=1, tokens=1), Place("arrived", capacity=1)),
-    modules={"go": GO_TO_BALL},
-    transitions=(
-        Transition("set_out", ("intend",), ("go.begin",)),
-        Transition("arrive", ("go.at_ball",), ("arrived",)),
-        Transition("search_again", ("go.lost_ball",), ("intend",)),
-        Transition("give_way", ("go.aborted",), ("intend",)),
-        Transition("follow", ("arrived",), ("intend",), delay=1),
-    ),
-)
-"""High level: one module, started again when it loses the ball, and a cycle after it has arrived."""
 
-SEEKER = CPRM(
-    "seeker",
-    net=SEEKER_NET,
-    model=BALL_MODEL,
-    objects={"ball": "Ball"},
-    observations=(
-        Observe("ball.turned_deg", "body.turned_deg"),
-        Observe("ball.advanced", "body.advanced"),
-        Observe("ball.seen", "ball.seen", when="body.fresh"),
-        Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
-        Observe("ball.seen_dir_deg", "ball.direction_deg", when="ball.seen"),
-    ),
-)
-"""Net, belief about the ball, and the links between them."""
+@of_body
+def seeker_net(body: Body) -> PetriNet:
+    """High level: one module, started again when it loses the ball, and a cycle after it has arrived."""
+    return PetriNet(
+        "seeker",
+        places=(Place("intend", capacity=1, tokens=1), Place("arrived", capacity=1)),
+        modules={"go": go_to_ball(body)},
+        transitions=(
+            Transition("set_out", ("intend",), ("go.begin",)),
+            Transition("arrive", ("go.at_ball",), ("arrived",)),
+            Transition("search_again", ("go.lost_ball",), ("intend",)),
+            Transition("give_way", ("go.aborted",), ("intend",)),
+            Transition("follow", ("arrived",), ("intend",), delay=1),
+        ),
+    )
+
+
+SEEKER_NET = seeker_net()
+"""Of a default player."""
+
+
+@of_body
+def seeker_cprm(body: Body) -> CPRM:
+    """Net, belief about the ball, and the links between them."""
+    return CPRM(
+        "seeker",
+        net=seeker_net(body),
+        model=ball_model(body),
+        objects={"ball": "Ball"},
+        observations=(
+            Observe("ball.turned_deg", "body.turned_deg"),
+            Observe("ball.advanced", "body.advanced"),
+            Observe("ball.seen", "ball.seen", when="body.fresh"),
+            Observe("ball.seen_dist", "ball.distance", when="ball.seen"),
+            Observe("ball.seen_dir_deg", "ball.direction_deg", when="ball.seen"),
+        ),
+    )
+
+
+SEEKER = seeker_cprm()
+"""Of a default player."""
 
 
 def make_controller(task: Task, agent: str) -> SoccerAgent:
     """The seeker as a controller."""
-    return SoccerAgent(SEEKER, ball_percepts)
+    body = Body.of(task)
+    return SoccerAgent(seeker_cprm(body), ball_percepts, body=body)

@@ -12,42 +12,44 @@ from typing import Any
 
 import numpy as np
 
-from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, KINEMATICS, SIDE_ON, goalie_percepts
-from ..agents.models import GOALIE_MODEL
+from ..agents.body import DEFAULT, Body
+from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, SIDE_ON, goalie_percepts, kinematics
+from ..agents.models import goalie_model
 from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
-from ..agents.skills.accelerate import ACCELERATE, CLOSE
-from ..agents.skills.advance import ADVANCE
-from ..agents.skills.approach import APPROACH
-from ..agents.skills.catch_ball import CATCH_BALL
-from ..agents.skills.clear import CLEAR
-from ..agents.skills.cruise import CRUISE
-from ..agents.skills.dribble import DRIBBLE
-from ..agents.skills.drive import DRIVE
-from ..agents.skills.go_to_ball import GO_TO_BALL_REFLEX
-from ..agents.skills.kick import KICK
-from ..agents.skills.orient import ORIENT
-from ..agents.skills.pass_ball import PASS_BALL
-from ..agents.skills.receive import RECEIVE
-from ..agents.skills.reposition import REPOSITION
-from ..agents.skills.setup import SETUP
-from ..agents.skills.shoot import SHOOT
-from ..agents.skills.slow import SLOW
-from ..agents.skills.watch_ball import WATCH_BALL
+from ..agents.skills.accelerate import CLOSE, accelerate
+from ..agents.skills.advance import advance
+from ..agents.skills.approach import approach
+from ..agents.skills.catch_ball import catch_ball
+from ..agents.skills.clear import clear
+from ..agents.skills.cruise import cruise
+from ..agents.skills.dribble import dribble
+from ..agents.skills.drive import drive
+from ..agents.skills.go_to_ball import go_to_ball_reflex
+from ..agents.skills.kick import kick
+from ..agents.skills.orient import orient
+from ..agents.skills.pass_ball import pass_ball
+from ..agents.skills.receive import receive
+from ..agents.skills.reposition import reposition
+from ..agents.skills.setup import setup
+from ..agents.skills.shoot import shoot
+from ..agents.skills.slow import slow
+from ..agents.skills.watch_ball import watch_ball
 from ..architecture.cprm import CPRM
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
 from ..envs.tasks.base import Outcome
-from ..simulator.parameters import Rules
+from ..simulator.parameters import Rules, ServerParameters
+from ..simulator.pitch import HALF_LENGTH, PENALTY_X, PENALTY_Y
 from ..simulator.state import PlayMode
 from .arguments import at_least
 from .statistics import wilson_interval
 
-REACH = 1.085
-"""Kickable distance, m."""
 WATCHED = 50
 """Cycles after which a skill that never ends is judged."""
+_FEET = (0.307, 0.593)
+"""Shares of the kickable ring between which the ball lies at his feet."""
 SETTLE = 4
 """Cycles in which he may look about him before he begins."""
 Start = Callable[[SoccerCore, np.ndarray, np.ndarray], None]
@@ -78,7 +80,7 @@ def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball")
     )  # fmt: skip
 
 
-def goalie_alone(skill: PetriNet) -> CPRM:
+def goalie_alone(skill: PetriNet, body: Body = DEFAULT) -> CPRM:
     """The same for a skill of the goalie, with his belief about the ball and what he derives from it.
 
     A skill that never ends is called done after `WATCHED` cycles.
@@ -93,13 +95,13 @@ def goalie_alone(skill: PetriNet) -> CPRM:
             Place("watched", capacity=1), *BALL, Continuous("watched_x", 40.0), Continuous("watched_y"),
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
-            Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"), *KINEMATICS,
+            Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"), *kinematics(body),
         ),
         modules={"skill": skill},
-        fuse={f"skill.{p}": "hand_distance" if (skill, p) == (CLEAR, "ball_distance") else p for p in skill.ports.parameters},
+        fuse={f"skill.{p}": "hand_distance" if (skill.name, p) == ("clear", "ball_distance") else p for p in skill.ports.parameters},
         transitions=(Transition("set_out", ("intend",), ("skill.begin", "watched"), delay=SETTLE), finish, *((look,) if done else ())),
     )  # fmt: skip
-    return CPRM(net.name, net, GOALIE_MODEL, {"ball": "Ball"}, observations=BALL_SEEN)
+    return CPRM(net.name, net, goalie_model(body), {"ball": "Ball"}, observations=BALL_SEEN)
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,8 @@ class Trial:
 
     Attributes
     ----------
-    skill : PetriNet
+    make : callable
+        The skill of a `Body`.
     start : callable
         (core, worlds, (n, 6) draws) puts players and ball.
     judge : callable
@@ -129,7 +132,7 @@ class Trial:
         Whether it is a skill of the goalie, who has a belief about the ball.
     """
 
-    skill: PetriNet
+    make: Callable[..., PetriNet]
     start: Start
     judge: Judge
     criterion: str
@@ -140,11 +143,18 @@ class Trial:
     eyes: str = "ball"
     goalie: bool = False
 
-    def agent(self, name: str) -> SoccerAgent:
+    @property
+    def skill(self) -> PetriNet:
+        """The skill of a default player."""
+        return self.make()
+
+    def agent(self, name: str, body: Body = DEFAULT) -> SoccerAgent:
         """A player who does nothing else."""
+        skill = self.make(body)
         if self.goalie:
-            return SoccerAgent(goalie_alone(self.skill), lambda observation: goalie_percepts(observation, 0), needs=("memory",))
-        return SoccerAgent(CPRM(name, alone(self.skill, self.given, self.eyes)), field_percepts, needs=("memory",))
+            cprm = goalie_alone(skill, body)
+            return SoccerAgent(cprm, lambda observation: goalie_percepts(observation, 0), needs=("memory",), body=body)
+        return SoccerAgent(CPRM(name, alone(skill, self.given, self.eyes)), field_percepts, needs=("memory",), body=body)
 
 
 def _apart(core: SoccerCore) -> np.ndarray:
@@ -162,12 +172,26 @@ def _speed(core: SoccerCore) -> np.ndarray:
     return np.hypot(*core.sim.world["vel"][:, 1].T)
 
 
-def _ball_at(near: float, far: float, aside: float, x: float = 0.0) -> Start:
-    """He stands around (x, 0) looking forward within `aside` degrees of the ball, which is `near` to `far` metres before him."""
+def _fast(core: SoccerCore) -> np.ndarray:
+    """He has five eighths of his top speed; what stands in the world is what the decay has left of it."""
+    body = Body.of(core.task)
+    return np.asarray(_speed(core) > 0.625 * body.kind.player_decay * body.top_speed)
+
+
+def _standing_at_ball(core: SoccerCore) -> np.ndarray:
+    return core.kickable(1) & (_speed(core) < 0.15)
+
+
+def _ball_at(near: float, far: float, aside: float, x: float = 0.0, feet: bool = False) -> Start:
+    """He stands around (x, 0) looking forward within `aside` degrees of the ball, which is `near` to `far` metres before him.
+
+    At his `feet` they are shares of the kickable ring.
+    """
 
     def start(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
         place = np.stack([x + 4 * (u[:, 0] - 0.5), 20 * (u[:, 1] - 0.5)], axis=1)
-        angle, far_off = 2 * np.pi * (u[:, 2] - 0.5) * (1.0 if x == 0 else 0.2), near + (far - near) * u[:, 3]
+        low, high = (Body.of(core.task).within(share) for share in (near, far)) if feet else (near, far)
+        angle, far_off = 2 * np.pi * (u[:, 2] - 0.5) * (1.0 if x == 0 else 0.2), low + (high - low) * u[:, 3]
         core.place_player(worlds, 1, place, np.degrees(angle) + aside * (2 * u[:, 4] - 1))
         core.place_ball(worlds, place + far_off[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
@@ -181,13 +205,13 @@ def _ball_comes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     d = w["pos"][worlds, 1] - w["pos"][worlds, 0]
     gap = np.hypot(d[:, 0], d[:, 1])
     angle = np.arctan2(d[:, 1], d[:, 0]) + np.radians(12.0) * (2 * u[:, 5] - 1)
-    speed = 0.06 * gap + 0.4 + 0.4 * u[:, 0]
+    speed = Body.of(core.task).roll * gap + 0.4 + 0.4 * u[:, 0]
     core.place_ball(worlds, w["pos"][worlds, 0], (speed * np.stack([np.cos(angle), np.sin(angle)])).T)
 
 
 def _with_mate(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     """The ball at his feet, the team-mate 8 to 18 m away in any direction."""
-    _ball_at(0.6, 0.8, 30.0)(core, worlds, u)
+    _ball_at(*_FEET, 30.0, feet=True)(core, worlds, u)
     angle, far = 2 * np.pi * u[:, 5], 8.0 + 10.0 * u[:, 1]
     place = core.sim.world["pos"][worlds, 1] + (far * np.stack([np.cos(angle), np.sin(angle)])).T
     core.place_player(worlds, 2, place, np.degrees(angle) + 180.0)
@@ -204,7 +228,7 @@ def _near_mate(core: SoccerCore) -> np.ndarray:
 def _near_line(core: SoccerCore) -> np.ndarray:
     """The ball flies within 7 degrees of the middle of the goal."""
     w = core.sim.world
-    to_goal = np.array([52.5, 0.0]) - w["pos"][:, 0]
+    to_goal = np.array([HALF_LENGTH, 0.0]) - w["pos"][:, 0]
     angle = np.arctan2(w["vel"][:, 0, 1], w["vel"][:, 0, 0]) - np.arctan2(to_goal[:, 1], to_goal[:, 0])
     moving: np.ndarray = np.hypot(*w["vel"][:, 0].T) > 0.2
     return moving & (np.abs(np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)) < 7.0)
@@ -216,7 +240,7 @@ def _shot(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     ball = np.stack([GOAL_X + far * np.cos(angle), far * np.sin(angle)], axis=1)
     way = np.stack([np.full(len(u), GOAL_X), 5.0 * (2 * u[:, 2] - 1)], axis=1) - ball
     length = np.hypot(way[:, 0], way[:, 1])
-    speed = 0.06 * length + 0.4 + 0.4 * u[:, 3]
+    speed = Body.of(core.task).roll * length + 0.4 + 0.4 * u[:, 3]
     core.place_ball(worlds, ball, speed[:, None] * way / length[:, None])
     guard = np.stack([GOAL_X + 4.0 * np.cos(angle), 4.0 * np.sin(angle)], axis=1)
     core.place_player(worlds, 1, guard, np.degrees(angle) + SIDE_ON)
@@ -262,7 +286,7 @@ def _in_view(core: SoccerCore) -> np.ndarray:
 
 def _out_of_box(core: SoccerCore) -> np.ndarray:
     ball = core.sim.world["pos"][:, 0]
-    return np.asarray((ball[:, 0] > -36.0) | (np.abs(ball[:, 1]) > 20.16))
+    return np.asarray((ball[:, 0] > -PENALTY_X) | (np.abs(ball[:, 1]) > PENALTY_Y))
 
 
 def _guarding(core: SoccerCore) -> np.ndarray:
@@ -278,28 +302,28 @@ def _guarding(core: SoccerCore) -> np.ndarray:
 
 
 TRIALS: dict[str, Trial] = {
-    "setup": Trial(SETUP, _before_kick_off, lambda c: _apart(c) < REACH, "at the kick-off the ball is in reach"),
-    "orient": Trial(ORIENT, _ball_at(3, 25, 180), lambda c: _bearing(c) < 8, "ball within 8 degrees of ahead", cycles=20),
-    "accelerate": Trial(ACCELERATE, _ball_at(12, 25, 4), lambda c: _speed(c) > 0.25, "fast, before the ball is close", cycles=30),
-    "cruise": Trial(CRUISE, _ball_at(12, 25, 4), lambda c: np.abs(_apart(c) - CLOSE) < 1.3, "at the ball's neighbourhood"),
-    "slow": Trial(SLOW, _ball_at(2, 4, 4), lambda c: (_apart(c) < REACH) & (_speed(c) < 0.15), "standing at the ball", cycles=60),
-    "approach": Trial(APPROACH, _ball_at(8, 25, 180), lambda c: (_apart(c) < REACH) & (_speed(c) < 0.15), "standing at the ball"),
-    "go_to_ball": Trial(GO_TO_BALL_REFLEX, _ball_at(5, 25, 45), lambda c: _apart(c) < REACH, "ball in reach"),
-    "kick": Trial(KICK, _ball_at(0.6, 0.8, 60, 30.0), _near_line, "ball within 7 degrees of the aim", wait=1),
-    "pass_ball": Trial(PASS_BALL, _with_mate, _near_mate, "ball within 2 m of the team-mate", cycles=60, wait=40, any_time=True,
+    "setup": Trial(setup, _before_kick_off, lambda c: c.kickable(1), "at the kick-off the ball is in reach"),
+    "orient": Trial(orient, _ball_at(3, 25, 180), lambda c: _bearing(c) < 8, "ball within 8 degrees of ahead", cycles=20),
+    "accelerate": Trial(accelerate, _ball_at(12, 25, 4), _fast, "fast, before the ball is close", cycles=30),
+    "cruise": Trial(cruise, _ball_at(12, 25, 4), lambda c: np.abs(_apart(c) - CLOSE) < 1.3, "at the ball's neighbourhood"),
+    "slow": Trial(slow, _ball_at(2, 4, 4), _standing_at_ball, "standing at the ball", cycles=60),
+    "approach": Trial(approach, _ball_at(8, 25, 180), _standing_at_ball, "standing at the ball"),
+    "go_to_ball": Trial(go_to_ball_reflex, _ball_at(5, 25, 45), lambda c: c.kickable(1), "ball in reach"),
+    "kick": Trial(kick, _ball_at(*_FEET, 60, 30.0, feet=True), _near_line, "ball within 7 degrees of the aim", wait=1),
+    "pass_ball": Trial(pass_ball, _with_mate, _near_mate, "ball within 2 m of the team-mate", cycles=60, wait=40, any_time=True,
                        eyes="mate"),
-    "dribble": Trial(DRIBBLE, _ball_at(0.6, 0.8, 30, 15.0), lambda c: _apart(c) < REACH, "near the goal, ball in reach", cycles=200),
-    "shoot": Trial(SHOOT, _ball_at(0.6, 0.8, 30, 35.0), lambda c: c.crossed_goal_line(True), "goal", wait=30, any_time=True),
-    "receive": Trial(RECEIVE, _ball_comes, lambda c: _apart(c) < REACH, "ball in reach", cycles=80),
-    "advance": Trial(ADVANCE, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
+    "dribble": Trial(dribble, _ball_at(*_FEET, 30, 15.0, feet=True), lambda c: c.kickable(1), "near the goal, ball in reach", cycles=200),
+    "shoot": Trial(shoot, _ball_at(*_FEET, 30, 35.0, feet=True), lambda c: c.crossed_goal_line(True), "goal", wait=30, any_time=True),
+    "receive": Trial(receive, _ball_comes, lambda c: c.kickable(1), "ball in reach", cycles=80),
+    "advance": Trial(advance, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
                      "within 1.5 m of the place", given={"place_x": 20.0, "place_y": 10.0}),
-    "drive": Trial(DRIVE, _ball_at(0.6, 0.8, 30, 15.0), lambda c: _apart(c) < REACH, "near the goal, ball in reach", cycles=200,
+    "drive": Trial(drive, _ball_at(*_FEET, 30, 15.0, feet=True), lambda c: c.kickable(1), "near the goal, ball in reach", cycles=200,
                    given={"way_direction": "goal.direction_deg"}),
-    "watch_ball": Trial(WATCH_BALL, _ball_passes, _in_view, f"after {WATCHED} cycles the ball that passes is in view", goalie=True),
-    "catch_ball": Trial(CATCH_BALL, _shot, lambda c: c.kickable(1) & ~c.crossed_goal_line(False), "the shot is in his hands", cycles=60,
+    "watch_ball": Trial(watch_ball, _ball_passes, _in_view, f"after {WATCHED} cycles the ball that passes is in view", goalie=True),
+    "catch_ball": Trial(catch_ball, _shot, lambda c: c.kickable(1) & ~c.crossed_goal_line(False), "the shot is in his hands", cycles=60,
                         goalie=True),
-    "clear": Trial(CLEAR, _in_hand, _out_of_box, "ball out of the penalty area", cycles=20, wait=40, any_time=True, goalie=True),
-    "reposition": Trial(REPOSITION, _off_post, _guarding, "within 1 m of the guarding place, side-on within 25 degrees", goalie=True),
+    "clear": Trial(clear, _in_hand, _out_of_box, "ball out of the penalty area", cycles=20, wait=40, any_time=True, goalie=True),
+    "reposition": Trial(reposition, _off_post, _guarding, "within 1 m of the guarding place, side-on within 25 degrees", goalie=True),
 }  # fmt: skip
 """Skill -> how it is tried."""
 
@@ -322,16 +346,29 @@ class _Stage(Task):
         return Outcome(np.zeros((core.worlds, len(core.agents))), nothing, nothing, np.zeros(core.worlds, np.int64), {})
 
 
-def measure(name: str, episodes: int = 1000, seed: int = 0) -> tuple[int, float]:
-    """(successes, mean cycles to the outcome) of a skill alone; success is its outcome *and* the judgement of the world."""
+def measure(
+    name: str, episodes: int = 1000, seed: int = 0, parameters: ServerParameters | None = None, body: Body | None = None
+) -> tuple[int, float]:
+    """(successes, mean cycles to the outcome) of a skill alone; success is its outcome *and* the judgement of the world.
+
+    Parameters
+    ----------
+    name : str
+        Of `TRIALS`.
+    episodes, seed : int
+    parameters : ServerParameters, optional
+        Of the world; the server's defaults if not given.
+    body : Body, optional
+        What the player takes himself to be; what he is in that world if not given.
+    """
     trial = TRIALS[name]
     rules = Rules.CATCH if trial.goalie else Rules.NONE
     stage = _Stage(name="stage", left=2, left_goalie=int(trial.goalie), start=trial.start, rules=rules)
     task = make_task("KickOffShot") if trial.start is _before_kick_off else stage
-    task = replace(task, max_cycles=10_000, others="hold")
+    task = replace(task, max_cycles=10_000, others="hold", parameters=parameters or task.parameters)
     core = SoccerCore(task, episodes, seed=seed, include=("memory",))
     observation = core.reset(seed)
-    agent = trial.agent(name)
+    agent = trial.agent(name, body or Body.of(task))
     agent.reset({k: v[:, 0] for k, v in observation.items()}, seed)
     ended, good = np.full(episodes, -1), np.zeros(episodes, bool)
     for cycle in range(trial.cycles + trial.wait):

@@ -23,23 +23,23 @@ from ...architecture.petri import AnyPlace, Belief, Command, Continuous, Input, 
 from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature
 from ...envs.tasks import Task
+from ...simulator.pitch import CENTRE_RADIUS, HALF_LENGTH, HALF_WIDTH
+from ..body import DEFAULT, Body, number, of_body
 from ..percepts import Percepts
 from ..play import SoccerAgent
-from ..skills.advance import ADVANCE
-from ..skills.clear import CLEAR
+from ..skills.advance import advance
+from ..skills.clear import AT_HAND, clear
 from ..skills.dribble import NEAR
-from ..skills.drive import DRIVE
-from ..skills.go_to_ball import GO_TO_BALL_REFLEX
-from ..skills.kick import KICK
-from ..skills.pass_ball import PASS_BALL
-from ..skills.receive import RECEIVE
-from ..skills.setup import SETUP
-from ..skills.shoot import SHOOT
-from .model import OUTFIELD_MODEL, PERIOD
+from ..skills.drive import drive
+from ..skills.go_to_ball import go_to_ball_reflex
+from ..skills.kick import kick
+from ..skills.pass_ball import pass_ball
+from ..skills.receive import receive
+from ..skills.setup import setup
+from ..skills.shoot import shoot
+from .model import PERIOD, outfield_model
 from .percepts import outfield_attributes, outfield_percepts
 
-REACH = 0.98
-"""Metres at which he is sure that he can kick."""
 LOST = 6
 """Cycles without a sight of the ball after which he looks round."""
 STALE = 3
@@ -64,10 +64,10 @@ OFF_PLACE = 2.5
 """Metres off his place at which he goes there."""
 OFF_AXIS = 40.0
 """Degrees off the ball at which he turns to it."""
-AT_BALL = 1.6
-"""Metres from the ball within which an opponent has it."""
-KEEP_OFF = 10.5
-"""Metres that are kept from the ball at a set play of the opponents (the rule asks for 9.15)."""
+AT_BALL = 0.515
+"""Metres beyond the reach of a leg within which an opponent has the ball."""
+KEEP_OFF = CENTRE_RADIUS + 1.35
+"""Metres that are kept from the ball at a set play of the opponents, a little more than the rule asks for."""
 FAR = 60.0
 """Where the attended opponent is while there is none, m."""
 
@@ -79,20 +79,24 @@ SET_PLAY, SHOT, PASS, QUICK, BOOT, DRIVEN = 6, 5, 4, 3, 2, 1
 WORTH = "0.6 * {t}.ahead + min({t}.room, 4) + 0.7 * min({t}.free, 6) - 0.08 * {t}.distance + (4 if {t}.x > 30 else 0)"
 """What a pass to a team-mate is worth: metres gained, room on the way, room around him; more in front of the goal."""
 
-_OBJECTS: tuple[AnyPlace, ...] = (
-    ObjectPlace("first", "Teammate", Selection(  # set plays are not left to the goalie
-        "Teammate", best="teammate.time", where="teammate.age <= 20 and (teammate.x > -45 or not ours)", minimize=True)),
-    ObjectPlace("receiver", "Teammate", Selection(
-        "Teammate", best=WORTH.format(t="teammate"),
-        where="ball_distance < 3 and teammate.age <= 8 and teammate.distance > 4 and teammate.distance < 30 and teammate.room > 0.3 "
-              "and teammate.beyond < 0 and teammate.x > -42")),  # not the goalie, who must not take a pass back with his hands
-    ObjectPlace("watched", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0")),
-    ObjectPlace("holder", "Opponent", Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {AT_BALL}")),
-    ObjectPlace("marked", "Opponent", Selection(
-        "Opponent", best="hypot(opponent.x - home_x, opponent.y - home_y)", minimize=True,
-        where="opponent.age <= 20 and hypot(opponent.x - home_x, opponent.y - home_y) < 9")),
-)  # fmt: skip
-"""The team-mate who is first at the ball; he to whom a pass is worth most; who is nearest to the ball; who has it; who to mark."""
+
+def _objects(body: Body) -> tuple[AnyPlace, ...]:
+    """The team-mate who is first at the ball; he to whom a pass is worth most; who is nearest to the ball; who has it; who to mark."""
+    return (
+        ObjectPlace("first", "Teammate", Selection(  # set plays are not left to the goalie
+            "Teammate", best="teammate.time", where="teammate.age <= 20 and (teammate.x > -45 or not ours)", minimize=True)),
+        ObjectPlace("receiver", "Teammate", Selection(
+            "Teammate", best=WORTH.format(t="teammate"),
+            where="ball_distance < 3 and teammate.age <= 8 and teammate.distance > 4 and teammate.distance < 30 and teammate.room > 0.3 "
+                  "and teammate.beyond < 0 and teammate.x > -42")),  # not the goalie, who must not take a pass back with his hands
+        ObjectPlace("watched", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0")),
+        ObjectPlace("holder", "Opponent",
+                    Selection("Opponent", best="opponent.danger", where=f"opponent.ball_gap < {number(body.reach + AT_BALL)}")),
+        ObjectPlace("marked", "Opponent", Selection(
+            "Opponent", best="hypot(opponent.x - home_x, opponent.y - home_y)", minimize=True,
+            where="opponent.age <= 20 and hypot(opponent.x - home_x, opponent.y - home_y) < 9")),
+    )  # fmt: skip
+
 
 _BELIEFS: tuple[AnyPlace, ...] = (
     *(Belief(f"believed_{v}", variable=f"ball.{v}") for v in ("x", "y")),
@@ -110,77 +114,87 @@ _INPUTS = {
     "theirs": "game.theirs", "kick_off": "game.kick_off",
 }  # fmt: skip
 
-_SITUATION: tuple[AnyPlace, ...] = (
-    Math("lost", f"1 if ball_age > {LOST} else 0"),
-    # where it was seen, where a kick-off puts it, or where it is believed to be
-    Math("ball_x", f"seen_x if ball_age <= {STALE} else 0 if kick_off else believed_x"),
-    Math("ball_y", f"seen_y if ball_age <= {STALE} else 0 if kick_off else believed_y"),
-    Math("ball_speed", "hypot(vx, vy)"),
-    Math("off_ball_x", "ball_x - me_x"), Math("off_ball_y", "ball_y - me_y"),
-    Math("look_angle", "norm_deg(degrees(atan2(off_ball_y, off_ball_x)) - facing) if hypot(off_ball_x, off_ball_y) > 0.01 else 0"),
-    # may he touch the ball, and is he the one to do it
-    Math("may", "1 if playing or ours else 0"),
-    Math("mates_time", "first.time", default=99.0),
-    Math("mine", "mates_time - me_time"),
-    Math("chase", "1 if may and mine >= 0 and not lost else 0"),
-    Math("leave", f"1 if not may or mine < -{YIELD} else 0"),
-    Math("reach", f"1 if ball_distance < {REACH} and ball_age <= 2 and may else 0"),
-    Math("coming", f"1 if approach > {COMING} and ball_age < 5 and ball_distance > 3 else 0"),
-    Math("gaze", "0 if lost else goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
-)  # fmt: skip
 
-_FORMATION: tuple[AnyPlace, ...] = (
-    Math("deepest", "-46 if place_x < -30 else -38"),
-    Math("shifted", "place_x + 0.55 * (ball_x + 10) + (4 if ball_x > 0 else 0)"),
-    Math("onside", "max(line - 1, deepest)"),
-    Math("ahead", "max(shifted, ball_x + 22) if place_x > -12 and ball_x > -15 else shifted"),
-    Math("home_x", "clip(min(ahead, onside), deepest, -0.5 if kick_off else 44)"),
-    Math("home_y", "clip(0.85 * place_y + 0.35 * ball_y, -32, 32)"),
-    # he who marks stands between his man and the goal
-    Math("goal_way", "max(0.5, hypot(marked.x + 52.5, marked.y))", default=1.0),
-    Math("mark_x", "marked.x - 1.5 * (marked.x + 52.5) / goal_way", default=FAR),
-    Math("mark_y", "marked.y - 1.5 * marked.y / goal_way", default=0.0),
-    Math("marking", f"1 if playing and ball_x < 0 and mark_x < {FAR} - 1 else 0"),
-    # the distance at a set play of theirs
-    Math("home_gap", "max(0.1, hypot(home_x - ball_x, home_y - ball_y))"),
-    Math("back", f"1 if theirs and home_gap < {KEEP_OFF} else 0"),
-    Math("back_x", f"clip(ball_x + {KEEP_OFF} * min(home_x - ball_x, -0.05) / home_gap, -46, 40)"),
-    Math("go_x", "back_x if back else mark_x if marking else home_x"),
-    Math("go_y", f"ball_y + {KEEP_OFF} * (home_y - ball_y) / home_gap if back else mark_y if marking else home_y"),
-    Math("off_place", "hypot(go_x - me_x, go_y - me_y)"),
-    Math("off_axis", "abs(look_angle)"),
-    Math("on_ball", f"{EXPECT} if coming else {MEET} if ball_speed >= {SLOW} and ball_distance >= 3 else {FETCH}"),
-    Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
-    Math("plan", f"{WAIT} if waiting else {SEARCH} if lost else {HAVE} if reach else on_ball if chase else off_ball"),
-)  # fmt: skip
+def _situation(body: Body) -> tuple[AnyPlace, ...]:
+    """Whose ball it is, and where."""
+    return (
+        Math("lost", f"1 if ball_age > {LOST} else 0"),
+        # where it was seen, where a kick-off puts it, or where it is believed to be
+        Math("ball_x", f"seen_x if ball_age <= {STALE} else 0 if kick_off else believed_x"),
+        Math("ball_y", f"seen_y if ball_age <= {STALE} else 0 if kick_off else believed_y"),
+        Math("ball_speed", "hypot(vx, vy)"),
+        Math("off_ball_x", "ball_x - me_x"), Math("off_ball_y", "ball_y - me_y"),
+        Math("look_angle", "norm_deg(degrees(atan2(off_ball_y, off_ball_x)) - facing) if hypot(off_ball_x, off_ball_y) > 0.01 else 0"),
+        # may he touch the ball, and is he the one to do it
+        Math("may", "1 if playing or ours else 0"),
+        Math("mates_time", "first.time", default=99.0),
+        Math("mine", "mates_time - me_time"),
+        Math("chase", "1 if may and mine >= 0 and not lost else 0"),
+        Math("leave", f"1 if not may or mine < -{YIELD} else 0"),
+        Math("reach", f"1 if ball_distance < {body.within(AT_HAND)} and ball_age <= 2 and may else 0"),
+        Math("coming", f"1 if approach > {COMING} and ball_age < 5 and ball_distance > 3 else 0"),
+        Math("gaze", "0 if lost else goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
+    )  # fmt: skip
 
-_WITH_BALL: tuple[AnyPlace, ...] = (
-    Math("pressure", "hypot(rival_x - me_x, rival_y - me_y)"),
-    Math("pressed", f"1 if pressure < {PRESSED} else 0"),
-    Math("worth", WORTH.format(t="receiver"), default=-99.0),
-    # to the flank on which he is; or to the receiver, as he is believed to stand, or as he was seen until he is attended to
-    Math("mate_age", "receiver.age", default=99.0),
-    Math("seen_mate_x", "receiver.x", default=FAR), Math("seen_mate_y", "receiver.y"),
-    Math("sure", "1 if hypot(mate_x - seen_mate_x, mate_y - seen_mate_y) < 3 else 0"),
-    Math("flank_x", "min(45, me_x + 30)"), Math("flank_y", "22 if me_y >= 0 else -22"),
-    Math("to_x", f"((mate_x + seen_mate_x) / 2 + {LEAD} if sure else seen_mate_x + {LEAD} if mate_age < 90 else flank_x) - me_x"),
-    Math("to_y", "((mate_y + seen_mate_y) / 2 if sure else seen_mate_y if mate_age < 90 else flank_y) - me_y"),
-    Math("pass_distance", "max(1, hypot(to_x, to_y))"),
-    Math("pass_direction", "norm_deg(degrees(atan2(to_y, to_x)) - facing) if hypot(to_x, to_y) > 0.01 else 0"),
-    Math("can_shoot", f"1 if goal_distance < {NEAR} or (goal_distance < {IN_RANGE} and goal_room > {CLEAR_WAY}) else 0"),
-    Math("can_pass", "1 if worth > (-90 if ours else 5 if pressed else 9) else 0"),
-    Math("must_clear", "1 if ours or (pressed and me_x < -25) else 0"),
-    Math("unmolested", f"1 if pressure >= {FREE} else 0"),
-    Math("choice", f"{SHOT} if can_shoot else ({PASS} if unmolested else {QUICK}) if can_pass else {BOOT} if must_clear else {DRIVEN}"),
-    Math("option", f"0 if not may else {SET_PLAY} if ours else choice"),
-    Math("better", f"1 if not may or (reach and choice > {DRIVEN}) else 0"),
-    Math("off_run", "1 if leave or ball_distance < 2.5 or ball_speed < 0.25 else 0"),
-    Math("gone", f"1 if ball_distance >= {GONE} or ball_speed < 0.3 else 0"),
-    Math("flank", "norm_deg(degrees(atan2(flank_y - me_y, flank_x - me_x)) - facing)"),
-    Continuous("softly", 1.0), Continuous("stride", 10.0),
-    Math("turn_moment", "clip(look_angle * (1 + 5 * speed), -180, 180)"),
-    Math("search_moment", "clip((look_angle if ball_age < 20 and abs(look_angle) > 40 else 60) * (1 + 5 * speed), -180, 180)"),
-)  # fmt: skip
+
+def _formation() -> tuple[AnyPlace, ...]:
+    """Where he goes without the ball."""
+    return (
+        Math("deepest", "-46 if place_x < -30 else -38"),
+        Math("shifted", "place_x + 0.55 * (ball_x + 10) + (4 if ball_x > 0 else 0)"),
+        Math("onside", "max(line - 1, deepest)"),
+        Math("ahead", "max(shifted, ball_x + 22) if place_x > -12 and ball_x > -15 else shifted"),
+        Math("home_x", "clip(min(ahead, onside), deepest, -0.5 if kick_off else 44)"),
+        Math("home_y", f"clip(0.85 * place_y + 0.35 * ball_y, {2.0 - HALF_WIDTH}, {HALF_WIDTH - 2.0})"),
+        # he who marks stands between his man and the goal
+        Math("goal_way", f"max(0.5, hypot(marked.x + {HALF_LENGTH}, marked.y))", default=1.0),
+        Math("mark_x", f"marked.x - 1.5 * (marked.x + {HALF_LENGTH}) / goal_way", default=FAR),
+        Math("mark_y", "marked.y - 1.5 * marked.y / goal_way", default=0.0),
+        Math("marking", f"1 if playing and ball_x < 0 and mark_x < {FAR} - 1 else 0"),
+        # the distance at a set play of theirs
+        Math("home_gap", "max(0.1, hypot(home_x - ball_x, home_y - ball_y))"),
+        Math("back", f"1 if theirs and home_gap < {KEEP_OFF} else 0"),
+        Math("back_x", f"clip(ball_x + {KEEP_OFF} * min(home_x - ball_x, -0.05) / home_gap, -46, 40)"),
+        Math("go_x", "back_x if back else mark_x if marking else home_x"),
+        Math("go_y", f"ball_y + {KEEP_OFF} * (home_y - ball_y) / home_gap if back else mark_y if marking else home_y"),
+        Math("off_place", "hypot(go_x - me_x, go_y - me_y)"),
+        Math("off_axis", "abs(look_angle)"),
+        Math("on_ball", f"{EXPECT} if coming else {MEET} if ball_speed >= {SLOW} and ball_distance >= 3 else {FETCH}"),
+        Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
+        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost else {HAVE} if reach else on_ball if chase else off_ball"),
+    )  # fmt: skip
+
+
+def _with_ball(body: Body) -> tuple[AnyPlace, ...]:
+    """What to do with it."""
+    return (
+        Math("pressure", "hypot(rival_x - me_x, rival_y - me_y)"),
+        Math("pressed", f"1 if pressure < {PRESSED} else 0"),
+        Math("worth", WORTH.format(t="receiver"), default=-99.0),
+        # to the flank on which he is; or to the receiver, as he is believed to stand, or as he was seen until he is attended to
+        Math("mate_age", "receiver.age", default=99.0),
+        Math("seen_mate_x", "receiver.x", default=FAR), Math("seen_mate_y", "receiver.y"),
+        Math("sure", "1 if hypot(mate_x - seen_mate_x, mate_y - seen_mate_y) < 3 else 0"),
+        Math("flank_x", "min(45, me_x + 30)"), Math("flank_y", "22 if me_y >= 0 else -22"),
+        Math("to_x", f"((mate_x + seen_mate_x) / 2 + {LEAD} if sure else seen_mate_x + {LEAD} if mate_age < 90 else flank_x) - me_x"),
+        Math("to_y", "((mate_y + seen_mate_y) / 2 if sure else seen_mate_y if mate_age < 90 else flank_y) - me_y"),
+        Math("pass_distance", "max(1, hypot(to_x, to_y))"),
+        Math("pass_direction", "norm_deg(degrees(atan2(to_y, to_x)) - facing) if hypot(to_x, to_y) > 0.01 else 0"),
+        Math("can_shoot", f"1 if goal_distance < {NEAR} or (goal_distance < {IN_RANGE} and goal_room > {CLEAR_WAY}) else 0"),
+        Math("can_pass", "1 if worth > (-90 if ours else 5 if pressed else 9) else 0"),
+        Math("must_clear", "1 if ours or (pressed and me_x < -25) else 0"),
+        Math("unmolested", f"1 if pressure >= {FREE} else 0"),
+        Math("choice", f"{SHOT} if can_shoot else ({PASS} if unmolested else {QUICK}) if can_pass else {BOOT} if must_clear else {DRIVEN}"),
+        Math("option", f"0 if not may else {SET_PLAY} if ours else choice"),
+        Math("better", f"1 if not may or (reach and choice > {DRIVEN}) else 0"),
+        Math("off_run", "1 if leave or ball_distance < 2.5 or ball_speed < 0.25 else 0"),
+        Math("gone", f"1 if ball_distance >= {GONE} or ball_speed < 0.3 else 0"),
+        Math("flank", "norm_deg(degrees(atan2(flank_y - me_y, flank_x - me_x)) - facing)"),
+        Continuous("softly", 1.0), Continuous("stride", 10.0),
+        Math("turn_moment", body.turn("look_angle")),
+        Math("search_moment", body.turn("(look_angle if ball_age < 20 and abs(look_angle) > 40 else 60)")),
+    )  # fmt: skip
+
 
 _DECISIONS = (
     Transition("wait", ("decide",), ("setup.begin",), tests={"plan": WAIT}),
@@ -235,48 +249,64 @@ _OUTCOMES = (
 )  # fmt: skip
 """Outcomes passed up: he has the ball, or he decides anew, at once or a cycle later."""
 
-OUTFIELDER_NET = PetriNet(
-    "outfielder",
-    places=(
-        Place("looking", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
-        *(Place(name, capacity=1) for name in ("acted", "with_ball", "hands_off")),
-        *(Input(name, observes=observes) for name, observes in _INPUTS.items()),
-        *_OBJECTS, *_BELIEFS, *_SITUATION, *_FORMATION, *_WITH_BALL,
-    ),
-    modules={"setup": SETUP, "walk": ADVANCE, "run": ADVANCE, "go": GO_TO_BALL_REFLEX, "receive": RECEIVE,
-             "passing": PASS_BALL, "quick": KICK, "taking": KICK, "boot": CLEAR, "drive": DRIVE, "shoot": SHOOT},
-    fuse={
-        "setup.place_x": "place_x", "setup.place_y": "place_y",
-        "walk.place_x": "go_x", "walk.place_y": "go_y", "run.place_x": "meet_x", "run.place_y": "meet_y",
-        **{f"{kick}.target_distance": "pass_distance" for kick in ("passing", "quick", "taking")},
-        **{f"{kick}.target_direction": "pass_direction" for kick in ("passing", "quick", "taking")},
-        **{f"{kick}.arriving": "softly" for kick in ("passing", "quick", "taking")}, "passing.mate_age": "mate_age",
-        "boot.ball_distance": "ball_distance", "boot.flank": "flank", "drive.way_distance": "stride",
-        "drive.way_direction": "way_direction",
-    },
-    transitions=(*_DECISIONS, *_INTERRUPTS, *_OUTCOMES),
-)  # fmt: skip
-"""What he does, built from skills; the same for the ten."""
+
+@of_body
+def outfielder_net(body: Body) -> PetriNet:
+    """What he does, built from skills; the same for the ten."""
+    return PetriNet(
+        "outfielder",
+        places=(
+            Place("looking", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
+            *(Place(name, capacity=1) for name in ("acted", "with_ball", "hands_off")),
+            *(Input(name, observes=observes) for name, observes in _INPUTS.items()),
+            *_objects(body), *_BELIEFS, *_situation(body), *_formation(), *_with_ball(body),
+        ),
+        modules={"setup": setup(body), "walk": advance(body), "run": advance(body), "go": go_to_ball_reflex(body),
+                 "receive": receive(body), "passing": pass_ball(body), "quick": kick(body), "taking": kick(body), "boot": clear(body),
+                 "drive": drive(body), "shoot": shoot(body)},
+        fuse={
+            "setup.place_x": "place_x", "setup.place_y": "place_y",
+            "walk.place_x": "go_x", "walk.place_y": "go_y", "run.place_x": "meet_x", "run.place_y": "meet_y",
+            **{f"{kick}.target_distance": "pass_distance" for kick in ("passing", "quick", "taking")},
+            **{f"{kick}.target_direction": "pass_direction" for kick in ("passing", "quick", "taking")},
+            **{f"{kick}.arriving": "softly" for kick in ("passing", "quick", "taking")}, "passing.mate_age": "mate_age",
+            "boot.ball_distance": "ball_distance", "boot.flank": "flank", "drive.way_distance": "stride",
+            "drive.way_direction": "way_direction",
+        },
+        transitions=(*_DECISIONS, *_INTERRUPTS, *_OUTCOMES),
+    )  # fmt: skip
+
+
+OUTFIELDER_NET = outfielder_net()
+"""Of a default player."""
 
 _NUMBERS = range(1, 12)
-OUTFIELDER = CPRM(
-    "outfielder",
-    net=OUTFIELDER_NET,
-    model=OUTFIELD_MODEL,
-    objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
-    observations=(
-        Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
-        Observe("ball.seen_vx", "ball.vx", when="ball.moving"), Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
-        *(Observe(f"{o}{k}.seen_{v}", f"{o}{k}.{v}", when=f"{o}{k}.seen") for o in "to" for k in _NUMBERS for v in "xy"),
-    ),
-    clusters=(
-        Cluster("attendedOpponent", ("watched",)),
-        Cluster("attendedTeammate", ("receiver",)),
-        Cluster("possessesOpponent", ("holder", "=ball")),
-    ),
-    period=PERIOD,
-)  # fmt: skip
-"""Net, beliefs, and the links between them."""
+
+
+@of_body
+def outfielder_cprm(body: Body) -> CPRM:
+    """Net, beliefs, and the links between them."""
+    return CPRM(
+        "outfielder",
+        net=outfielder_net(body),
+        model=outfield_model(body),
+        objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
+        observations=(
+            Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
+            Observe("ball.seen_vx", "ball.vx", when="ball.moving"), Observe("ball.seen_vy", "ball.vy", when="ball.moving"),
+            *(Observe(f"{o}{k}.seen_{v}", f"{o}{k}.{v}", when=f"{o}{k}.seen") for o in "to" for k in _NUMBERS for v in "xy"),
+        ),
+        clusters=(
+            Cluster("attendedOpponent", ("watched",)),
+            Cluster("attendedTeammate", ("receiver",)),
+            Cluster("possessesOpponent", ("holder", "=ball")),
+        ),
+        period=PERIOD,
+    )  # fmt: skip
+
+
+OUTFIELDER = outfielder_cprm()
+"""Of a default player."""
 
 
 class OutfieldAgent(SoccerAgent):
@@ -286,13 +316,20 @@ class OutfieldAgent(SoccerAgent):
     of the cycle before. Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
     """
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(OUTFIELDER, self._perceive, needs=("memory",), objects=outfield_attributes, **options)
+    def __init__(self, body: Body = DEFAULT, **options: Any) -> None:
+        super().__init__(
+            outfielder_cprm(body),
+            self._perceive,
+            needs=("memory",),
+            objects=lambda observation: outfield_attributes(observation, body),
+            body=body,
+            **options,
+        )
         self._waiting = self._moving = np.zeros(0, bool)
 
     def _perceive(self, observation: Observation) -> Percepts:
         """`outfield_percepts`, where ``ball.moving`` is what the last look told, as ``ball.placed`` is."""
-        percepts = outfield_percepts(observation)
+        percepts = outfield_percepts(observation, self.body)
         looked = percepts["ball.age"] == 0
         self._moving = np.where(looked, percepts["ball.moving"] > 0, self._moving)
         percepts["ball.moving"] = percepts["ball.placed"] * self._moving
@@ -318,4 +355,4 @@ class OutfieldAgent(SoccerAgent):
 
 def make_controller(task: Task, agent: str) -> OutfieldAgent:
     """An outfield player as a controller."""
-    return OutfieldAgent()
+    return OutfieldAgent(Body.of(task))

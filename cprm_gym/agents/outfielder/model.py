@@ -11,15 +11,16 @@ from ...architecture.prm.model.cpds import Chance, Noise, Switch, Uniform
 from ...architecture.prm.model.domains import BOOL, Bins
 from ...architecture.prm.model.model import Model
 from ...architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace, prev
-from ..models import BALL_DECAY, BALL_RAND
+from ..body import Body, of_body
+from ..models import speeds
 
 PERIOD = 2
 """Cycles from one slice to the next (t_B)."""
 BALL_PLACE = Bins.linear(-54.0, 54.0, 72, "m", clip=True)
 """A metre and a half wide: where the eye has the ball, the net goes by the eye; this is for when it has not. The same along and across
 the pitch, so that both coordinates are filtered as two copies of one component."""
-VELOCITY = Bins((-3.0, -2.2, -1.6, -1.1, -0.7, -0.4, -0.2, -0.06, 0.06, 0.2, 0.4, 0.7, 1.1, 1.6, 2.2, 3.0), unit="m/cycle", clip=True)
-"""Of the ball along an axis, fine where it is slow."""
+_SPEEDS = (0.06, 0.2, 0.4, 0.7, 1.1, 1.6, 2.2, 3.0)
+"""Of the ball along an axis, either way, fine where it is slow."""
 PLAYER_PLACE = Bins.linear(-54.0, 54.0, 54, "m", clip=True)
 """Two metres wide."""
 EYE = 0.8
@@ -29,26 +30,26 @@ RUN = 1.1
 TOUCHED = 0.1
 """Share of slices in which somebody kicks the ball, which then may have any velocity."""
 
-_ROLL = f"{(PERIOD / 6) ** 0.5 * BALL_RAND:.4f}"
-_KEPT = f"{BALL_DECAY**PERIOD:.4f}"
-_WAY = f"{sum(BALL_DECAY**k for k in range(PERIOD)):.4f}"
+
+def _kept(body: Body) -> str:
+    """Share of its speed that the ball keeps in a slice."""
+    return f"{body.ball_decay**PERIOD:.4f}"
 
 
-def _coordinate(name: str) -> tuple[Attribute, ...]:
+def _coordinate(body: Body, name: str) -> tuple[Attribute, ...]:
     """A hidden coordinate of the ball, its velocity, and what is seen of both."""
-    v = f"v{name}"
+    v, velocity = f"v{name}", speeds(body, (*(-s for s in reversed(_SPEEDS)), *_SPEEDS))
+    way = f"{sum(body.ball_decay**k for k in range(PERIOD)):.4f}"
+    roll = f"{(PERIOD / 6) ** 0.5 * body.server.ball_rand:.4f}"
     return (
         Attribute(name, BALL_PLACE, parents=(prev(name), prev(v)), initial=Uniform(),
-                  cpd=Noise(f"prev.{name} + {_WAY} * prev.{v}", sd=0.25)),
-        Attribute(v, VELOCITY, parents=(prev(v),), initial=Noise("0", sd=0.8),
-                  cpd=Noise(f"{_KEPT} * prev.{v}", sd=f"0.03 + {_ROLL} * abs(prev.{v})", floor=TOUCHED)),
+                  cpd=Noise(f"prev.{name} + {way} * prev.{v}", sd=0.25)),
+        Attribute(v, velocity, parents=(prev(v),), initial=Noise("0", sd=0.8),
+                  cpd=Noise(f"{_kept(body)} * prev.{v}", sd=f"0.03 + {roll} * abs(prev.{v})", floor=TOUCHED)),
         Attribute(f"seen_{name}", BALL_PLACE, parents=(name,), cpd=Noise(name, sd=EYE, floor=1e-3)),
-        Attribute(f"seen_{v}", VELOCITY, parents=(v,), cpd=Noise(v, sd=f"0.1 + 0.1 * abs({v})", floor=1e-3)),
+        Attribute(f"seen_{v}", velocity, parents=(v,), cpd=Noise(v, sd=f"0.1 + 0.1 * abs({v})", floor=1e-3)),
     )  # fmt: skip
 
-
-BALL = PRMClass("Ball", attributes=(*_coordinate("x"), *_coordinate("y")))
-"""Along and across the pitch it moves apart: two components of place and velocity."""
 
 PLAYER = PRMClass(
     "Player",
@@ -82,21 +83,33 @@ ATTENDED_OPPONENT = _attended("Opponent", "o")
 ATTENDED_TEAMMATE = _attended("Teammate", "t")
 """The team-mate to whom the ball would be passed."""
 
-POSSESSES = Relation(
-    "possessesOpponent",
-    roles=(("o", "Opponent"), ("b", "Ball")),
-    attributes=(Attribute("kicks", BOOL, cpd=Chance("0.2")),),
-    changes=(
-        Replace("b.vx", parents=(prev("b.vx"), "kicks"), cpd=Switch("kicks", {
-            "yes": Noise("-1.5", sd=0.8, floor=0.01),
-            "no": Noise(f"min({_KEPT} * prev.b.vx, -0.3)", sd=0.3, floor=0.01),
-        })),
-        Replace("b.vy", parents=(prev("b.vy"),), cpd=Noise(f"{_KEPT} * prev.b.vy", sd=0.5, floor=0.01)),
-    ),
-)  # fmt: skip
-"""An opponent who has the ball: it comes towards the own goal, as fast as he runs, or faster if he kicks it."""
 
-OUTFIELD_MODEL = Model(
-    "outfielder", classes=(BALL, PLAYER, OPPONENT, TEAMMATE), relations=(ATTENDED_OPPONENT, ATTENDED_TEAMMATE, POSSESSES)
-)
-"""Ball, players of both teams, and the three relations."""
+def _possesses(body: Body) -> Relation:
+    """An opponent who has the ball: it comes towards the own goal, as fast as he runs, or faster if he kicks it."""
+    return Relation(
+        "possessesOpponent",
+        roles=(("o", "Opponent"), ("b", "Ball")),
+        attributes=(Attribute("kicks", BOOL, cpd=Chance("0.2")),),
+        changes=(
+            Replace("b.vx", parents=(prev("b.vx"), "kicks"), cpd=Switch("kicks", {
+                "yes": Noise("-1.5", sd=0.8, floor=0.01),
+                "no": Noise(f"min({_kept(body)} * prev.b.vx, -0.3)", sd=0.3, floor=0.01),
+            })),
+            Replace("b.vy", parents=(prev("b.vy"),), cpd=Noise(f"{_kept(body)} * prev.b.vy", sd=0.5, floor=0.01)),
+        ),
+    )  # fmt: skip
+
+
+@of_body
+def outfield_model(body: Body) -> Model:
+    """Ball, players of both teams, and the three relations.
+
+    Along and across the pitch the ball moves apart: two components of place and velocity.
+    """
+    ball = PRMClass("Ball", attributes=(*_coordinate(body, "x"), *_coordinate(body, "y")))
+    relations = (ATTENDED_OPPONENT, ATTENDED_TEAMMATE, _possesses(body))
+    return Model("outfielder", classes=(ball, PLAYER, OPPONENT, TEAMMATE), relations=relations)
+
+
+OUTFIELD_MODEL = outfield_model()
+"""Of a default player."""

@@ -13,34 +13,36 @@ import numpy as np
 from ...envs.controller import Observation
 from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.scripted import FORMATION
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ...simulator.state import PlayMode
-from ..percepts import GOAL_X, Percepts, field_percepts
+from ..body import DEFAULT, Body
+from ..percepts import GOAL_X, NEVER, Percepts, field_percepts
 from .model import PERIOD
 
 MATES, OPPONENTS = slice(1, 12), slice(12, 23)
 """Rows of ``memory``."""
 STRIDE, START = 0.95, 1.0
-"""A running player's metres a cycle, and the cycles that a turn to the ball costs."""
-ROLL, DECAY = 0.06, 0.0619
-"""1 - ``ball_decay`` and its negative logarithm."""
+"""A running player's share of the top speed, and the cycles that a turn to the ball costs."""
+REACHED = 0.593
+"""Share of the kickable ring at which a player who runs to the ball has it."""
 AT_FEET = 4.0
 """Metres from the ball within which he looks for shots and free ways."""
 RECENT = 15
 """Cycles within which an opponent must have been seen to be in the way."""
 FORGOTTEN = 40
 """Cycles after which an opponent no longer counts for the offside line."""
-CORNER = 6.1
-"""y of the outermost point of the goal that he aims at, m (posts at 7.01)."""
-SHOT_SPEED = 2.6
-"""m / cycle of a shot, as the lane is judged."""
+CORNER = 0.87
+"""How far from its middle he aims at the goal, as a share of its half width."""
+SHOT_SPEED = 0.867
+"""Speed of a shot, as the lane is judged, as a share of ``ball_speed_max``."""
 WAY = 6.0
 """Metres ahead that a free way is looked for."""
 ANGLES = np.arange(-4, 5) * 0.35
 """Ways that are considered, radians from that to the goal."""
-_AIMS = np.arange(-3, 4) * (CORNER / 3.0)
+_AIMS = np.arange(-3, 4) / 3.0
 
 
-def meeting(memory: np.ndarray, x: np.ndarray, y: np.ndarray, delay: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def meeting(memory: np.ndarray, x: np.ndarray, y: np.ndarray, own: Body = DEFAULT) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """When and where players meet the rolling ball: a few steps of "where is it when I am there".
 
     Parameters
@@ -49,20 +51,21 @@ def meeting(memory: np.ndarray, x: np.ndarray, y: np.ndarray, delay: float = 0.0
         Row 0 the ball: x, y, vx, vy.
     x, y : (N, K) arrays
         Where the players are, m.
-    delay : float
-        Cycles that they lose at first.
+    own : Body
+        Everybody is taken to run as he does.
 
     Returns
     -------
     time, meet_x, meet_y : (N, K) arrays
     """
     ball_x, ball_y, vx, vy = (memory[:, 0, k, None] for k in range(4))
-    time = delay + np.maximum(np.hypot(ball_x - x, ball_y - y) - 0.8, 0.0) / STRIDE
+    roll, fade, stride, near = own.roll, own.fade, own.pace(STRIDE), own.within(REACHED)
+    time = np.maximum(np.hypot(ball_x - x, ball_y - y) - near, 0.0) / stride
     for _ in range(3):
-        rolled = (1.0 - np.exp(-DECAY * time)) / ROLL
-        reach = np.maximum(np.hypot(ball_x + vx * rolled - x, ball_y + vy * rolled - y) - 0.8, 0.0) / STRIDE
-        time = 0.5 * (time + delay + reach)
-    rolled = (1.0 - np.exp(-DECAY * time)) / ROLL
+        rolled = (1.0 - np.exp(-fade * time)) / roll
+        reach = np.maximum(np.hypot(ball_x + vx * rolled - x, ball_y + vy * rolled - y) - near, 0.0) / stride
+        time = 0.5 * (time + reach)
+    rolled = (1.0 - np.exp(-fade * time)) / roll
     return time, ball_x + vx * rolled, ball_y + vy * rolled
 
 
@@ -105,13 +108,14 @@ def nearest(x: np.ndarray, y: np.ndarray, opponents: np.ndarray, known: np.ndarr
     return out
 
 
-def outfield_percepts(observation: Observation) -> Percepts:
+def outfield_percepts(observation: Observation, own: Body = DEFAULT) -> Percepts:
     """What an outfield player perceives.
 
     Parameters
     ----------
     observation : dict of (N, ...) arrays
         With the part ``memory``.
+    own : Body
 
     Returns
     -------
@@ -129,7 +133,7 @@ def outfield_percepts(observation: Observation) -> Percepts:
     body = np.asarray(observation["body"])
     x, y = percepts["me.x"], percepts["me.y"]
     turn = np.where(np.abs(percepts["ball.reckoned_direction_deg"]) > 17.0, START, 0.0)[:, None]
-    time, meet_x, meet_y = meeting(memory, x[:, None], y[:, None])
+    time, meet_x, meet_y = meeting(memory, x[:, None], y[:, None], own)
     percepts["me.time"], percepts["meet.x"], percepts["meet.y"] = (time + turn)[:, 0], meet_x[:, 0], meet_y[:, 0]
     place = FORMATION[body[:, BodyFeature.UNUM].astype(np.int64) - 1]
     percepts["place.x"], percepts["place.y"] = place[:, 0], place[:, 1]
@@ -140,7 +144,7 @@ def outfield_percepts(observation: Observation) -> Percepts:
     percepts["goal.room"] = np.full(len(x), -20.0)
     percepts["way.direction_deg"] = percepts["goal.direction_deg"]
     if (percepts["ball.reckoned_distance"] < AT_FEET).any():
-        _with_ball(percepts, observation, memory, age)
+        _with_ball(percepts, memory, age, own)
     return percepts
 
 
@@ -170,13 +174,15 @@ def _game(percepts: Percepts, body: np.ndarray) -> None:
     percepts["game.kick_off"] = ((mode == PlayMode.kick_off_l) | (mode == PlayMode.kick_off_r)).astype(np.float64)
 
 
-def _with_ball(percepts: Percepts, observation: Observation, memory: np.ndarray, age: np.ndarray) -> None:
+def _with_ball(percepts: Percepts, memory: np.ndarray, age: np.ndarray, own: Body) -> None:
     """Where to shoot and which way to drive the ball."""
     ball, opponents, known = memory[:, 0, :2], memory[:, OPPONENTS, :2], age[:, OPPONENTS] <= RECENT
     count, rows = len(memory), np.arange(len(memory))
     x, y, facing = percepts["me.x"], percepts["me.y"], percepts["me.facing_deg"]
-    aims = np.broadcast_to(_AIMS, (count, len(_AIMS)))
-    room = lane(ball, np.full(aims.shape, GOAL_X + 0.5), aims, SHOT_SPEED, opponents, known) + 0.04 * np.abs(aims)
+    aims = np.broadcast_to(_AIMS * (CORNER * own.server.goal_width / 2), (count, len(_AIMS)))
+    room = lane(ball, np.full(aims.shape, GOAL_X + 0.5), aims, SHOT_SPEED * own.server.ball_speed_max, opponents, known) + 0.04 * np.abs(
+        aims
+    )
     best = room.argmax(axis=1)
     feet = percepts["ball.reckoned_distance"] < AT_FEET
     aim = np.where(feet, aims[rows, best], 0.0)
@@ -187,12 +193,12 @@ def _with_ball(percepts: Percepts, observation: Observation, memory: np.ndarray,
     angle = goal[:, None] + ANGLES
     to_x, to_y = ball[:, :1] + WAY * np.cos(angle), ball[:, 1:] + WAY * np.sin(angle)
     worth = np.minimum(nearest(to_x, to_y, opponents, known), 6.0) + np.minimum(lane(ball, to_x, to_y, 1.2, opponents, known), 3.0)
-    worth = worth - 1.6 * np.abs(ANGLES) / 0.35 - 20.0 * ((np.abs(to_y) > 32.0) | (to_x > 51.0))
+    worth = worth - 1.6 * np.abs(ANGLES) / 0.35 - 20.0 * ((np.abs(to_y) > HALF_WIDTH - 2.0) | (to_x > HALF_LENGTH - 1.5))
     way = np.where(feet, angle[rows, worth.argmax(axis=1)], np.arctan2(-y, GOAL_X - x))
     percepts["way.direction_deg"] = (np.degrees(way) - facing + 180.0) % 360.0 - 180.0
 
 
-def outfield_attributes(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:
+def outfield_attributes(observation: Observation, own: Body = DEFAULT) -> Mapping[str, Mapping[str, np.ndarray]]:
     """By what he chooses players: attributes of the candidates of his object places.
 
     Returns
@@ -211,16 +217,16 @@ def outfield_attributes(observation: Observation) -> Mapping[str, Mapping[str, n
     ball, opponents = memory[:, 0, :2], memory[:, OPPONENTS, :2]
     opponent_age, mate_age = age[:, OPPONENTS], age[:, MATES]
     x, y = memory[:, MATES, 0], memory[:, MATES, 1]
-    present = mate_age < 1000.0
+    present = mate_age < NEVER
     present[rows, body[:, BodyFeature.UNUM].astype(np.int64) - 1] = False
     ahead, aside = x - ball[:, :1], y - ball[:, 1:]
     distance = np.hypot(ahead, aside)
-    time, _, _ = meeting(memory, x, y)
+    time, _, _ = meeting(memory, x, y, own)
     room, free = np.zeros(x.shape), np.zeros(x.shape)
     feet = np.hypot(ball[:, 0] - me[:, SelfFeature.X], ball[:, 1] - me[:, SelfFeature.Y]) < AT_FEET
     if feet.any():
         known = opponent_age <= RECENT
-        room = np.where(feet[:, None], lane(ball, x, y, 1.0 + ROLL * distance, opponents, known), 0.0)
+        room = np.where(feet[:, None], lane(ball, x, y, 1.0 + own.roll * distance, opponents, known), 0.0)
         free = np.where(feet[:, None], nearest(x, y, opponents, known), 0.0)
     last = np.sort(np.where(opponent_age <= FORGOTTEN, opponents[..., 0], 0.0), axis=1)
     beyond = np.where(x > 0.0, x - np.maximum(last[:, -2:-1], np.maximum(0.0, ball[:, :1])), -50.0)

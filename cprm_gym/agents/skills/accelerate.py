@@ -12,10 +12,11 @@ ready -----------------> [dash] -------> acted
 from __future__ import annotations
 
 from ...architecture.petri import Command, Input, Math, PetriNet, Transition
+from ..body import Body, of_body
 from .parts import interface, interface_places, life
 
-FAST = 0.3
-"""m / cycle that are felt (after decay) at nearly full speed: 0.4 of the way made in a cycle."""
+FAST = 0.75
+"""Share of the top speed at which he is fast; what he feels of it is what the decay has left."""
 CLOSE = 3.0
 """Metres at which the ball is close."""
 OFF_COURSE = 25.0
@@ -23,21 +24,30 @@ OFF_COURSE = 25.0
 
 _PORTS = interface("distant", "close", "strayed")
 
-ACCELERATE = PetriNet(
-    "accelerate",
-    ports=_PORTS,
-    places=(
-        *interface_places(_PORTS, "ready", "acted"),
-        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
-        Input("speed", observes="body.speed"), Math("off_course", "abs(bearing)"),
-    ),
-    transitions=(
-        *life(),
-        Transition("come_close", ("ready", "ongoing"), ("close",), inhibitors={"distance": CLOSE}, priority=7),
-        Transition("stray", ("ready", "ongoing"), ("strayed",), tests={"off_course": OFF_COURSE, "distance": CLOSE}, priority=6),
-        Transition("reach_speed", ("ready", "ongoing"), ("distant",), tests={"speed": FAST, "distance": CLOSE}, priority=5),
-        Transition("dash", ("ready",), ("acted",), tests={"distance": CLOSE}, emits=Command("dash", power=100.0, direction=0.0),
-                   priority=3),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``distant`` (done), ``close``, ``strayed`` and ``aborted``."""
+
+@of_body
+def accelerate(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``distant`` (done), ``close``, ``strayed`` and ``aborted``."""
+    return PetriNet(
+        "accelerate",
+        ports=_PORTS,
+        places=(
+            *interface_places(_PORTS, "ready", "acted"),
+            Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
+            Input("speed", observes="body.speed"), Math("off_course", "abs(bearing)"),
+        ),
+        transitions=(
+            *life(),
+            Transition("come_close", ("ready", "ongoing"), ("close",), inhibitors={"distance": CLOSE}, priority=7),
+            Transition("stray", ("ready", "ongoing"), ("strayed",), tests={"off_course": OFF_COURSE, "distance": CLOSE}, priority=6),
+            Transition("reach_speed", ("ready", "ongoing"), ("distant",),
+                       tests={"speed": body.pace(FAST * body.kind.player_decay), "distance": CLOSE}, priority=5),
+            Transition("dash", ("ready",), ("acted",), tests={"distance": CLOSE},
+                       emits=Command("dash", power=body.dash(1.0), direction=0.0),
+                       priority=3),
+        ),
+    )  # fmt: skip
+
+
+ACCELERATE = accelerate()
+"""Of a default player."""

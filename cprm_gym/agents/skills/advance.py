@@ -13,35 +13,47 @@ o--.            he turns back on course only when he is off it by more than a ma
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Transition
+from ..body import Body, of_body
 from .parts import interface, interface_places, life
 
 THERE = 1.0
 """Metres within which he has arrived."""
 COURSE = 15.0
 """Degrees off course that are let pass."""
+FRESH = 0.4375
+"""Share of the full stamina above which he runs as hard as he can."""
 
 _PORTS = interface("arrived", parameters=("place_x", "place_y"))
 
-ADVANCE = PetriNet(
-    "advance",
-    ports=_PORTS,
-    places=(
-        *interface_places(_PORTS, "ready", "acted"),
-        Continuous("place_x"), Continuous("place_y"), Input("x", observes="me.x"), Input("y", observes="me.y"),
-        Input("facing", observes="me.facing_deg"),
-        Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
-        Math("distance", "hypot(place_x - x, place_y - y)"),
-        Math("bearing", "norm_deg(degrees(atan2(place_y - y, place_x - x)) - facing) if distance > 0.001 else 0"),
-        Math("off_course", "abs(bearing)"),
-        Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
-        Math("power", "clip(100 * (distance - speed) / 0.6, 20, 100 if stamina > 3500 else 50)"),
-    ),
-    transitions=(
-        *life(),
-        Transition("arrive", ("ready", "ongoing"), ("arrived",), inhibitors={"distance": THERE}, priority=7),
-        Transition("turn", ("ready",), ("acted",), tests={"off_course": COURSE}, emits=Command("turn", moment="moment"), priority=3),
-        Transition("dash", ("ready",), ("acted",), inhibitors={"off_course": COURSE}, emits=Command("dash", power="power", direction=0.0),
-                   priority=3),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``arrived`` and ``aborted``."""
+
+@of_body
+def advance(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``arrived`` and ``aborted``."""
+    return PetriNet(
+        "advance",
+        ports=_PORTS,
+        places=(
+            *interface_places(_PORTS, "ready", "acted"),
+            Continuous("place_x"), Continuous("place_y"), Input("x", observes="me.x"), Input("y", observes="me.y"),
+            Input("facing", observes="me.facing_deg"),
+            Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
+            Math("distance", "hypot(place_x - x, place_y - y)"),
+            Math("bearing", "norm_deg(degrees(atan2(place_y - y, place_x - x)) - facing) if distance > 0.001 else 0"),
+            Math("off_course", "abs(bearing)"),
+            Math("moment", body.turn("bearing")),
+            Math("power", f"clip({body.power(1.0)} * (distance - speed), {body.dash(0.2)}, "
+                 f"{body.dash(1.0)} if stamina > {body.stamina(FRESH)} else {body.dash(0.5)})"),
+        ),
+        transitions=(
+            *life(),
+            Transition("arrive", ("ready", "ongoing"), ("arrived",), inhibitors={"distance": THERE}, priority=7),
+            Transition("turn", ("ready",), ("acted",), tests={"off_course": COURSE}, emits=Command("turn", moment="moment"), priority=3),
+            Transition("dash", ("ready",), ("acted",), inhibitors={"off_course": COURSE},
+                       emits=Command("dash", power="power", direction=0.0),
+                       priority=3),
+        ),
+    )  # fmt: skip
+
+
+ADVANCE = advance()
+"""Of a default player."""

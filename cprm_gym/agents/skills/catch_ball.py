@@ -17,69 +17,82 @@ the hands cover, as deep in it as it will get. `STRAFE`: shorter ways are run si
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ..body import Body, number, of_body
 
-REACH = 1.2
-"""Metres that the hands reach (``catchable_area_l``)."""
 STRAFE = 2.2
 """Metres up to which the goalie does not turn first."""
 AHEAD = 40.0
 """Degrees within which he runs on without turning."""
 WORTH = 0.5
 """Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach the ball."""
-LUNGE = 1.7
-"""Metres up to which he tackles."""
+LUNGE = 0.85
+"""Share of ``tackle_dist`` up to which he tackles."""
+TWIST = 20.0
+"""Degrees beyond what the hands can be turned to at which he still catches a ball that is near."""
 CLOSE = 0.12
 """Metres from the ball's way at which he stands."""
 
-CATCH_BALL = PetriNet(
-    "catch_ball",
-    ports=Ports(
-        begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
-        answers={"abort": ("aborted", "caught", "missed")}, within=2,
-        parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank"),
-    ),
-    places=(
-        Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),
-        Place("past", capacity=1), Place("missed", capacity=1), Place("aborted", capacity=1), Place("abort", capacity=1),
-        Place("ready", capacity=1), Place("acted", capacity=1), Place("grasped", capacity=1), Place("judged", capacity=1),
-        Continuous("ball_distance", 99.0), Continuous("ball_direction"),  # now: metres, degrees from the body
-        Continuous("next_distance", 99.0),  # from the ball, a cycle later
-        Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
-        Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
-        Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
-        Math("reachable", f"1 if ball_distance < {REACH} and abs(ball_direction) < 110 else 0"),
-        Math("now_or_never", "1 if ball_distance < 1.15 or next_distance > ball_distance - 0.15 else 0"),
-        Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
-        Math("chance", "1 - min(1, (ahead / 2) ** 6 + (aside / 1.25) ** 6) if ahead > 0 else 0"),
-        Math("last_chance", f"1 if chance > {WORTH} and not reachable and ball_distance < {LUNGE} else 0"),
-        Math("off", "abs(way_direction)"),
-        Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
-        Math("moment", "clip(way_direction * (1 + 5 * speed), -180, 180)"),
-        Math("power", "clip(170 * way_distance - 40 * speed, 10, 100)"),
-    ),
-    transitions=(
-        Transition("start", ("begin",), ("ongoing", "ready")),
-        Transition("stop_ready", ("abort", "ongoing", "ready"), ("aborted",), priority=9),
-        Transition("stop_acted", ("abort", "ongoing", "acted"), ("aborted",), priority=9),
-        Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
-        # outcomes
-        Transition("caught_it", ("judged", "ongoing"), ("caught",), tests={"stopped": 1}, priority=7),
-        Transition("stop_late", ("abort", "ongoing", "judged"), ("aborted",), inhibitors={"stopped": 1}, priority=9),
-        Transition("miss", ("judged", "ongoing"), ("missed",), inhibitors={"stopped": 1}, priority=6),
-        # the one chance
-        Transition("catch", ("ready",), ("grasped",), tests={"reachable": 1, "now_or_never": 1},
-                   emits=Command("catch", direction="ball_direction"), priority=5),
-        Transition("tackle", ("ready",), ("grasped",), tests={"last_chance": 1, "coming": 1},
-                   emits=Command("tackle", direction="flank", foul=0.0), priority=5),
-        Transition("lose", ("ready", "ongoing"), ("past",), tests={"behind": 1}, priority=4),
-        Transition("relax", ("ready", "ongoing"), ("over",), inhibitors={"coming": 1, "reachable": 1}, priority=3),
-        # into the way
-        Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=2),
-        Transition("dash", ("ready",), ("acted",), tests={"way_distance": CLOSE},
-                   emits=Command("dash", power="power", direction="way_direction"), priority=1),
-        Transition("hold", ("ready",), ("acted",)),
-        Transition("tick", ("acted",), ("ready",), delay=1),
-        Transition("judge", ("grasped",), ("judged",), delay=1),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``caught``, ``over``, ``past``, ``missed`` and ``aborted``."""
+
+@of_body
+def catch_ball(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``caught``, ``over``, ``past``, ``missed`` and ``aborted``."""
+    server, hands = body.server, number(body.hands)
+    deep = number(round(body.hands - 0.05, 10))  # as near as he waits for the ball to come
+    power = number(server.tackle_exponent)
+    return PetriNet(
+        "catch_ball",
+        ports=Ports(
+            begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
+            answers={"abort": ("aborted", "caught", "missed")}, within=2,
+            parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank"),
+        ),
+        places=(
+            Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),
+            Place("past", capacity=1), Place("missed", capacity=1), Place("aborted", capacity=1), Place("abort", capacity=1),
+            Place("ready", capacity=1), Place("acted", capacity=1), Place("grasped", capacity=1), Place("judged", capacity=1),
+            Continuous("ball_distance", 99.0), Continuous("ball_direction"),  # now: metres, degrees from the body
+            Continuous("next_distance", 99.0),  # from the ball, a cycle later
+            Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
+            Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
+            Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
+            Math("reachable", f"1 if ball_distance < {hands} and abs(ball_direction) < {number(server.max_catch_angle + TWIST)} else 0"),
+            Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - 0.15 else 0"),
+            Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
+            Math("chance",
+                 f"1 - min(1, (ahead / {number(server.tackle_dist)}) ** {power} + (aside / {number(server.tackle_width)}) ** {power})"
+                 " if ahead > 0 else 0"),
+            Math("last_chance", f"1 if chance > {WORTH} and not reachable and ball_distance < {number(LUNGE * server.tackle_dist)} else 0"),
+            Math("off", "abs(way_direction)"),
+            Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
+            Math("moment", body.turn("way_direction")),
+            Math("power", f"clip({body.power(1.02)} * way_distance - {body.power(0.24)} * speed, {body.dash(0.1)}, {body.dash(1.0)})"),
+        ),
+        transitions=(
+            Transition("start", ("begin",), ("ongoing", "ready")),
+            Transition("stop_ready", ("abort", "ongoing", "ready"), ("aborted",), priority=9),
+            Transition("stop_acted", ("abort", "ongoing", "acted"), ("aborted",), priority=9),
+            Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
+            # outcomes
+            Transition("caught_it", ("judged", "ongoing"), ("caught",), tests={"stopped": 1}, priority=7),
+            Transition("stop_late", ("abort", "ongoing", "judged"), ("aborted",), inhibitors={"stopped": 1}, priority=9),
+            Transition("miss", ("judged", "ongoing"), ("missed",), inhibitors={"stopped": 1}, priority=6),
+            # the one chance
+            Transition("catch", ("ready",), ("grasped",), tests={"reachable": 1, "now_or_never": 1},
+                       emits=Command("catch", direction="ball_direction"), priority=5),
+            Transition("tackle", ("ready",), ("grasped",), tests={"last_chance": 1, "coming": 1},
+                       emits=Command("tackle", direction="flank", foul=0.0), priority=5),
+            Transition("lose", ("ready", "ongoing"), ("past",), tests={"behind": 1}, priority=4),
+            Transition("relax", ("ready", "ongoing"), ("over",), inhibitors={"coming": 1, "reachable": 1}, priority=3),
+            # into the way
+            Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=2),
+            Transition("dash", ("ready",), ("acted",), tests={"way_distance": CLOSE},
+                       emits=Command("dash", power="power", direction="way_direction"), priority=1),
+            Transition("hold", ("ready",), ("acted",)),
+            Transition("tick", ("acted",), ("ready",), delay=1),
+            Transition("judge", ("grasped",), ("judged",), delay=1),
+        ),
+    )  # fmt: skip
+
+
+CATCH_BALL = catch_ball()
+"""Of a default player."""

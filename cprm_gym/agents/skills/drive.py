@@ -10,16 +10,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ...architecture.petri import Continuous
-from .dribble import DRIBBLE
+from ...architecture.petri import Continuous, PetriNet
+from ..body import Body, of_body
+from .dribble import dribble
 
-_PORTS = DRIBBLE.ports
 
-DRIVE = replace(
-    DRIBBLE,
-    name="drive",
-    ports=replace(_PORTS, parameters=(*_PORTS.parameters, "way_distance", "way_direction")),
-    places=(*DRIBBLE.places, Continuous("way_distance", 10.0), Continuous("way_direction")),  # metres, degrees from the body
-    fuse={**DRIBBLE.fuse, "kick.target_distance": "way_distance", "kick.target_direction": "way_direction"},
-)
-"""The skill as a module; its outcomes are ``there``, ``lost_ball`` and ``aborted``."""
+@of_body
+def drive(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``there``, ``lost_ball`` and ``aborted``."""
+    net = dribble(body)
+    return replace(
+        net,
+        name="drive",
+        ports=replace(net.ports, parameters=(*net.ports.parameters, "way_distance", "way_direction")),
+        places=(*net.places, Continuous("way_distance", 10.0), Continuous("way_direction")),  # metres, degrees from the body
+        fuse={**net.fuse, "kick.target_distance": "way_distance", "kick.target_direction": "way_direction"},
+    )
+
+
+DRIVE = drive()
+"""Of a default player."""

@@ -12,6 +12,7 @@ ready & aside ----------> [turn] ----> acted + turns
 from __future__ import annotations
 
 from ...architecture.petri import Command, Input, Math, PetriNet, Place, Transition
+from ..body import Body, of_body
 from .parts import interface, interface_places, life
 
 AHEAD = 5.0
@@ -21,21 +22,30 @@ TURNS = 12
 
 _PORTS = interface("facing", "failed")
 
-ORIENT = PetriNet(
-    "orient",
-    ports=_PORTS,
-    places=(
-        *interface_places(_PORTS, "ready", "acted"), Place("turns", capacity=TURNS),
-        Input("bearing", observes="ball.reckoned_direction_deg"), Input("speed", observes="body.speed"), Input("age", observes="ball.age"),
-        Math("off_axis", "abs(bearing) if age < 10 else 180"),
-        Math("moment", "clip((bearing if age < 10 else 60) * (1 + 5 * speed), -180, 180)"),
-    ),
-    transitions=(
-        *life(counters=("turns",)),
-        Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD, "age": 1}, sets={"turns": 0}, priority=7),
-        Transition("give_up", ("ready", "ongoing"), ("failed",), tests={"turns": TURNS}, sets={"turns": 0}, priority=6),
-        Transition("turn", ("ready",), ("acted", "turns"), tests={"off_axis": AHEAD}, emits=Command("turn", moment="moment"), priority=3),
-        Transition("wait", ("ready",), ("acted",), priority=-1),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``facing``, ``failed`` and ``aborted``."""
+
+@of_body
+def orient(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``facing``, ``failed`` and ``aborted``."""
+    return PetriNet(
+        "orient",
+        ports=_PORTS,
+        places=(
+            *interface_places(_PORTS, "ready", "acted"), Place("turns", capacity=TURNS),
+            Input("bearing", observes="ball.reckoned_direction_deg"), Input("speed", observes="body.speed"),
+            Input("age", observes="ball.age"),
+            Math("off_axis", "abs(bearing) if age < 10 else 180"),
+            Math("moment", body.turn("(bearing if age < 10 else 60)")),
+        ),
+        transitions=(
+            *life(counters=("turns",)),
+            Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD, "age": 1}, sets={"turns": 0}, priority=7),
+            Transition("give_up", ("ready", "ongoing"), ("failed",), tests={"turns": TURNS}, sets={"turns": 0}, priority=6),
+            Transition("turn", ("ready",), ("acted", "turns"), tests={"off_axis": AHEAD}, emits=Command("turn", moment="moment"),
+                       priority=3),
+            Transition("wait", ("ready",), ("acted",), priority=-1),
+        ),
+    )  # fmt: skip
+
+
+ORIENT = orient()
+"""Of a default player."""

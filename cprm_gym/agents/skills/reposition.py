@@ -12,41 +12,50 @@ would cost one of the ten cycles that it takes; the neck keeps the ball in view.
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ..body import Body, of_body
 
 THERE = 0.4
 """Metres from the place that are good enough."""
 SIDE_ON = 14.0
 """Degrees from side-on that are good enough."""
 
-REPOSITION = PetriNet(
-    "reposition",
-    ports=Ports(
-        begin="begin", ongoing="ongoing", done="in_place", errors=("aborted",), interrupts=("abort",),
-        parameters=("post_distance", "post_direction", "side_turn"),
-    ),
-    places=(
-        Place("begin", capacity=1), Place("ongoing", capacity=1), Place("in_place", capacity=1), Place("aborted", capacity=1),
-        Place("abort", capacity=1), Place("ready", capacity=1), Place("acted", capacity=1),
-        Continuous("post_distance"), Continuous("post_direction"),  # to the guarding place: metres, degrees from the body
-        Continuous("side_turn"),  # degrees to the nearer of the two side-on directions
-        Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
-        Math("turn_first", "1 if post_distance > 3 and abs(post_direction) > 30 else 0"),
-        Math("moment", "clip(post_direction * (1 + 5 * speed), -180, 180)"),
-        Math("face_moment", "clip(side_turn * (1 + 5 * speed), -180, 180)"),
-        Math("off_side", "abs(side_turn)"),
-        Math("power", "clip(120 * post_distance - 60 * speed, 10, 100 if stamina > 4000 else 50)"),
-    ),
-    transitions=(
-        Transition("start", ("begin",), ("ongoing", "ready")),
-        Transition("stop_ready", ("abort", "ongoing", "ready"), ("aborted",), priority=9),
-        Transition("stop_acted", ("abort", "ongoing", "acted"), ("aborted",), priority=9),
-        Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
-        Transition("settle", ("ready", "ongoing"), ("in_place",), inhibitors={"post_distance": THERE, "off_side": SIDE_ON}, priority=5),
-        Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=3),
-        Transition("face", ("ready",), ("acted",), inhibitors={"post_distance": 3.0}, tests={"off_side": SIDE_ON},
-                   emits=Command("turn", moment="face_moment"), priority=2),
-        Transition("dash", ("ready",), ("acted",), emits=Command("dash", power="power", direction="post_direction")),
-        Transition("tick", ("acted",), ("ready",), delay=1),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``in_place`` and ``aborted``."""
+
+@of_body
+def reposition(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``in_place`` and ``aborted``."""
+    return PetriNet(
+        "reposition",
+        ports=Ports(
+            begin="begin", ongoing="ongoing", done="in_place", errors=("aborted",), interrupts=("abort",),
+            parameters=("post_distance", "post_direction", "side_turn"),
+        ),
+        places=(
+            Place("begin", capacity=1), Place("ongoing", capacity=1), Place("in_place", capacity=1), Place("aborted", capacity=1),
+            Place("abort", capacity=1), Place("ready", capacity=1), Place("acted", capacity=1),
+            Continuous("post_distance"), Continuous("post_direction"),  # to the guarding place: metres, degrees from the body
+            Continuous("side_turn"),  # degrees to the nearer of the two side-on directions
+            Input("speed", observes="body.speed"), Input("stamina", observes="body.stamina"),
+            Math("turn_first", "1 if post_distance > 3 and abs(post_direction) > 30 else 0"),
+            Math("moment", body.turn("post_direction")),
+            Math("face_moment", body.turn("side_turn")),
+            Math("off_side", "abs(side_turn)"),
+            Math("power", f"clip({body.power(0.72)} * post_distance - {body.power(0.36)} * speed, {body.dash(0.1)}, "
+                 f"{body.dash(1.0)} if stamina > {body.stamina(0.5)} else {body.dash(0.5)})"),
+        ),
+        transitions=(
+            Transition("start", ("begin",), ("ongoing", "ready")),
+            Transition("stop_ready", ("abort", "ongoing", "ready"), ("aborted",), priority=9),
+            Transition("stop_acted", ("abort", "ongoing", "acted"), ("aborted",), priority=9),
+            Transition("ignore", ("abort",), inhibitors=("ongoing", "begin"), priority=8),
+            Transition("settle", ("ready", "ongoing"), ("in_place",), inhibitors={"post_distance": THERE, "off_side": SIDE_ON}, priority=5),
+            Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=3),
+            Transition("face", ("ready",), ("acted",), inhibitors={"post_distance": 3.0}, tests={"off_side": SIDE_ON},
+                       emits=Command("turn", moment="face_moment"), priority=2),
+            Transition("dash", ("ready",), ("acted",), emits=Command("dash", power="power", direction="post_direction")),
+            Transition("tick", ("acted",), ("ready",), delay=1),
+        ),
+    )  # fmt: skip
+
+
+REPOSITION = reposition()
+"""Of a default player."""

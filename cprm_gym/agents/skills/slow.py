@@ -13,13 +13,15 @@ a = (1 - g) d - s. It may be negative: he dashes backwards.
 from __future__ import annotations
 
 from ...architecture.petri import Command, Input, Math, PetriNet, Transition
-from .accelerate import CLOSE
+from ..body import Body, number, of_body
+from . import accelerate
+from .go_to_ball import CLOSE
 from .parts import interface, interface_places, life
 
-BESIDE = 0.75
-"""Metres from the ball at which he wants to stand."""
-THERE = 0.95
-"""Metres at which he is there."""
+BESIDE = 0.521
+"""Share of the kickable ring at which he wants to stand."""
+NEAR = 0.879
+"""Share of it below which he no longer turns."""
 STILL = 0.1
 """m / cycle below which he counts as standing."""
 OFF_AXIS = 15.0
@@ -27,24 +29,35 @@ OFF_AXIS = 15.0
 
 _PORTS = interface("there", "strayed")
 
-SLOW = PetriNet(
-    "slow",
-    ports=_PORTS,
-    places=(
-        *interface_places(_PORTS, "ready", "acted"),
-        Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
-        Input("speed", observes="body.speed"), Input("speed_direction", observes="body.speed_direction_deg"),
-        Math("ahead_speed", "speed * cos(radians(speed_direction))"),
-        Math("off_axis", "abs(bearing) if distance > 1 else 0"), Math("moment", "clip(bearing * (1 + 5 * speed), -180, 180)"),
-        Math("power", f"clip((0.6 * (distance - {BESIDE}) - ahead_speed) / 0.006, -100, 100)"),
-    ),
-    transitions=(
-        *life(),
-        Transition("stop_there", ("ready", "ongoing"), ("there",), inhibitors={"distance": THERE, "speed": STILL}, priority=7),
-        Transition("lose", ("ready", "ongoing"), ("strayed",), tests={"distance": 2 * CLOSE}, priority=6),
-        Transition("turn", ("ready",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="moment"), priority=3),
-        Transition("brake", ("ready",), ("acted",), inhibitors={"off_axis": OFF_AXIS}, emits=Command("dash", power="power", direction=0.0),
-                   priority=3),
-    ),
-)  # fmt: skip
-"""The skill as a module; its outcomes are ``there``, ``strayed`` and ``aborted``."""
+
+@of_body
+def slow(body: Body) -> PetriNet:
+    """The skill of a player as a module; its outcomes are ``there``, ``strayed`` and ``aborted``."""
+    return PetriNet(
+        "slow",
+        ports=_PORTS,
+        places=(
+            *interface_places(_PORTS, "ready", "acted"),
+            Input("distance", observes="ball.reckoned_distance"), Input("bearing", observes="ball.reckoned_direction_deg"),
+            Input("speed", observes="body.speed"), Input("speed_direction", observes="body.speed_direction_deg"),
+            Math("ahead_speed", "speed * cos(radians(speed_direction))"),
+            Math("off_axis", f"abs(bearing) if distance > {body.within(NEAR)} else 0"), Math("moment", body.turn("bearing")),
+            Math("power",
+                 f"clip({body.power(1.0)} * ({number(1.0 - body.kind.player_decay)} * (distance - {body.within(BESIDE)}) - ahead_speed), "
+                 f"{body.dash(-1.0)}, {body.dash(1.0)})"),
+        ),
+        transitions=(
+            *life(),
+            Transition("stop_there", ("ready", "ongoing"), ("there",), inhibitors={"distance": body.within(CLOSE), "speed": STILL},
+                       priority=7),
+            Transition("lose", ("ready", "ongoing"), ("strayed",), tests={"distance": 2 * accelerate.CLOSE}, priority=6),
+            Transition("turn", ("ready",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="moment"), priority=3),
+            Transition("brake", ("ready",), ("acted",), inhibitors={"off_axis": OFF_AXIS},
+                       emits=Command("dash", power="power", direction=0.0),
+                       priority=3),
+        ),
+    )  # fmt: skip
+
+
+SLOW = slow()
+"""Of a default player."""

@@ -13,45 +13,51 @@ moves nothing but the neck, so it runs concurrently with skills that move the bo
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ..body import Body, number, of_body
 
 LOOKS = 4
 """Looks in a row without the ball after which the neck sweeps."""
-NECK_MOST = 90.0
-"""Degrees by which the neck turns to either side (``max_neck_angle``)."""
 
-WATCH_BALL = PetriNet(
-    "watch_ball",
-    ports=Ports(
-        begin="begin", ongoing="ongoing", errors=("stopped",), interrupts=("stop",), outputs=("ball_coming",),
-        parameters=("ball_direction", "coming"),
-    ),
-    places=(
-        Place("begin", capacity=1), Place("ongoing", capacity=1), Place("stopped", capacity=1), Place("stop", capacity=1),
-        Place("ball_coming", capacity=1), Place("open", capacity=1), Place("moved", capacity=1),
-        Place("missed", capacity=LOOKS),  # looks in a row without the ball
-        Continuous("ball_direction"),  # degrees from the body, believed
-        Continuous("coming"),  # 1 while the ball is a danger
-        Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck_deg"),
-        Math("other_side", f"{-NECK_MOST} if neck > 0 else {NECK_MOST}"),
-    ),
-    transitions=(
-        Transition("start", ("begin",), ("ongoing", "open")),
-        Transition("close_open", ("stop", "ongoing", "open"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
-        Transition("close_moved", ("stop", "ongoing", "moved"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
-        Transition("ignore", ("stop",), inhibitors=("ongoing", "begin"), priority=8),
-        # the output is up to date before anybody acts on it
-        Transition("warn", ("open",), ("open", "ball_coming"), tests={"coming": 1}, inhibitors=("ball_coming",), priority=7),
-        Transition("warn_moved", ("moved",), ("moved", "ball_coming"), tests={"coming": 1}, inhibitors=("ball_coming",), priority=7),
-        Transition("calm", ("ball_coming",), inhibitors={"coming": 1}, priority=7),
-        Transition("see", ("open",), ("open",), tests={"seen": 1, "missed": 1}, sets={"missed": 0}, priority=5),
-        Transition("miss", ("open",), ("moved", "missed"), tests={"fresh": 1}, inhibitors={"seen": 1, "missed": LOOKS},
-                   emits=Command("look", direction="ball_direction"), priority=4),
-        Transition("sweep", ("open",), ("moved",), tests={"fresh": 1, "missed": LOOKS}, inhibitors={"seen": 1},
-                   emits=Command("look", direction="other_side"), priority=3),
-        Transition("follow", ("open",), ("moved",), inhibitors={"missed": LOOKS},
-                   emits=Command("look", direction="ball_direction"), priority=2),
-        Transition("wait", ("open",), ("moved",), priority=-1),
-        Transition("blink", ("moved",), ("open",), delay=1),
-    ),
-)  # fmt: skip
-"""The skill as a module; it goes on until it is stopped."""
+
+@of_body
+def watch_ball(body: Body) -> PetriNet:
+    """The skill of a player as a module; it goes on until it is stopped."""
+    return PetriNet(
+        "watch_ball",
+        ports=Ports(
+            begin="begin", ongoing="ongoing", errors=("stopped",), interrupts=("stop",), outputs=("ball_coming",),
+            parameters=("ball_direction", "coming"),
+        ),
+        places=(
+            Place("begin", capacity=1), Place("ongoing", capacity=1), Place("stopped", capacity=1), Place("stop", capacity=1),
+            Place("ball_coming", capacity=1), Place("open", capacity=1), Place("moved", capacity=1),
+            Place("missed", capacity=LOOKS),  # looks in a row without the ball
+            Continuous("ball_direction"),  # degrees from the body, believed
+            Continuous("coming"),  # 1 while the ball is a danger
+            Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck_deg"),
+            Math("other_side", f"{number(body.server.minneckang)} if neck > 0 else {number(body.server.maxneckang)}"),
+        ),
+        transitions=(
+            Transition("start", ("begin",), ("ongoing", "open")),
+            Transition("close_open", ("stop", "ongoing", "open"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
+            Transition("close_moved", ("stop", "ongoing", "moved"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
+            Transition("ignore", ("stop",), inhibitors=("ongoing", "begin"), priority=8),
+            # the output is up to date before anybody acts on it
+            Transition("warn", ("open",), ("open", "ball_coming"), tests={"coming": 1}, inhibitors=("ball_coming",), priority=7),
+            Transition("warn_moved", ("moved",), ("moved", "ball_coming"), tests={"coming": 1}, inhibitors=("ball_coming",), priority=7),
+            Transition("calm", ("ball_coming",), inhibitors={"coming": 1}, priority=7),
+            Transition("see", ("open",), ("open",), tests={"seen": 1, "missed": 1}, sets={"missed": 0}, priority=5),
+            Transition("miss", ("open",), ("moved", "missed"), tests={"fresh": 1}, inhibitors={"seen": 1, "missed": LOOKS},
+                       emits=Command("look", direction="ball_direction"), priority=4),
+            Transition("sweep", ("open",), ("moved",), tests={"fresh": 1, "missed": LOOKS}, inhibitors={"seen": 1},
+                       emits=Command("look", direction="other_side"), priority=3),
+            Transition("follow", ("open",), ("moved",), inhibitors={"missed": LOOKS},
+                       emits=Command("look", direction="ball_direction"), priority=2),
+            Transition("wait", ("open",), ("moved",), priority=-1),
+            Transition("blink", ("moved",), ("open",), delay=1),
+        ),
+    )  # fmt: skip
+
+
+WATCH_BALL = watch_ball()
+"""Of a default player."""
