@@ -98,8 +98,12 @@ class Body:
         return round(share * self.top_speed, 3)
 
     def power(self, acceleration: float) -> float:
-        """Power of a dash that accelerates him ahead by so many m / cycle^2; of all that he has, more goes out as the most."""
+        """Power of a dash that accelerates him ahead by so many m / cycle^2."""
         return round(acceleration / self.kind.dash_power_rate, 6)
+
+    def hold(self, speed: float) -> float:
+        """Power of dashes that hold a speed, m / cycle, against the decay."""
+        return self.power(speed * (1.0 - self.kind.player_decay))
 
     def dash(self, share: float) -> float:
         """Power of a dash, as a share of the most."""

@@ -65,7 +65,7 @@ def go_to_ball_regions(body: Body) -> RegionPolicy:
             Belief("doubt", variable="ball.dir_deg", view="entropy"),
         ),
         quantities={"moment": f"clip(0.9 * bearing, {body.moments})",
-                    "power": f"clip({body.power(0.24)} + {body.power(0.072)} * distance, {body.dash(0.3)}, {body.dash(1.0)})"},
+                    "power": f"clip({body.hold(0.4)} + {body.hold(0.12)} * distance, {body.dash(0.3)}, {body.dash(1.0)})"},
         regions=(
             Region("search", "doubt >= 1.5", Command("turn", moment=90.0)),
             Region("face", "doubt < 1.5 and abs(bearing) >= 12", Command("turn", moment="moment")),

@@ -5,7 +5,7 @@ import pytest
 from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 
-from cprm_gym.agents.goalie import AT_BALL, GOALIE_NET, GoalieAgent, goalie_cprm, make_controller
+from cprm_gym.agents.goalie import GOALIE_NET, GoalieAgent, goalie_cprm, make_controller
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.skills.catch_ball import CATCH_BALL
 from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
@@ -132,7 +132,7 @@ PERCEPTS = {**BODY, "self.x": -50.0, "self.y": 0.0, "self.body_deg": 80.0, "self
             **{f"o{k}.{name}": value for k in (1, 2, 3)
                for name, value in (("seen", 1.0), ("faced", 1.0), ("x", -30.0 + 5 * k), ("y", 2.0), ("facing", 0.0))}}  # fmt: skip
 NOBODY_NEAR = {"Opponent": {"danger": np.array([0.3, 0.2, 0.1]), "ball_gap": np.array([2.0, 4.0, 9.0])}}
-FIRST_HAS_IT = {"Opponent": {"danger": np.array([0.6, 0.2, 0.1]), "ball_gap": np.array([AT_BALL - 1, 4.0, 9.0])}}
+FIRST_HAS_IT = {"Opponent": {"danger": np.array([0.6, 0.2, 0.1]), "ball_gap": np.array([0.6, 4.0, 9.0])}}
 
 
 def test_relations_are_active_while_the_object_places_hold_objects():

@@ -51,7 +51,7 @@ def go_to_ball(body: Body) -> PetriNet:
             Math("off_axis", "abs(bearing)"),
             Math("moment", body.turn(f"{DAMPING} * bearing")),
             Math("look_moment", body.turn("(90 if believed_direction >= 0 else -90)")),
-            Math("hurry", f"{body.power(0.24)} + {body.power(0.072)} * distance + {body.power(0.24)} * max(closing + speed, 0)"),
+            Math("hurry", f"{body.hold(0.4)} + {body.hold(0.12)} * distance + {body.hold(0.4)} * max(closing + speed, 0)"),
             Math("power", f"clip(hurry, {body.dash(0.3)}, {body.dash(1.0)} if stamina > {body.stamina(TIRED)} else {body.dash(0.55)})"),
         ),
         transitions=(
