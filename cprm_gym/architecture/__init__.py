@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .cprm import Cluster as Cluster
     from .cprm import CPRMRunner as CPRMRunner
     from .cprm import Decision as Decision
+    from .cprm import Event as Event
     from .cprm import Observe as Observe
     from .cprm import cprm_from_json as cprm_from_json
     from .cprm import cprm_to_json as cprm_to_json
@@ -29,6 +30,6 @@ else:
     __all__, __getattr__, __dir__ = lazy_face(
         __name__,
         {
-            "cprm": "CPRM CPRMRunner Cluster Decision Observe cprm_from_json cprm_to_json load_cprm save_cprm",
+            "cprm": "CPRM CPRMRunner Cluster Decision Event Observe cprm_from_json cprm_to_json load_cprm save_cprm",
         },
     )

@@ -12,13 +12,14 @@ transitions -> commands.
 
 from .files import cprm_from_json, cprm_to_json, load_cprm, save_cprm
 from .runner import CPRMRunner, Decision, Percepts
-from .value import CPRM, Cluster, Observe, view_of
+from .value import CPRM, Cluster, Event, Observe, view_of
 
 __all__ = [
     "CPRM",
     "CPRMRunner",
     "Cluster",
     "Decision",
+    "Event",
     "Observe",
     "Percepts",
     "cprm_from_json",

@@ -10,7 +10,7 @@ from ...errors import FormatError
 from ...files import parse_json, write_atomically
 from ..petri.files.json import net_from_dict, net_to_dict
 from ..prm.interchange.json import model_from_json, model_to_json, read_text
-from .value import CPRM, Cluster, Observe
+from .value import CPRM, Cluster, Event, Observe
 
 FORMAT, VERSION = "cprm_gym cprm", 1
 
@@ -27,6 +27,9 @@ def cprm_to_json(cprm: CPRM) -> str:
         "observations": [asdict(o) for o in cprm.observations],
         "clusters": [asdict(c) for c in cprm.clusters],
         "period": cprm.period,
+        "references": {name: {slot: list(to) for slot, to in slots.items()} for name, slots in cprm.references.items()},
+        "present": dict(cprm.present),
+        "events": [{"name": e.name, "states": dict(e.states)} for e in cprm.events],
     }
     return json.dumps(data, indent=1) + "\n"
 
@@ -51,8 +54,11 @@ def cprm_from_json(text: str, where: str = "cprm") -> CPRM:
             model=None if data["model"] is None else model_from_json(json.dumps(data["model"]), f"{where}, model"),
             objects=data["objects"],
             observations=tuple(Observe(**o) for o in data["observations"]),
-            clusters=tuple(Cluster(c["relation"], tuple(c["places"])) for c in data["clusters"]),
+            clusters=tuple(Cluster(**c) for c in data["clusters"]),
             period=data["period"],
+            references=data.get("references", {}),
+            present=data.get("present", {}),
+            events=tuple(Event(**e) for e in data.get("events", ())),
         )
     except (KeyError, TypeError, AttributeError) as error:
         raise FormatError(f"{where}: a part is missing or of the wrong kind: {error}") from None

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import EvidenceError, ModelError, NetError, did_you_mean
+from ...errors import CprmError, EvidenceError, ModelError, NetError, did_you_mean
 from ..petri import ObjectPlace, compile_net
 from ..petri.execution.commands import Commands
 from ..petri.execution.executor import Executor
@@ -19,6 +19,7 @@ from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
 from ..prm.inference.filter_bank import FilterBank, Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
+from .separate import Holding, SeparateBeliefs, Told, separate_filters
 from .value import CPRM, Observe, view_of
 
 Percepts = Mapping[str, NDArray[Any]]
@@ -79,6 +80,10 @@ class CPRMRunner:
     grounding : Grounding, optional
         Of the model and objects. Controllers that are given one grounding and one engine object share all that is made at the first
         use of a relation: slices and plans. Not for several threads at once.
+    deep : {"exact", "projection"}, optional
+        Engine of an occasional deep inference over the remembered readings (§2.3.3); `engine` is then the quick one.
+    every : int
+        Inferences from one deep one to the next.
     """
 
     def __init__(
@@ -92,6 +97,8 @@ class CPRMRunner:
         on_impossible: str = "restart",
         trace: bool = False,
         seed: int | None = None,
+        deep: str | None = None,
+        every: int = 50,
     ) -> None:
         self.cprm = cprm
         self.batch = batch
@@ -103,19 +110,28 @@ class CPRMRunner:
         self._beliefs = [(p.name, p.variable, view_of(p), float(p.value)) for p in self.executor.belief_places]
         self._class_at = {p.name: p.class_name for p in compiled.net.places if isinstance(p, ObjectPlace)}
         self.bank: FilterBank | None = None
-        """The agents' beliefs; None without a model."""
+        """The agents' beliefs; None without a model, and where they are kept one by one."""
+        self.separate: SeparateBeliefs | None = None
+        """The agents' beliefs one by one, for a CPRM that says what a bank does not take (`CPRM.separate`)."""
         if cprm.model is not None:
-            alike = not cprm.clusters and cprm.period == 1
+            own = cprm.grounding()
             if grounding is None:
-                grounding = Grounding(cprm.model, cprm.objects)
-            elif grounding.model != cprm.model or grounding.objects != dict(cprm.objects):
+                grounding = own
+            elif grounding.model != own.model or grounding.objects != own.objects or grounding.references != own.references:
                 raise ModelError(f"cprm {cprm.name!r}: the grounding given is of another model or other objects")
-            self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
-            self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
-            self._sight_names = tuple(s.name for s in self._sights)
+            if cprm.separate or deep is not None:
+                filters = separate_filters(grounding, batch, engine, deep, every, seed, on_impossible)
+                self.separate = SeparateBeliefs(cprm, grounding, filters)
+                self._links_read = [(o, _formulas(o), Formula(o.when or "1")) for o in cprm.observations]
+                self._present = {name: Formula(text) for name, text in cprm.present.items()}
+            else:
+                alike = not cprm.clusters and cprm.period == 1
+                self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
+                self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
+                self._sight_names = tuple(s.name for s in self._sights)
         self._trace = trace
         self._percepts: Percepts = {}
-        self._told: tuple[NDArray[np.float64], NDArray[np.bool_]] | None = None
+        self._seen: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
         self._in_force: tuple[Link, ...] = ()
         self._cycle = np.zeros(batch, np.int64)
 
@@ -134,6 +150,8 @@ class CPRMRunner:
         self._cycle[mask] = 0
         if self.bank is not None:
             self.bank.reset(mask)
+        if self.separate is not None:
+            self.separate.reset(mask)
 
     # ------------------------------------------------------------------ the cycle
 
@@ -162,6 +180,8 @@ class CPRMRunner:
         due = self._cycle % self.cprm.period == 0
         if self.bank is not None and due.any():
             self._infer(self.bank, percepts, due)
+        if self.separate is not None and due.any():
+            self._infer_each(self.separate, percepts, due)
         if objects is not None:
             self.executor.see(objects)
         commands = self.executor.run()
@@ -187,6 +207,44 @@ class CPRMRunner:
                 read = bank.view(view, variable)
             values[name] = read if due.all() else np.where(due, read, self.executor.read(name))
         self.executor.believe(values)
+
+    def _infer_each(self, beliefs: SeparateBeliefs, percepts: Percepts, due: NDArray[np.bool_]) -> None:
+        """As `_infer`, agent by agent."""
+        self._in_force = self._links()
+        held = {name: self.executor.holds(name) for name in self._class_at}
+        told = []
+        for link, formulas, when in self._links_read:
+            told.append((link, self._evaluate(formulas, percepts), self._evaluate([when], percepts)[0] >= 0.5))
+        present = {name: self._evaluate([formula], percepts)[0] >= 0.5 for name, formula in self._present.items()}
+        agents = [int(k) for k in np.flatnonzero(due)]
+        holdings = {k: self._holding(held, k) for k in agents}
+        seen = {k: [_told(link, values[:, k], bool(shown[k])) for link, values, shown in told] for k in agents}
+        before = [f.state for f in beliefs.filters]
+        try:
+            for k in agents:
+                there = [o for o in self.cprm.objects if o not in present or present[o][k]] if present else None
+                beliefs.step(k, seen[k], holdings[k], there)
+        except CprmError:
+            for one, state in zip(beliefs.filters, before):
+                one.state = state
+            raise
+        self._seen = [(link.variable, values[0], shown) for link, values, shown in told]
+        values = {}
+        for name, variable, view, default in self._beliefs:
+            read = self.executor.read(name).astype(np.float64)
+            for k in agents:
+                read[k] = beliefs.read(k, variable, view, holdings[k], default)
+            values[name] = read
+        self.executor.believe(values)
+
+    def _holding(self, held: Mapping[str, NDArray[Any]], agent: int) -> Holding:
+        """Whom an agent's object places hold, and which tuples its clusters make of them."""
+        objects = {p: self._by_class[self._class_at[p]][index[agent]] if index[agent] >= 0 else None for p, index in held.items()}
+        tuples: list[str | None] = []
+        for cluster in self.cprm.clusters:
+            names = [p[1:] if p.startswith("=") else objects[p] for p in cluster.places]
+            tuples.append(None if None in names else canonical_tuple(cluster.relation, [str(n) for n in names]))
+        return Holding(objects, tuple(tuples), {c.name: t for c, t in zip(self.cprm.clusters, tuples)})
 
     def _links(self) -> tuple[Link, ...]:
         """The relations that the object places ask for."""
@@ -226,7 +284,7 @@ class CPRMRunner:
                 for sight, row, mask in zip(self._sights[rows], numbers, seen):
                     state_of(bank.variables[sight.name], row[mask])
                 raise
-        self._told = values, shown
+        self._seen = [(sight.name, row, mask) for sight, row, mask in zip(self._sights, values, shown)]
         return StateRows(self._sight_names, states)
 
     def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
@@ -269,10 +327,7 @@ class CPRMRunner:
                     fired.append(firing.transition)
                     enabled.update(firing.enabled)
         row = executor.marking[copy]
-        told: dict[str, float | None] = {}
-        if self._told is not None:
-            values, shown = self._told
-            told = {s.name: float(v) if seen else None for s, v, seen in zip(self._sights, values[:, copy], shown[:, copy])}
+        told = {name: float(values[copy]) if shown[copy] else None for name, values, shown in self._seen}
         commands = {
             name: {key: float(v[copy]) for key, v in executor._commands.values[name].items()}
             for name, out in executor._commands.fired.items() if out[copy]
@@ -288,6 +343,17 @@ class CPRMRunner:
             enabled=tuple(sorted(enabled - set(fired))),
             commands=commands,
         )
+
+
+def _formulas(link: Observe) -> list[Formula]:
+    return [Formula(text) for text in ((link.value,) if link.value else link.likelihood)]
+
+
+def _told(link: Observe, values: NDArray[np.float64], shown: bool) -> Told:
+    """What one agent perceives of an observation."""
+    if not shown:
+        return Told(link, None, None)
+    return Told(link, None, values) if link.likelihood else Told(link, float(values[0]), None)
 
 
 class _Sight(NamedTuple):

@@ -195,10 +195,10 @@ def _interval_weights(low: str | None, high: str | None, domain: Bins, argument:
     a = float(edges[0]) if low is None else float(low)
     b = float(edges[-1]) if high is None else float(high)
     if not domain.circular:
-        if a > b:
-            raise ModelError(f"view probability({argument}): the interval is empty")
         if b < edges[0] or a > edges[-1]:
             raise ModelError(f"view probability({argument}): the interval lies outside the bins, {edges[0]:g} to {edges[-1]:g}")
+        if a > b:
+            raise ModelError(f"view probability({argument}): the interval is empty")
         return _overlap(edges, a, b)
     if b - a >= domain.period:
         return np.full(len(domain), 1.0)

@@ -57,7 +57,8 @@ def as_tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
     ModelError
     """
     if isinstance(value, str | Aggregate):
-        raise ModelError(f"{where}: `{what}` takes a tuple, got {value!r}; write ({value!r},)")
+        given = f"the string {value!r}" if isinstance(value, str) else repr(value)
+        raise ModelError(f"{where}: `{what}` takes a tuple, got {given}; write ({value!r},)")
     if not isinstance(value, Iterable):
         raise ModelError(f"{where}: `{what}` takes a tuple, got {value!r}")
     return tuple(value)

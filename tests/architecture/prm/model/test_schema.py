@@ -51,7 +51,7 @@ def test_an_unknown_parent_suggests_the_nearest():
 
 
 def test_a_parent_given_as_a_bare_string_is_refused_with_the_remedy():
-    with pytest.raises(ModelError, match=r"`parents` takes a tuple, got 'zone'; write \('zone',\)"):
+    with pytest.raises(ModelError, match=r"`parents` takes a tuple, got the string 'zone'; write \('zone',\)"):
         Attribute("near", BOOL, Uniform(), parents="zone")
 
 
