@@ -49,7 +49,7 @@ def try_installation(python: str, constraints: Path) -> bool:
         program = Path(folder) / ("Scripts" if sys.platform == "win32" else "bin")
         pip = [str(program / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(constraints)]
         steps = [
-            [*pip, f"{ROOT}[render]", "pytest", "hypothesis"],
+            [*pip, f"{ROOT}[render]", "pytest", "hypothesis", "snakes"],
             [str(program / "python"), "-m", "pip", "check"],
             [str(program / "pytest"), "-q", *TESTS],
             [str(program / "cprm-gym"), "benchmark", "--episodes", "20", "--output", folder],
