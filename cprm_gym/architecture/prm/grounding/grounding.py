@@ -9,7 +9,7 @@ from typing import Any
 
 from ....errors import ModelError, did_you_mean
 from ..model.model import Model
-from ..model.schema import canonical_tuple, parse_tuple
+from ..model.schema import canonical_tuple, one_or_many, parse_tuple
 from .skeleton import Skeleton
 from .slice_building import SliceBuilder
 from .slices import (
@@ -93,8 +93,8 @@ class Grounding(Skeleton, Grounds):
         Parameters
         ----------
         relations : iterable of str or tuple of str, or Situation
-            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter. A
-            `Situation` says objects and entering as well.
+            Active tuples, ``"possesses(o3,ball)"`` or ``("possesses", "o3", "ball")``; a set: the order does not matter, and a text
+            alone is one tuple. A `Situation` says objects and entering as well.
         first : bool
             The slice has no predecessor.
         objects : iterable of str, optional
@@ -115,7 +115,7 @@ class Grounding(Skeleton, Grounds):
         if isinstance(relations, Situation):
             raw: tuple[Any, ...] = (relations.relations, first, relations.objects, relations.entering)
         else:
-            raw = (tuple(relations), first, None if objects is None else tuple(objects), tuple(entering))
+            raw = (one_or_many(relations), first, None if objects is None else one_or_many(objects), one_or_many(entering))
         known = self._slices.get(raw)
         if known is not None:
             self._slices.move_to_end(raw)
@@ -191,7 +191,7 @@ class Grounding(Skeleton, Grounds):
         """
         if isinstance(relations, Situation):
             return relations
-        raw = tuple(relations)
+        raw = one_or_many(relations)
         active = self._actives.get(raw)
         if active is None:
             active = tuple(sorted({self.canonical(r) for r in raw}))
@@ -200,7 +200,7 @@ class Grounding(Skeleton, Grounds):
             self._actives[raw] = active
         if before is not None and before.relations is active and objects is None and before.objects is None:
             return before if not before.entering else Situation(active)
-        live = None if objects is None else self._live(tuple(objects))
+        live = None if objects is None else self._live(one_or_many(objects))
         if before is None:
             return Situation(active, live)
         old = {*before.relations, *(self.objects if before.objects is None else before.objects)}

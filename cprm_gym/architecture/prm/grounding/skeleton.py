@@ -29,8 +29,11 @@ class Skeleton:
 
     def __init__(self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None) -> None:
         self.model = model
-        self.objects = dict(objects)
         self.where = f"model {model.name!r}"
+        for what, given in (("objects", objects), ("references", references or {})):
+            if not isinstance(given, Mapping):
+                raise ModelError(f"{self.where}: `{what}` is a mapping, got {given!r}")
+        self.objects = dict(objects)
         checked = model.checked
         self.members: dict[str, tuple[str, ...]] = {}
         for name, class_name in self.objects.items():

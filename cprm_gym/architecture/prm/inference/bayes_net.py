@@ -23,6 +23,7 @@ import numpy as np
 
 from ....errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
 from ..grounding.slices import GroundSlice
+from ..model.schema import one_or_many
 from .compiled.cache import TableStore
 from .compiled.slice_info import SliceInfo
 from .evidence import UNOBSERVED, Readings, jeffrey_likelihood, one_hot, read_hard, read_soft
@@ -318,6 +319,7 @@ class BayesNet:
         (W, card, ...) array
         """
         readings = self.read(evidence, soft, batch)
+        names = one_or_many(names)
         for name in names:
             self.check(name)
         needed = self._ancestors([*names, *(n for n, r in self.info.row.items() if (readings.hard[r] >= 0).any()), *readings.soft])

@@ -19,6 +19,7 @@ import numpy as np
 
 from ....errors import ModelError, ParameterError, did_you_mean
 from ..grounding.slices import Grounds
+from ..model.schema import one_or_many
 from . import filtering, smoothing
 from .compiled.slice_info import NeedsVariable
 from .engines.anytime import AnytimeEngine
@@ -378,7 +379,7 @@ def make_settings(
         raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {on_impossible!r}.{hint}")
     if not 0.0 < eps < 1.0:
         raise ParameterError(f"`eps` is a probability between 0 and 1, got {eps!r}")
-    return FilterSettings(grounding, engine, on_impossible, eps, window, frozenset(grounding.static) | frozenset(static))
+    return FilterSettings(grounding, engine, on_impossible, eps, window, frozenset(grounding.static) | frozenset(one_or_many(static)))
 
 
 def make_engine(engine: str | Engine, seed: Any = None, memory_limit: float = 2.0**31, options: Mapping[str, Any] | None = None) -> Engine:

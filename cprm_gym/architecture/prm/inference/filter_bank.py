@@ -58,6 +58,9 @@ class Link:
     relation: str
     roles: tuple[str | Role, ...]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "roles", (self.roles,) if isinstance(self.roles, str | Role) else tuple(self.roles))
+
 
 class _Cohort(NamedTuple):
     """Agents whose beliefs have the same form, and the state of a filter for them, in their order."""

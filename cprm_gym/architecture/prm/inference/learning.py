@@ -177,7 +177,7 @@ def em(
     _check_prior(prior)
     if iterations < 1:
         raise ParameterError(f"`iterations` must be at least 1, got {iterations!r}")
-    wanted = None if only is None else [tuple(k) for k in only]
+    wanted = _keys(only)
     data = _episodes(episodes)
     likelihoods: list[float] = []
     model = world.model
@@ -233,12 +233,23 @@ def attributed(key: Hashable, counts: np.ndarray) -> list[tuple[Hashable, np.nda
     return [(key, counts)]
 
 
+def _keys(only: Iterable[tuple[str, ...]] | None) -> list[tuple[str, ...]] | None:
+    """Beginnings of keys; one alone must still stand in a list."""
+    if only is None:
+        return None
+    found = [only] if isinstance(only, str) else list(only)
+    for key in found:
+        if isinstance(key, str):
+            raise ParameterError(f'`only` is a list of beginnings of keys, such as [("class", "Ball")], got {only!r}')
+    return [tuple(key) for key in found]
+
+
 def _maximise(
     model: Model, counts: Counts, prior: float, only: Iterable[tuple[str, ...]] | None, stay: bool
 ) -> tuple[dict[tuple[str, ...], Dense], tuple[Hashable, ...]]:
     """New tables from counts, and the keys that were left alone."""
     rules = all_rules(model.checked)
-    starts = None if only is None else [tuple(k) for k in only]
+    starts = _keys(only)
     for start in starts or ():
         if not any(key[: len(start)] == start for key in rules):
             raise ModelError(f"model {model.name!r}: no CPD begins with {start!r}")

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ....errors import ModelError, did_you_mean
-from .domains import Bins, Domain, as_domain
+from .domains import Bins, Domain, as_domain, listed
 from .formulas import Formula
 from .integration import average_over_bins, integrate_noise, with_floor
 
@@ -50,6 +50,13 @@ class CPD:
         raise NotImplementedError
 
 
+def _pairs(value: object, what: str, example: str) -> list[tuple[Any, Any]]:
+    found = listed(value, what, example)
+    if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in found):
+        raise ModelError(f"{what} are a mapping or pairs, such as {example}, got {value!r}")
+    return [(first, second) for first, second in found]
+
+
 def as_cpd(value: object, where: str) -> CPD:
     """A CPD from what a user wrote: a CPD, or a tuple of probabilities (a `Prior`)."""
     if isinstance(value, CPD):
@@ -70,8 +77,10 @@ def check_distribution(values: Sequence[float], states: int, where: str) -> tupl
         If the count is not `states`, a value is negative or not finite, or the sum is not 1.
     """
     try:
-        row = tuple(float(v) for v in values)
-    except (TypeError, ValueError):
+        row = tuple(float(v) for v in listed(values, "probabilities", "(0.4, 0.6)"))
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, ModelError):
+            raise ModelError(f"{where}: {error}") from None
         raise ModelError(f"{where}: probabilities must be numbers, got {values!r}") from None
     if len(row) != states:
         raise ModelError(f"{where}: {len(row)} probabilities for {states} states")
@@ -132,7 +141,8 @@ class Prior(CPD):
     p: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "p", check_distribution(self.p, len(self.p), "prior"))
+        given = listed(self.p, "probabilities", "(0.4, 0.6)")
+        object.__setattr__(self, "p", check_distribution(given, len(given), "prior"))
 
     def table(self, child: Domain, parents: Parents, where: str = "cpd") -> np.ndarray:
         row = check_distribution(self.p, len(child), where)
@@ -152,10 +162,11 @@ class Table(CPD):
     rows: tuple[tuple[tuple[str, ...], tuple[float, ...]], ...]
 
     def __init__(self, rows: Mapping[Any, Sequence[float]] | Sequence[tuple[Any, Sequence[float]]]) -> None:
-        pairs = rows.items() if isinstance(rows, Mapping) else rows
+        pairs = rows.items() if isinstance(rows, Mapping) else _pairs(rows, "rows of a table", '{("yes", "no"): (0.4, 0.6)}')
         made = []
         for key, values in pairs:
-            names = (key,) if isinstance(key, str) else tuple(key)
+            names = (key,) if isinstance(key, str) else listed(key, "states of a row", '("yes", "no")')
+            values = listed(values, f"probabilities of row {names}", "(0.4, 0.6)")
             made.append((names, check_distribution(values, len(values), f"row {names}")))
         object.__setattr__(self, "rows", tuple(made))
 
@@ -363,7 +374,7 @@ class Switch(CPD):
     cases: tuple[tuple[str, CPD], ...]
 
     def __init__(self, parent: str, cases: Mapping[str, object] | Sequence[tuple[str, object]]) -> None:
-        pairs = cases.items() if isinstance(cases, Mapping) else cases
+        pairs = cases.items() if isinstance(cases, Mapping) else _pairs(cases, "cases of a switch", '{"yes": Uniform()}')
         object.__setattr__(self, "parent", parent)
         object.__setattr__(self, "cases", tuple((s, as_cpd(c, f"case {s!r} of switch on {parent!r}")) for s, c in pairs))
 
@@ -404,6 +415,7 @@ class Mixture(CPD):
     parts: tuple[tuple[float, CPD], ...]
 
     def __init__(self, *parts: tuple[float, object]) -> None:
+        parts = tuple(_pairs(parts, "parts of a mixture", "(0.5, Uniform())"))
         weights = check_distribution([w for w, _ in parts], len(parts), "weights of a mixture")
         object.__setattr__(self, "parts", tuple((w, as_cpd(c, "mixture")) for w, (_, c) in zip(weights, parts)))
 
@@ -430,10 +442,11 @@ class NoisyOr(CPD):
     leak: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "strengths", tuple(float(s) for s in self.strengths))
+        object.__setattr__(self, "strengths", listed(self.strengths, "strengths", "(0.9, 0.5)"))
         for value in (*self.strengths, self.leak):
-            if not 0.0 <= value <= 1.0:
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
                 raise ModelError(f"noisy-or: {value!r} is not a probability")
+        object.__setattr__(self, "strengths", tuple(float(s) for s in self.strengths))
 
     def table(self, child: Domain, parents: Parents, where: str = "cpd") -> np.ndarray:
         shape = _shape(child, parents, where)

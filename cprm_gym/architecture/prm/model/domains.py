@@ -8,11 +8,25 @@ from __future__ import annotations
 import bisect
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ....errors import EvidenceError, ModelError, did_you_mean
+
+
+def listed(value: object, what: str, example: str) -> tuple[Any, ...]:
+    """The items of a tuple, list or array; a single text or number is refused.
+
+    Raises
+    ------
+    ModelError
+    """
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise ModelError(f"{what} are a tuple, such as {example}, got {value!r}")
+    return tuple(value)
 
 
 @dataclass(frozen=True)
@@ -28,9 +42,10 @@ class Labels:
     names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        if isinstance(self.names, str) or not all(isinstance(n, str) and n for n in self.names):
+        names = listed(self.names, "states", "('no', 'yes')")
+        if not all(isinstance(n, str) and n for n in names):
             raise ModelError(f"states are a tuple of names, got {self.names!r}")
-        object.__setattr__(self, "names", tuple(self.names))
+        object.__setattr__(self, "names", names)
         if not self.names:
             raise ModelError("a domain needs at least one state")
         repeated = [n for n in self.names if self.names.count(n) > 1]
@@ -80,7 +95,12 @@ class Bins:
     clip: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "edges", tuple(float(e) for e in self.edges))
+        given = listed(self.edges, "edges of bins", "(0.0, 1.0, 2.0)")
+        try:
+            edges = tuple(float(e) for e in given)
+        except (TypeError, ValueError, OverflowError):
+            raise ModelError(f"edges of bins are numbers, got {self.edges!r}") from None
+        object.__setattr__(self, "edges", edges)
         if len(self.edges) < 2 or not all(math.isfinite(e) for e in self.edges):
             raise ModelError(f"bins need at least two finite edges, got {self.edges}")
         for k, (low, high) in enumerate(itertools.pairwise(self.edges)):

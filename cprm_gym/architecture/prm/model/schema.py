@@ -64,6 +64,11 @@ def as_tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
     return tuple(value)
 
 
+def one_or_many(value: Iterable[Any]) -> tuple[Any, ...]:
+    """A tuple of what was given, where a text alone is one item: ``"attended(o1)"`` is ``("attended(o1)",)``."""
+    return (value,) if isinstance(value, str) else tuple(value)
+
+
 def _unique(names: Iterable[str], where: str) -> None:
     seen: set[str] = set()
     for name in names:
@@ -274,7 +279,9 @@ class Relation:
     def __post_init__(self) -> None:
         where = f"relation {self.name!r}"
         _name(self.name, "relation")
-        pairs = self.roles.items() if isinstance(self.roles, Mapping) else self.roles
+        pairs = self.roles.items() if isinstance(self.roles, Mapping) else as_tuple(self.roles, where, "roles")
+        if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in pairs):
+            raise ModelError(f"{where}: `roles` maps names to classes, got {self.roles!r}")
         object.__setattr__(self, "roles", tuple((_name(r, where), str(c)) for r, c in pairs))
         object.__setattr__(self, "changes", as_tuple(self.changes, where, "changes"))
         object.__setattr__(self, "attributes", as_tuple(self.attributes, where, "attributes"))

@@ -11,13 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, Grounding, GroundSlice, GroundVariable, unroll
+from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
 from cprm_gym.architecture.prm.inference.filter import Filter
+from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link
+from cprm_gym.architecture.prm.inference.learning import count
 from cprm_gym.architecture.prm.model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
-from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
+from cprm_gym.architecture.prm.model.cpds import Dense, Mixture, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Add, Attribute, Given, PRMClass, Reference, Relation, Replace
-from cprm_gym.errors import EvidenceError, ModelError
+from cprm_gym.errors import EvidenceError, ModelError, ParameterError
 
 FLIP = Table({"yes": (0.2, 0.8), "no": (0.7, 0.3)})
 
@@ -376,3 +379,55 @@ def test_the_corridor_with_a_given_action_equals_the_recorded_case():
         seen = moved if door is None else moved * world.ground().by_child["r.door"].table[:, door]
         belief = seen / seen.sum()
         assert np.allclose(belief, recorded["posterior"]["pos"], atol=1e-12)
+
+
+def test_a_text_alone_is_one_relation_or_object_and_not_its_letters():
+    """`relations="attended(o1)"` was split into letters."""
+    world = scene(opponents=2)
+    assert world.ground("attended(o1)") is world.ground(["attended(o1)"])
+    assert world.situation("attended(o1)", "o1").objects == ("o1",)
+    assert list(world.ground(objects="ball").variables) == list(world.ground(objects=["ball"]).variables)
+    assert Filter(world).step({}, "attended(o1)").slice.relations == ("attended(o1)",)
+    assert Filter(world, static="ball.dist").settings.static == {"ball.dist"}
+    bank = FilterBank(world, 1)
+    bank.step({}, [Link("attended", "o2")])
+    assert len(bank.answers[0][1].slice.relations) == 1
+    net = BayesNet(world.ground(first=True))
+    assert net.variable_elimination("ball.seen", {"ball.turn": 0.0, "o1.turn": 0.0, "o2.turn": 0.0}).shape == (1, 2)
+    for only in ("class", ("class", "Ball")):
+        with pytest.raises(ParameterError, match="`only` is a list of beginnings of keys"):
+            count(world, [], only=only)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Relation("r", "ab"),
+        lambda: Relation("r", ("x", "y")),
+        lambda: Relation("r", {"x": "C"}, keep_joint=("x.a", "x.b")),
+        lambda: Relation("r", {"x": "C"}, changes=Replace("x.a")),
+        lambda: PRMClass("C", attributes=Attribute("a", BOOL)),
+        lambda: PRMClass("C", references="home"),
+        lambda: Attribute("a", "no"),
+        lambda: Attribute("a", BOOL, (0.5, 0.5), parents="b"),
+        lambda: Model("m", PRMClass("C")),
+        lambda: Labels("abc"),
+        lambda: Bins("012"),
+        lambda: Bins(3),
+        lambda: Prior(0.5),
+        lambda: Prior("ab"),
+        lambda: NoisyOr(0.5),
+        lambda: NoisyOr("0.5"),
+        lambda: Table(3),
+        lambda: Table({1: (0.5, 0.5)}),
+        lambda: Table({"a": 0.5}),
+        lambda: Switch("x", 3),
+        lambda: Mixture(0.5, 0.5),
+        lambda: Grounding(Model("m", (PRMClass("C"),)), "ab"),
+        lambda: Grounding(Model("m", (PRMClass("C"),)), ["a"]),
+        lambda: Grounding(Model("m", (PRMClass("C"),)), {"a": "C"}, ["b"]),
+    ],
+)  # fmt: skip
+def test_what_is_no_tuple_where_one_is_taken_is_an_error_of_ours(make):
+    with pytest.raises(ModelError):
+        make()
