@@ -2,16 +2,16 @@
 
 Time, BallStuck, Offside, FreeKick, Touch, Catch, Foul, IllegalDefense, Keepaway, Penalty; each is served only while its bit
 of ``p.rules`` is set. A module notes what it decides (a *ruling*); it is carried out before the next module is served, which
-therefore sees the new mode. A change of mode is an event of its own (`referee_set_mode`). Files:
+therefore sees the new mode. A change of mode is an event of its own (`set_mode`). Files:
 
-- `referee_modes` play modes, groups, rulings;  `referee_marks` what is remembered of kicks and touches;
-- `referee_places` where ball and players are put;  `referee_touches` collisions this causes;
-- `referee_set_mode`, `referee_rulings` changes of mode, what a ruling does;
-- `referee_steps`, `referee_waits`, `referee_goals`, `referee_fouls`, `referee_shoot_out`, `referee_keepaway` the modules;
-- `referee_kick_off` the kick-off procedure and player types.
+- `modes` play modes, groups, rulings;  `marks` what is remembered of kicks and touches;  `offside` the offside rule;
+- `places` where ball and players are put;  `touches` collisions this causes;
+- `set_mode`, `rulings` changes of mode, what a ruling does;
+- `steps`, `waits`, `goals`, `fouls`, `shoot_out`, `keepaway` the modules;
+- `kick_off` the kick-off procedure and player types.
 
 Kernels cannot call each other in a circle: a relocation by the referee drives the collision kernels itself and gives their
-touches to `referee_touches.note_touch`. Players are numbered 0 to 21 here.
+touches to `touches.note_touch`. Players are numbered 0 to 21 here.
 """
 
 from __future__ import annotations
@@ -24,17 +24,7 @@ from .fouls import NO_FOUL, YELLOW, judge_tackle, show_card
 from .goals import catch_step, caught, crossed_goal_line, punched, touch_step
 from .keepaway import keepaway_step
 from .kick_off import automatic_kick_off, kick_off
-from .marks import (
-    mark_attack,
-    mark_failed_try,
-    mark_last_touch,
-    mark_offside,
-    mark_pass,
-    mark_pass_touch,
-    mark_set_play,
-    mark_set_play_touch,
-    remember_taker,
-)
+from .marks import mark_attack, mark_last_touch, mark_pass, mark_pass_touch, mark_set_play, mark_set_play_touch, remember_taker
 from .modes import (
     FOUL_CHARGE,
     FOUL_PUSH,
@@ -59,6 +49,7 @@ from .modes import (
     of_side,
     rule,
 )
+from .offside import mark_failed_try, mark_offside
 from .rulings import carry_out
 from .set_mode import set_mode
 from .shoot_out import (

@@ -129,7 +129,7 @@ def team_of(side):
     return 0 if side == LEFT else 1
 
 
-# --- rulings: what a module decides and `referee_rulings.carry_out` does
+# --- rulings: what a module decides and `rulings.carry_out` does
 (
     RULING_NONE,
     RULING_MODE,  # set the mode whose number is the side

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ...state import Announcement
 from .. import kernel
 from .announcements import announce
-from .marks import forget_candidates
 from .modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
@@ -48,6 +47,7 @@ from .modes import (
     of_side,
     team_of,
 )
+from .offside import forget_candidates
 from .places import (
     GOAL_AREA_X,
     GOAL_AREA_Y,

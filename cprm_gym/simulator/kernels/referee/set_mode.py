@@ -6,7 +6,7 @@ from ...state import Announcement
 from .. import kernel
 from .announcements import announce
 from .keepaway import begin_episode
-from .marks import forget_candidates, forget_passes, mark_indirect
+from .marks import forget_passes, mark_indirect
 from .modes import (
     BACK_PASS,
     CATCH_FAULT,
@@ -44,6 +44,7 @@ from .modes import (
     is_set_play,
     is_shoot_out,
 )
+from .offside import forget_candidates
 from .places import clear_ball, place_ball
 
 SAY_MODE = int(Announcement.MODE)

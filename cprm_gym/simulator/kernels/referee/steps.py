@@ -7,7 +7,6 @@ from ...state import Announcement
 from .. import kernel
 from ..geometry import clip, in_circle, in_penalty_area, length
 from .announcements import announce
-from .marks import forget_candidates
 from .modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
@@ -44,6 +43,7 @@ from .modes import (
     rule_here,
     team_of,
 )
+from .offside import forget_candidates
 from .places import (
     clear_ball,
     field_clamp,

@@ -12,8 +12,9 @@ from ..collisions import (
     push_players,
     touches_ball,
 )
-from .marks import mark_last_touch, mark_offside, mark_pass_touch, mark_set_play_touch
+from .marks import mark_last_touch, mark_pass_touch, mark_set_play_touch
 from .modes import RULE_CATCH, RULE_FREE_KICK, RULE_OFFSIDE, RULE_TOUCH
+from .offside import mark_offside
 
 
 @kernel
