@@ -87,20 +87,20 @@ if TYPE_CHECKING:
     from .net.modules import flatten as flatten
     from .net.modules import instances as instances
     from .net.net import PetriNet as PetriNet
-    from .net.places import INFINITE as INFINITE
     from .net.places import AnyPlace as AnyPlace
     from .net.places import Belief as Belief
-    from .net.places import Command as Command
     from .net.places import Continuous as Continuous
     from .net.places import Input as Input
     from .net.places import Math as Math
     from .net.places import ObjectPlace as ObjectPlace
     from .net.places import Place as Place
-    from .net.places import Ports as Ports
     from .net.places import Selection as Selection
-    from .net.places import Semantics as Semantics
-    from .net.places import Transition as Transition
+    from .net.ports import Ports as Ports
+    from .net.semantics import Semantics as Semantics
     from .net.set_arcs import eliminate_set_arcs as eliminate_set_arcs
+    from .net.transitions import INFINITE as INFINITE
+    from .net.transitions import Command as Command
+    from .net.transitions import Transition as Transition
     from .net.values import FrozenMap as FrozenMap
 else:
     __all__, __getattr__, __dir__ = lazy_face(
@@ -118,8 +118,11 @@ else:
             "files.pnml_writer": "expanded_net to_pnml write_pnml",
             "net.modules": "Instance flatten instances",
             "net.net": "PetriNet",
-            "net.places": ("AnyPlace Belief Command Continuous INFINITE Input Math ObjectPlace Place Ports Selection Semantics Transition"),
+            "net.places": "AnyPlace Belief Continuous Input Math ObjectPlace Place Selection",
+            "net.ports": "Ports",
+            "net.semantics": "Semantics",
             "net.set_arcs": "eliminate_set_arcs",
+            "net.transitions": "Command INFINITE Transition",
             "net.values": "FrozenMap",
         },
     )

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from ....errors import NetError
 from ...expressions import Expression
 from ..net.net import PetriNet, resolve_name
-from ..net.places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, Transition
+from ..net.places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
+from ..net.transitions import Transition
 
 ALL = -1
 """`unfold` for a drawing with every module unfolded."""

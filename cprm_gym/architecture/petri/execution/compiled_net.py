@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from ....errors import NetError, did_you_mean
 from ...expressions import Expression
 from ...expressions.interpreter import interpret
+from ..net.checks import shown
 from ..net.modules import flatten
 from ..net.net import MAX_PARTS, PetriNet, math_order
-from ..net.places import INFINITE, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, shown
+from ..net.places import AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place
+from ..net.transitions import INFINITE
 
 UNBOUNDED = 2**62
 """Capacity of a place without one."""

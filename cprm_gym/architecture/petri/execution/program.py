@@ -18,7 +18,8 @@ from ....errors import NetError, did_you_mean
 from ...expressions import Expression
 from ...expressions.compiler import Assembler
 from ..net.net import resolve_name
-from ..net.places import Input, ObjectPlace, Transition
+from ..net.places import Input, ObjectPlace
+from ..net.transitions import Transition
 from .compiled_net import UNBOUNDED, CompiledNet, Memory, PlaceKind
 
 

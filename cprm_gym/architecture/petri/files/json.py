@@ -19,23 +19,12 @@ from typing import Any
 
 from ....errors import NetError, did_you_mean
 from ....files import write_atomically
+from ..net.checks import shown
 from ..net.net import PetriNet, depth_first_order
-from ..net.places import (
-    PLACE_KINDS,
-    AnyPlace,
-    Belief,
-    Command,
-    Continuous,
-    Input,
-    Math,
-    ObjectPlace,
-    Place,
-    Ports,
-    Selection,
-    Semantics,
-    Transition,
-    shown,
-)
+from ..net.places import PLACE_KINDS, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, Selection
+from ..net.ports import Ports
+from ..net.semantics import Semantics
+from ..net.transitions import Command, Transition
 
 FORMAT, VERSION = "cprm_gym net", 1
 MAX_BYTES = 2**24

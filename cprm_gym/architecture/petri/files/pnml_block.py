@@ -15,7 +15,8 @@ from typing import Any
 from ....errors import FormatError, NetError
 from ..net.modules import flatten
 from ..net.net import PetriNet
-from ..net.places import ObjectPlace, Place, Transition
+from ..net.places import ObjectPlace, Place
+from ..net.transitions import Transition
 from ..net.values import FrozenMap
 from .json import net_from_json
 from .pnml_tree import VERSION, Node

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from ....errors import NetError
 from ...expressions import CONSTANTS, FUNCTIONS, WORDS
 from ..net.net import PetriNet
-from ..net.places import AnyPlace, Place, Transition
+from ..net.places import AnyPlace, Place
+from ..net.transitions import Transition
 from .pnml_tree import Node
 from .pnml_words import Words
 

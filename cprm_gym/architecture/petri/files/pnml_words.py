@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from ....errors import FormatError, did_you_mean
-from ..net.places import MAX_WEIGHT
+from ..net.checks import MAX_WEIGHT
 from .pnml_tree import TOOL, Node
 
 _PICTURE = frozenset(("graphics", "orientation", "arcpath", "tagged", "labels", "label", "token"))

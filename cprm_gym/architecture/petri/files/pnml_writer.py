@@ -22,7 +22,8 @@ from ....errors import NetError
 from ....files import write_atomically
 from ..net.modules import flatten
 from ..net.net import PetriNet
-from ..net.places import ObjectPlace, Place, Transition
+from ..net.places import ObjectPlace, Place
+from ..net.transitions import Transition
 from .json import net_to_dict
 from .pnml_block import moved_places, skeleton
 from .pnml_tree import PTNET, TOOL, VERSION

@@ -9,7 +9,8 @@ from typing import TypeVar
 from ....errors import NetError
 from ...expressions import Expression
 from .net import MAX_PARTS, PetriNet, check_size, resolve_name
-from .places import AnyPlace, Belief, Command, Math, ObjectPlace, Selection, Transition
+from .places import AnyPlace, Belief, Math, ObjectPlace, Selection
+from .transitions import Command, Transition
 from .values import FrozenMap
 
 V = TypeVar("V")

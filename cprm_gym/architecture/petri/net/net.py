@@ -8,22 +8,11 @@ from dataclasses import dataclass, field
 
 from ....errors import NetError, did_you_mean
 from ...expressions import Expression
-from .places import (
-    PLACE_KINDS,
-    AnyPlace,
-    Belief,
-    Continuous,
-    Input,
-    Math,
-    ObjectPlace,
-    Place,
-    Ports,
-    Selection,
-    Semantics,
-    Transition,
-    check_name,
-    shown,
-)
+from .checks import check_name, shown
+from .places import PLACE_KINDS, AnyPlace, Belief, Continuous, Input, Math, ObjectPlace, Place, Selection
+from .ports import Ports
+from .semantics import Semantics
+from .transitions import Transition
 from .values import FrozenMap
 
 _KIND_NAMES = {Place: "discrete", Continuous: "continuous", Input: "input", Belief: "belief", Math: "math", ObjectPlace: "object"}

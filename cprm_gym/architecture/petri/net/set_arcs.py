@@ -18,7 +18,8 @@ from dataclasses import replace
 from ....errors import NetError
 from .modules import flatten
 from .net import PetriNet
-from .places import AnyPlace, Place, Transition
+from .places import AnyPlace, Place
+from .transitions import Transition
 
 LOCK = "set.lock"
 """Name of the place that holds a token while set values are being established."""
