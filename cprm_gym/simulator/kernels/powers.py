@@ -10,7 +10,6 @@ import math
 from ..state import Announcement
 from . import kernel
 from .contacts import resolve_collisions
-from .referee.announcements import announce
 from .referee.kick_off import book_substitution, kick_off, substitute
 from .referee.modes import (
     BIT_GOALIE,
@@ -18,6 +17,7 @@ from .referee.modes import (
     PENALTY_READY,
     PENALTY_TAKEN,
     PLAY_ON,
+    announce,
 )
 from .referee.set_mode import set_mode
 from .stamina import recover

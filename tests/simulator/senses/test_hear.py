@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from cprm_gym.simulator.kernels.audio import say
-from cprm_gym.simulator.kernels.referee.announcements import announce
+from cprm_gym.simulator.kernels.referee.modes import announce
 from cprm_gym.simulator.kernels.referee.set_mode import set_mode
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.protocol.message_parser import parse_hear

@@ -19,7 +19,6 @@ from __future__ import annotations
 from ...state import Count
 from .. import kernel
 from ..geometry import side_of
-from .announcements import announce
 from .fouls import NO_FOUL, YELLOW, judge_tackle, show_card
 from .goals import catch_step, caught, crossed_goal_line, punched, touch_step
 from .keepaway import keepaway_step
@@ -45,6 +44,7 @@ from .modes import (
     RULING_FOUL,
     RULING_NONE,
     RULING_PENALTY_FOUL,
+    announce,
     is_shoot_out,
     of_side,
     rule,

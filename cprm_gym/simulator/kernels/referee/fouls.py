@@ -9,8 +9,7 @@ from ...state import Announcement
 from .. import kernel
 from ..geometry import direction, is_kickable, norm, rotate, side_of
 from ..random import CARD, FOUL_DETECTION, REFEREE, decide
-from .announcements import announce
-from .modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_STAND, BIT_YELLOW
+from .modes import BIT_DISCARD, BIT_FOUL_CHARGED, BIT_RED, BIT_STAND, BIT_YELLOW, announce
 
 SAY_YELLOW = int(Announcement.YELLOW_CARD)
 SAY_RED = int(Announcement.RED_CARD)

@@ -7,8 +7,7 @@ from .. import kernel
 from ..geometry import squared_distance
 from ..random import KEEPAWAY, REFEREE, uniform, uniform_between
 from ..stamina import recover
-from .announcements import announce
-from .modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, rule
+from .modes import BEFORE_KICK_OFF, PLAY_ON, RULING_MODE, announce, rule
 from .places import place_ball
 
 SAY_TRAINING = int(Announcement.TRAINING_KEEPAWAY)

@@ -6,18 +6,7 @@ from ...state import Announcement
 from .. import kernel
 from ..geometry import side_of
 from ..stamina import recover
-from .announcements import announce
-from .modes import (
-    BEFORE_KICK_OFF,
-    KEPT_BY_SUBSTITUTION,
-    KICK_OFF,
-    LEFT,
-    PLAY_ON,
-    RIGHT,
-    RULE_KEEPAWAY,
-    of_side,
-    team_of,
-)
+from .modes import BEFORE_KICK_OFF, KEPT_BY_SUBSTITUTION, KICK_OFF, LEFT, PLAY_ON, RIGHT, RULE_KEEPAWAY, announce, of_side, team_of
 from .places import place_ball
 from .set_mode import set_mode
 

@@ -1,4 +1,4 @@
-"""Play modes as plain integers and the groups of them that the rules speak of (specification/simulator.md 0.4).
+"""Play modes as plain integers, their groups (specification/simulator.md 0.4), and how decisions and announcements are noted.
 
 Kernels take the server's numbers; the left member of a pair (``kick_in_l``) names the pair and `of_side` gives the member.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...parameters import Rules
-from ...state import PlayerBit, PlayMode
+from ...state import ANNOUNCEMENTS, PlayerBit, PlayMode
 from .. import kernel
 
 LEFT, NEUTRAL, RIGHT = 1, 0, -1
@@ -165,3 +165,22 @@ def rule(w, ruling, side, x, y):
 def rule_here(w, ruling, side):
     """A decision at the place of the ball."""
     rule(w, ruling, side, w.pos[0, 0], w.pos[0, 1])
+
+
+# --- what the referee says, kept in the world until the next step (specification/simulator.md 7.2)
+MOST_ANNOUNCEMENTS = int(ANNOUNCEMENTS)
+
+
+@kernel
+def announce(w, kind, a, b, c):
+    """Record an announcement of the referee, with the time at which it is made; beyond 32 in a step they are dropped.
+
+    The first after a step replaces those of that step.
+    """
+    if w.announced_done:
+        w.announced, w.announced_done = 0, 0
+    n = w.announced
+    if n < MOST_ANNOUNCEMENTS:
+        w.announcement[n, 0], w.announcement[n, 1], w.announcement[n, 2], w.announcement[n, 3] = kind, a, b, c
+        w.announced_at[n] = w.time
+        w.announced = n + 1

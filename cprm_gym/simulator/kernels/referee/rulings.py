@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ...state import Announcement
 from .. import kernel
-from .announcements import announce
 from .modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
@@ -43,6 +42,7 @@ from .modes import (
     TIME_OVER,
     WAIT_BACK_PASS,
     WAIT_CATCH_FAULT,
+    announce,
     is_shoot_out,
     of_side,
     team_of,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ...state import Announcement
 from .. import kernel
-from .announcements import announce
 from .keepaway import begin_episode
 from .marks import forget_passes, mark_indirect
 from .modes import (
@@ -41,6 +40,7 @@ from .modes import (
     WAIT_FREE_KICK_FAULT,
     WAIT_ILLEGAL_DEFENSE,
     WAIT_OFFSIDE,
+    announce,
     is_set_play,
     is_shoot_out,
 )

@@ -7,7 +7,6 @@ from ...state import Announcement
 from .. import kernel
 from ..geometry import in_circle, in_penalty_area, side_of
 from ..random import PENALTY_SIDE, PENALTY_TAKER, PENALTY_WINNER, REFEREE, bernoulli, decide
-from .announcements import announce
 from .modes import (
     BEFORE_KICK_OFF,
     LEFT,
@@ -26,6 +25,7 @@ from .modes import (
     RULING_PENALTY_SCORE,
     RULING_PENALTY_SETUP,
     TIME_OVER,
+    announce,
     of_side,
     rule,
     team_of,

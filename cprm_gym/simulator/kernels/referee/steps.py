@@ -6,7 +6,6 @@ from ...pitch import PENALTY_X, PENALTY_Y
 from ...state import Announcement
 from .. import kernel
 from ..geometry import clip, in_circle, in_penalty_area, length
-from .announcements import announce
 from .modes import (
     BACK_PASS,
     BEFORE_KICK_OFF,
@@ -36,6 +35,7 @@ from .modes import (
     WAIT_FREE_KICK_FAULT,
     WAIT_ILLEGAL_DEFENSE,
     WAIT_OFFSIDE,
+    announce,
     is_set_play,
     is_shoot_out,
     is_stopped,
