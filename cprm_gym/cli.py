@@ -19,6 +19,7 @@ from .errors import CprmError
 from .files import check_place
 
 if TYPE_CHECKING:
+    from .architecture.analysis.budget import Budget
     from .architecture.petri import PetriNet
     from .benchmark.plan import Plan
 
@@ -147,15 +148,26 @@ def analyze(
         typer.Argument(help="A file (PNML or JSON), the name of a net that ships, or package.module:NAME, which runs that module's code."),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
-    memory: Annotated[float, typer.Option(help="MiB that an exploration may take before it stops with a partial answer.")] = 4096,
-    seconds: Annotated[float, typer.Option(help="Seconds that an exploration may take, likewise.")] = float("inf"),
+    memory: Annotated[float, typer.Option(help="MiB that it may take before it stops with a partial answer.")] = 4096,
+    seconds: Annotated[float, typer.Option(help="Seconds that all of it may take, likewise.")] = float("inf"),
     minimal: Annotated[bool, typer.Option(help="Also find the minimal invariants without negative weights.")] = False,
     rates: Annotated[str, typer.Option(help="Exponential rates in PNML: 'refuse', or 'plain' to read the net without them.")] = "refuse",
     which: Annotated[str | None, typer.Option("--net", help="Id or name of the net, for files with several.")] = None,
+    reach: Annotated[str | None, typer.Option(help="Only: is this ever true of the tokens? Such as 'left >= 2 and right < 1'.")] = None,
+    deadlocks: Annotated[bool, typer.Option("--deadlocks", help="Only: every marking after which nothing fires.")] = False,
+    cover: Annotated[str | None, typer.Option(help="Only: can so many tokens be reached or exceeded? 'left=2,right=1'.")] = None,
+    graph: Annotated[Path | None, typer.Option(help="Only: write the reachability graph to this file (.json or .dot).")] = None,
+    exclusive: Annotated[
+        str | None, typer.Option(help="Commands of which one goes out per cycle, separated by commas.", show_default="those of the body")
+    ] = None,
 ) -> None:
-    """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module."""
+    """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module.
+
+    Exit status 1 when a contract is broken or a module is used wrongly, 130 when interrupted.
+    """
     from .agents.catalogue import shipped_net
-    from .architecture.analysis.behaviour.state_space import Budget
+    from .agents.play import BODY_COMMANDS
+    from .architecture.analysis.budget import Budget
     from .architecture.analysis.report import analyze as analyze_net
 
     with said_plainly():
@@ -163,18 +175,68 @@ def analyze(
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
             raise CprmError(f"--rates {rates!r}: allowed are 'refuse' and 'plain'")
-        found = shipped_net(net) if _is_name(net) else _net_in_file(net, which, "plain" if rates == "plain" else "refuse")
-        with complaints.status("exploring ...") as status:
-            report = analyze_net(
-                found,
-                budget=Budget(memory=int(memory * 2**20), seconds=seconds),
-                progress=lambda states, expanded, passed: status.update(f"{states:,} states, {expanded:,} expanded, {passed:.0f} s"),
-                minimal=minimal,
-            )
+        budget = Budget(memory=int(memory * 2**20), seconds=seconds)
+        try:
+            found = shipped_net(net) if _is_name(net) else _net_in_file(net, which, "plain" if rates == "plain" else "refuse")
+            if reach is not None or deadlocks or cover is not None or graph is not None:
+                _answer(found, budget, as_json, reach, deadlocks, cover, graph)
+                return
+            with complaints.status("exploring ...") as status:
+                report = analyze_net(
+                    found,
+                    budget=budget,
+                    progress=lambda states, expanded, passed: status.update(f"{states:,} states, {expanded:,} expanded, {passed:.0f} s"),
+                    minimal=minimal,
+                    exclusive=(tuple(BODY_COMMANDS) if exclusive is None else _names(exclusive),),
+                )
+        except KeyboardInterrupt:
+            raise typer.Exit(130) from None
     if as_json:
         typer.echo(report.text())
     else:
         console.print(report.render())
+    if report.interrupted or report.broken:
+        raise typer.Exit(130 if report.interrupted else 1)
+
+
+def _answer(
+    net: PetriNet, budget: Budget, as_json: bool, reach: str | None, deadlocks: bool, cover: str | None, graph: Path | None
+) -> None:
+    """Answer single questions about a net, as tables of text or as one JSON object."""
+    import json
+
+    from .architecture.analysis import queries
+
+    budget, _ = budget.start()
+    out: dict[str, Any] = {}
+    if reach is not None:
+        verdict = queries.can_become(net, reach, budget=budget)
+        out["reach"] = verdict.to_json()
+        typer.echo(f"{reach}: {verdict}", err=as_json)
+        for step in verdict.run:
+            typer.echo(f"  {step}", err=as_json)
+    if deadlocks:
+        found = queries.deadlocks(net, budget=budget)
+        out["deadlocks"] = found.to_json()
+        typer.echo(f"{len(found.markings)} deadlocks" + ("" if found.complete else f", perhaps more: {found.reason}"), err=as_json)
+        for marking, run in zip(found.markings, found.runs):
+            where = ", ".join(f"{name} {count}" for name, count in marking.items()) or "empty"
+            typer.echo(f"  {where}  after {' -> '.join(s.what for s in run) or 'nothing'}", err=as_json)
+    if cover is not None:
+        tree = queries.coverability(net, budget=budget)
+        able = tree.covers(queries.tokens(cover))
+        out["cover"] = {"holds": able, "unbounded": list(tree.unbounded_places), "complete": tree.complete}
+        word = {True: "yes", False: "no", None: "unknown"}[able]
+        typer.echo(f"{cover} can be covered: {word}; unbounded: {', '.join(tree.unbounded_places) or 'nothing'}", err=as_json)
+    if graph is not None:
+        check_place(graph, "--graph")
+        out["graph"] = {"file": str(graph), "nodes": queries.save_graph(net, graph, budget=budget)}
+        typer.echo(f"wrote {graph}, {out['graph']['nodes']} nodes", err=as_json)
+    if as_json:
+        typer.echo(json.dumps(out, indent=1))
+    _, clock = budget.start()
+    if clock.interrupted:
+        raise typer.Exit(130)
 
 
 def _net_in_file(source: str, net: str | None, rates: Literal["refuse", "plain"]) -> PetriNet:

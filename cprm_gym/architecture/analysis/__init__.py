@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from .behaviour.coverability import karp_miller as karp_miller
     from .behaviour.properties import Structure as Structure
     from .behaviour.properties import analyze_structure as analyze_structure
-    from .behaviour.state_space import Budget as Budget
+    from .budget import Budget as Budget
     from .modules.composition import CompositionReport as CompositionReport
     from .modules.composition import check_composition as check_composition
     from .modules.contracts import ContractReport as ContractReport
@@ -66,7 +66,7 @@ else:
             "modules.contracts": "ContractReport check_contract",
             "modules.composition": "CompositionReport check_composition",
             "behaviour.properties": "Structure analyze_structure",
-            "behaviour.state_space": "Budget",
+            "budget": "Budget",
             "behaviour.coverability": "karp_miller",
             "behaviour.bisimulation": "weakly_bisimilar",
             "structure.invariants": "Invariant flow_basis semiflows",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -15,20 +15,24 @@ from rich.text import Text
 from ...errors import NetError
 from ..petri import CompiledNet, PetriNet, compile_net
 from ..petri.files.load import load_net
-from .behaviour.properties import Structure, analyze_structure
-from .behaviour.state_space import Budget, Progress
+from ..petri.net.net import MAX_PARTS
+from .behaviour.properties import Proofs, Structure, analyze_structure
+from .behaviour.state_space import Progress
+from .budget import Budget
 from .modules.composition import CompositionReport, check_composition
 from .modules.contracts import ContractReport, check_contract
-from .net_arrays import System, selected_places
+from .net_arrays import System
 from .structure.conservation import conservative
 from .structure.invariants import Invariants, flow_basis, semiflows, structural_bounds
 from .structure.siphons import PlaceSets, minimal_siphons, minimal_traps, siphon_trap
 from .timed.environment import closed_system
-from .timed.properties import TimedStructure, judge_timed
+from .timed.properties import TimedStructure, judge_timed, needs_time
 from .timed.state_space import explore_timed
 from .timed.system import TimedSystem
 from .verdicts import Verdict
 
+PARTS_PER_SECOND = 20_000
+"""Places, transitions and modules that flattening and compiling make in a second, at least."""
 SIPHON_PLACES = 200
 """Siphons and traps are listed for nets of at most so many places."""
 
@@ -58,6 +62,8 @@ class Report:
         For nets with modules: whether it uses them as their contracts assume.
     notes : tuple of str
         What could not be looked at, and why.
+    interrupted : bool
+        Whether the user stopped it.
     """
 
     name: str
@@ -74,6 +80,14 @@ class Report:
     contract: ContractReport | None
     composition: CompositionReport | None = None
     notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    @property
+    def broken(self) -> bool:
+        """Whether a contract is broken, or a module used wrongly."""
+        return (self.contract is not None and self.contract.holds is False) or (
+            self.composition is not None and self.composition.holds is False
+        )
 
     def to_json(self) -> dict[str, Any]:
         """As plain values, ready for ``json.dumps``."""
@@ -92,6 +106,7 @@ class Report:
             "contract": self.contract.to_json() if self.contract else None,
             "composition": self.composition.to_json() if self.composition else None,
             "notes": list(self.notes),
+            "interrupted": self.interrupted,
         }
 
     def text(self) -> str:
@@ -121,6 +136,7 @@ def analyze(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     minimal: bool = False,
     contract: bool = True,
+    exclusive: Sequence[Sequence[str]] = (),
 ) -> Report:
     """Analyse a net: untimed structure, behaviour with clocks, invariants, siphons, the module contract.
 
@@ -128,7 +144,7 @@ def analyze(
     ----------
     net : PetriNet or path
     budget : Budget, optional
-        For each exploration; spent means a partial answer that says so.
+        For all of it, from flattening to the last run that is written out; spent means a partial answer that says so.
     progress : callable, optional
         Called now and then with markings found, expanded, seconds.
     bounds : mapping from place to (least, largest), optional
@@ -137,35 +153,86 @@ def analyze(
         Also find the minimal invariants without negative weights (can take long).
     contract : bool
         Check the contract of behaviour modules.
+    exclusive : sequence of sequences of command names
+        Of which one goes out per cycle, as for the executor: pairs that may be sent at once are reported.
+
+    Raises
+    ------
+    NetError
+        For a net that is larger than the budget lets it be flattened or held.
     """
+    budget, clock = (budget or Budget()).start()
     net = load_net(net)
-    compiled = compile_net(net)
+    parts = MAX_PARTS if budget.seconds == float("inf") else min(MAX_PARTS, max(1000, int(PARTS_PER_SECOND * clock.left)))
+    compiled = compile_net(net, parts)
     ports = compiled.net.ports
     is_module = bool(ports.begin and ports.ongoing and ports.outcomes)
+    _check_memory(compiled, budget)
     own = System.from_net(compiled)
     notes: list[str] = []
-    closed = _attempt(lambda: closed_system(compiled, bounds), notes) if is_module or _needs_timed(compiled) else None
+    limits = budget.part(0.2).start()[1]  # of what is found by cutting cells
+    closed = _attempt(lambda: closed_system(compiled, bounds, enough=limits.spent), notes) if needs_time(compiled) else None
     seen = closed.untimed if closed and is_module else own  # a module is looked at with its caller, from where the caller starts
-    p_flows, t_flows = (semiflows(seen, "P"), semiflows(seen, "T")) if minimal else (flow_basis(seen, "P"), flow_basis(seen, "T"))
-    space = explore_timed(closed, budget, progress) if closed else None
-    small = len(seen.places) <= SIPHON_PLACES
-    siphons = minimal_siphons(seen, 500) if small else None
+    structural = _structural(seen, minimal, budget.part(0.3), notes)
+    untimed = analyze_structure(seen, budget.part(0.3 if closed else 0.9), progress, proofs=structural.proofs)
+    space = explore_timed(closed, budget.part(0.4), progress) if closed else None
+    timed = judge_timed(compiled, space, exclusive, clock.spent) if space else None
+    if timed and timed.bounded.holds is None and untimed.bounded.holds:
+        timed = replace(timed, bounded=Verdict(True, "the untimed view is bounded, which holds all that the running net does"))
+    checked = contract and is_module and closed
     return Report(
         name=net.name,
         places=len(own.places),
         transitions=len(own.transitions),
-        untimed=analyze_structure(seen, budget, progress),
-        timed=judge_timed(compiled, space) if space else None,
-        p_invariants=p_flows,
-        t_invariants=t_flows,
-        conservative=conservative(seen),
-        siphons=siphons,
-        traps=minimal_traps(seen, 500) if small else None,
-        siphon_trap=siphon_trap(seen, siphons),
-        contract=check_contract(net, budget=budget, bounds=bounds) if contract and is_module and closed else None,
+        untimed=untimed,
+        timed=timed,
+        p_invariants=structural.p_flows,
+        t_invariants=structural.t_flows,
+        conservative=structural.proofs.conservative,
+        siphons=structural.siphons,
+        traps=structural.traps,
+        siphon_trap=structural.proofs.siphon_trap,
+        contract=check_contract(net, budget=budget.part(0.8), bounds=bounds) if checked else None,
         composition=check_composition(compiled, space=space) if space and compiled.source.modules else None,
         notes=tuple(notes),
+        interrupted=clock.interrupted,
     )
+
+
+class _Structural(NamedTuple):
+    """What is found without exploration."""
+
+    p_flows: Invariants
+    t_flows: Invariants
+    siphons: PlaceSets | None
+    traps: PlaceSets | None
+    proofs: Proofs
+
+
+def _structural(system: System, minimal: bool, budget: Budget, notes: list[str]) -> _Structural:
+    """Invariants, conservation, siphons and traps within a budget; what is cut short is noted."""
+    _, clock = budget.start()
+    enough = clock.spent
+    positive = semiflows(system, "P", enough=enough)
+    p_flows = positive if minimal else flow_basis(system, "P", enough)
+    t_flows = semiflows(system, "T", enough=enough) if minimal else flow_basis(system, "T", enough)
+    small = len(system.places) <= SIPHON_PLACES
+    siphons = minimal_siphons(system, 500, enough) if small else None
+    traps = minimal_traps(system, 500, enough) if small else None
+    proofs = Proofs(conservative(system, clock.left), siphon_trap(system, siphons), structural_bounds(system, positive))
+    if clock.spent():
+        notes.append("invariants, siphons or traps were cut short: the time is over")
+    return _Structural(p_flows, t_flows, siphons, traps, proofs)
+
+
+def _check_memory(c: CompiledNet, budget: Budget) -> None:
+    """Refuse a net whose arrays alone need more memory than is granted."""
+    needed = 48 * c.n_transitions * c.n_places
+    if needed > budget.memory:
+        raise NetError(
+            f"net {c.net.name!r}: {c.n_places} places and {c.n_transitions} transitions take {needed >> 20} MiB as arrays; "
+            f"{budget.memory >> 20} MiB are granted"
+        )
 
 
 def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem | None:
@@ -175,13 +242,6 @@ def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem |
     except NetError as error:
         notes.append(f"not explored cycle by cycle: {error}")
         return None
-
-
-def _needs_timed(c: CompiledNet) -> bool:
-    """Whether clocks, priorities, the environment or modules make the running net differ from its untimed view."""
-    priorities = bool(c.priority.any()) and len(set(c.priority.tolist())) > 1
-    chosen = bool(selected_places(c).any()) or not c.moved.all()
-    return bool(c.delay.any()) or priorities or chosen or bool(c.source.modules)
 
 
 def _invariants(found: Invariants) -> dict[str, Any]:
@@ -250,6 +310,8 @@ def _timed_table(t: TimedStructure) -> Table:
     )
     if t.dead_transitions:
         table.add_row("never fire", ", ".join(t.dead_transitions), "")
+    for emission in t.emissions:
+        table.add_row("two commands in one cycle", Text(str(emission), style="yellow"), " -> ".join(str(s) for s in emission.run[-8:]))
     for pair, verdict in t.modules.together.items() if t.modules else ():
         why = t.modules.invariants.get(pair, verdict.why) if t.modules else ""
         answer = {True: "together", False: "never together", None: "unknown"}[verdict.holds]
@@ -267,8 +329,3 @@ def _invariant_table(report: Report) -> Table:
         if len(found.vectors) > 12:
             table.add_row(found.kind, f"... and {len(found.vectors) - 12} more")
     return table
-
-
-def place_bounds(system: System) -> dict[str, int]:
-    """Most tokens per place that P-invariants prove."""
-    return structural_bounds(system, semiflows(system, "P"))

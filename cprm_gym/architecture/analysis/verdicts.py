@@ -97,6 +97,9 @@ class Verdict:
         return {True: "yes", False: "no", None: "unknown"}[self.holds] + (f" ({self.why})" if self.why else "")
 
 
+UNKNOWN = Verdict(None)
+
+
 def untimed_run(firings: Iterable[str]) -> tuple[Step, ...]:
     """A firing sequence of the untimed view as steps."""
     return tuple(Step(0, name) for name in firings)

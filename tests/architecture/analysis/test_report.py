@@ -8,7 +8,7 @@ from contract_modules import broken, turn_to_ball
 from rich.console import Console
 from structure_nets import flexible_manufacturing, philosophers, producer, random_net
 
-from cprm_gym.architecture.analysis.behaviour.state_space import Budget
+from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.analysis.timed.properties import analyze_timed, may_reach
 from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition

@@ -9,8 +9,9 @@ import numpy as np
 
 from ....errors import NetError
 from ...petri.net.net import PetriNet
+from ..budget import Budget
 from ..net_arrays import System
-from .state_space import Budget, StateSpace, explore
+from .state_space import StateSpace, explore
 
 Marking = tuple[int, ...]
 Steps = list[tuple[str, int]]

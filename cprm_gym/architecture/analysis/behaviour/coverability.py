@@ -8,16 +8,15 @@ inhibitor arcs or with set arcs boundedness is undecidable: Dufourd, Finkel, Sch
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from ....errors import NetError
+from ..budget import Budget
 from ..kernels import coverability as kernels
 from ..kernels.table import rehash
 from ..net_arrays import FREE, System
-from .state_space import Budget
 
 OMEGA = kernels.OMEGA
 
@@ -78,7 +77,7 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
     """
     if system.group.any():
         raise NetError(f"net {system.name!r}: coverability is not defined here for nets with priorities; leave them out")
-    budget = budget or Budget(memory=512 * 1024**2)
+    budget, clock = (budget or Budget(memory=512 * 1024**2)).start()
     places = len(system.places)
     pumpable = system.pumpable
     capacity = 4096 + 2 * len(system.transitions)
@@ -89,15 +88,14 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
     rehash(nodes, 1, table, bits)
     state = np.array([0, 1], np.int64)
     arrays = [a.astype(np.int64) for a in (system.pre, system.post, system.need, system.inhibit, system.sets)]
-    began = time.monotonic()
     complete = False
     try:
         while True:
-            code = kernels.grow(*arrays, pumpable, nodes, parents, by, table, bits, state, np.empty((1, places), np.int64), 1000)
+            code = kernels.grow(*arrays, pumpable, nodes, parents, by, table, bits, state, np.empty((1, places), np.int64), 200)
             if code == 0:
                 complete = True
                 break
-            if time.monotonic() - began > budget.seconds or state[1] >= budget.states:
+            if clock.spent() or state[1] >= budget.states:
                 break
             if code == 2:
                 if 3 * (nodes.nbytes + parents.nbytes + by.nbytes + table.nbytes) > budget.memory:
@@ -106,7 +104,9 @@ def karp_miller(system: System, budget: Budget | None = None) -> CoverabilityGra
                 bits += np.uint64(1)
                 table = np.zeros(1 << int(bits), np.uint32)
                 rehash(nodes, int(state[1]), table, bits)
-    except (KeyboardInterrupt, MemoryError):
+    except MemoryError:
         complete = False
+    except KeyboardInterrupt:
+        clock.interrupt()
     n = int(state[1])
     return CoverabilityGraph(system, nodes[:n], parents[:n], by[:n], complete)

@@ -12,17 +12,35 @@ initial marking is one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...petri import CompiledNet, PetriNet
+from ..budget import Budget, Clock
 from ..net_arrays import System
-from ..verdicts import Verdict, untimed_run
+from ..structure.invariants import finite_transitions
+from ..verdicts import UNKNOWN, Verdict, untimed_run
 from .coverability import karp_miller
 from .graphs import Components, can_reach, components
-from .state_space import Budget, Graph, Progress, StateSpace, explore
+from .state_space import Graph, Progress, StateSpace, explore
+
+
+@dataclass(frozen=True)
+class Proofs:
+    """What is proved without exploration.
+
+    Attributes
+    ----------
+    conservative, siphon_trap : Verdict
+    most : mapping from place to tokens
+        Most that P-invariants allow.
+    """
+
+    conservative: Verdict = UNKNOWN
+    siphon_trap: Verdict = UNKNOWN
+    most: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -131,6 +149,7 @@ def analyze_structure(
     budget: Budget | None = None,
     progress: Progress | None = None,
     graph_memory: int | None = None,
+    proofs: Proofs | None = None,
 ) -> Structure:
     """Reachability, boundedness, deadlocks, liveness, home markings, reversibility, soundness of the untimed view.
 
@@ -142,19 +161,22 @@ def analyze_structure(
     progress : callable, optional
     graph_memory : int, optional
         Bytes for the edges; beyond, liveness and home markings stay unknown. By default as much as the markings may take.
+    proofs : Proofs, optional
+        What is proved without exploration: it decides what exploration leaves open.
     """
     system = net if isinstance(net, System) else System.from_net(net)
-    budget = budget or Budget()
+    budget, clock = (budget or Budget()).start()
+    proofs = proofs or Proofs()
     graph_memory = budget.memory if graph_memory is None else graph_memory
-    space = explore(system, budget, progress)
+    space = explore(system, budget.part(0.7), progress)
     most, total = space.most_tokens()
     complete = space.complete
-    graph, parts = _graph(space, graph_memory)
+    graph, parts = _graph(space, graph_memory, clock)
     stopped = "" if complete else f"the exploration stopped: {space.reason}"
     dead = tuple(system.transitions[t] for t in np.flatnonzero(space.fired < 0))
-    bounded = _bounded(space, stopped)
+    bounded = _bounded(space, stopped, proofs)
     if not complete and bounded.holds is False:
-        cover = karp_miller(system, Budget(memory=256 * 1024**2, seconds=10)) if not system.group.any() else None
+        cover = karp_miller(system, replace(budget.part(0.5), memory=min(budget.memory, 256 * 1024**2))) if not system.group.any() else None
         if cover is not None and cover.complete:
             dead = cover.dead_transitions
             stopped_dead = ""
@@ -173,37 +195,40 @@ def analyze_structure(
         max_tokens_in_marking=total,
         bounds={p: int(b) for p, b in zip(system.places, most)},
         bounded=bounded,
-        one_safe=_one_safe(space, most, stopped),
-        deadlock_free=_deadlock_free(space, stopped),
+        one_safe=_one_safe(space, most, stopped, proofs, clock),
+        deadlock_free=_deadlock_free(space, stopped, proofs, clock),
         quasi_live=_quasi_live(dead, stopped_dead),
-        live=_live(space, graph, parts, stopped),
-        reversible=_reversible(space, graph, parts, stopped),
+        live=_live(space, graph, parts, stopped, bounded.holds is True, clock),
+        reversible=_reversible(space, graph, parts, stopped, bounded.holds is True, clock),
         deadlocks=space.n_deadlocks,
         dead_transitions=dead,
         liveness=_levels(system, parts),
         sccs=parts.count if parts else -1,
         bottom_sccs=int(parts.bottom.sum()) if parts else -1,
         home_markings=_home(parts),
-        soundness=_soundness_of(system, space, graph, parts, budget),
+        soundness=_soundness_of(system, space, graph, parts, budget, clock),
     )
 
 
-def _graph(space: StateSpace, memory: int) -> tuple[Graph, Components] | tuple[None, None]:
+def _graph(space: StateSpace, memory: int, clock: Clock) -> tuple[Graph, Components] | tuple[None, None]:
     """The graph of a complete state space and its components; None where memory or the user's patience does not allow it."""
-    if not space.complete or 8 * space.n_edges + 30 * space.n_states > memory:
+    if not space.complete or 8 * space.n_edges + 30 * space.n_states > memory or clock.spent():
         return None, None
     try:
         graph = space.graph()
         return graph, components(graph, len(space.system.transitions))
-    except (MemoryError, KeyboardInterrupt):
+    except MemoryError:
+        return None, None
+    except KeyboardInterrupt:
+        clock.interrupt()
         return None, None
 
 
 def _unknown(stopped: str) -> Verdict:
-    return Verdict(None, stopped or "the graph of the state space is too large for the memory granted, or was interrupted")
+    return Verdict(None, stopped or "the graph of the state space is too large for the memory or the time granted, or was interrupted")
 
 
-def _bounded(space: StateSpace, stopped: str) -> Verdict:
+def _bounded(space: StateSpace, stopped: str, proofs: Proofs) -> Verdict:
     if space.complete:
         return Verdict(True)
     if space.pump is not None:
@@ -216,29 +241,43 @@ def _bounded(space: StateSpace, stopped: str) -> Verdict:
             untimed_run(repeat),
             space.system.describe(space.system.run(prefix)[-1]),
         )
+    if proofs.conservative.holds:
+        return Verdict(True, f"conservation: {proofs.conservative.why}")
+    if proofs.most and all(name in proofs.most for name in space.system.places):
+        return Verdict(True, "P-invariants bound every place")
     return Verdict(None, stopped)
 
 
-def _at(space: StateSpace, node: int, holds: bool, why: str) -> Verdict:
-    return Verdict(holds, why, untimed_run(space.path(node)), marking=space.system.describe(space.marking(node)))
+def _at(space: StateSpace, node: int, holds: bool, why: str, clock: Clock) -> Verdict:
+    """The verdict with a run to a node, if the time allows to write it out."""
+    path, marking = space.path(node, clock), space.system.describe(space.marking(node))
+    if path is None:
+        return Verdict(holds, f"{why}; no time was left to write out how to get there", marking=marking)
+    return Verdict(holds, why, untimed_run(path), marking=marking)
 
 
-def _one_safe(space: StateSpace, most: np.ndarray, stopped: str) -> Verdict:
+def _one_safe(space: StateSpace, most: np.ndarray, stopped: str, proofs: Proofs, clock: Clock) -> Verdict:
     if most.max(initial=0) <= 1:
+        if not space.complete and proofs.most and all(proofs.most.get(name, 2) <= 1 for name in space.system.places):
+            return Verdict(True, "P-invariants allow every place one token")
         return Verdict(True) if space.complete else Verdict(None, stopped)
     p = int(most.argmax())
     for first in range(0, space.n_states, 1 << 16):
         over = np.flatnonzero((space.markings(first, first + (1 << 16)) > 1).any(axis=1))
         if len(over):
-            return _at(space, first + int(over[0]), False, f"{space.system.places[p]!r} holds up to {most[p]} tokens")
+            return _at(space, first + int(over[0]), False, f"{space.system.places[p]!r} holds up to {most[p]} tokens", clock)
     return Verdict(None, stopped)
 
 
-def _deadlock_free(space: StateSpace, stopped: str) -> Verdict:
+def _deadlock_free(space: StateSpace, stopped: str, proofs: Proofs, clock: Clock) -> Verdict:
     if space.n_deadlocks:
         many = "" if space.n_deadlocks == 1 else f", and in {space.n_deadlocks - 1} others"
-        return _at(space, space.first_deadlock, False, f"nothing is enabled in this marking{many}")
-    return Verdict(True) if space.complete else Verdict(None, stopped)
+        return _at(space, space.first_deadlock, False, f"nothing is enabled in this marking{many}", clock)
+    if space.complete:
+        return Verdict(True)
+    if proofs.siphon_trap.holds and len(space.system.transitions):
+        return Verdict(True, proofs.siphon_trap.why)
+    return Verdict(None, stopped)
 
 
 def _quasi_live(dead: tuple[str, ...], stopped: str) -> Verdict:
@@ -248,32 +287,38 @@ def _quasi_live(dead: tuple[str, ...], stopped: str) -> Verdict:
     return Verdict(None, f"{stopped}; not fired yet: {names}") if stopped else Verdict(False, f"never fire: {names}")
 
 
-def _live(space: StateSpace, graph: Graph | None, parts: Components | None, stopped: str) -> Verdict:
+def _live(space: StateSpace, graph: Graph | None, parts: Components | None, stopped: str, bounded: bool, clock: Clock) -> Verdict:
     system = space.system
     if graph is None or parts is None:
         if space.n_deadlocks and len(system.transitions):
-            return _at(space, space.first_deadlock, False, "nothing fires after this marking")
-        return _unknown(stopped)
+            return _at(space, space.first_deadlock, False, "nothing fires after this marking", clock)
+        finite = finite_transitions(system, bounded)
+        return Verdict(False, next(iter(finite.values()))) if finite else _unknown(stopped)
     if parts.live.all():
         return Verdict(True)
     t = int(np.flatnonzero(~parts.live)[0])
     able = np.zeros(graph.n_nodes, bool)
     able[graph.sources[graph.labels == t]] = True
     lost = np.flatnonzero(~can_reach(graph, parts, able))
-    return _at(space, int(lost[0]), False, f"{system.transitions[t]!r} can never fire again after this marking")
+    return _at(space, int(lost[0]), False, f"{system.transitions[t]!r} can never fire again after this marking", clock)
 
 
-def _reversible(space: StateSpace, graph: Graph | None, parts: Components | None, stopped: str) -> Verdict:
+def _reversible(space: StateSpace, graph: Graph | None, parts: Components | None, stopped: str, bounded: bool, clock: Clock) -> Verdict:
     if graph is None or parts is None:
         if space.n_deadlocks and space.first_deadlock > 0:
-            return _at(space, space.first_deadlock, False, "there is no way back from this marking")
+            return _at(space, space.first_deadlock, False, "there is no way back from this marking", clock)
+        for t, why in finite_transitions(space.system, True).items():  # what leads back to the start can be repeated
+            if space.fired[t] >= 0:
+                found = _at(space, int(space.fired[t]), False, f"once it has fired there is no way back: {why}", clock)
+                after = space.system.fire(t, space.marking(int(space.fired[t])))
+                return replace(found, run=(*found.run, *untimed_run([space.system.transitions[t]])), marking=space.system.describe(after))
         return _unknown(stopped)
     if parts.count == 1:
         return Verdict(True)
     start = np.zeros(graph.n_nodes, bool)
     start[0] = True
     lost = np.flatnonzero(~can_reach(graph, parts, start))
-    return _at(space, int(lost[0]), False, "there is no way back from this marking")
+    return _at(space, int(lost[0]), False, "there is no way back from this marking", clock)
 
 
 def _levels(system: System, parts: Components | None) -> dict[str, int]:
@@ -306,7 +351,7 @@ def workflow_ends(system: System) -> tuple[int, int] | None:
 
 
 def _soundness_of(
-    system: System, space: StateSpace, graph: Graph | None, parts: Components | None, budget: Budget | None
+    system: System, space: StateSpace, graph: Graph | None, parts: Components | None, budget: Budget, clock: Clock
 ) -> Soundness | None:
     """Soundness if the net is a workflow net, from one token in its source."""
     ends = workflow_ends(system)
@@ -318,11 +363,11 @@ def _soundness_of(
     if not np.array_equal(start, system.marking):
         system = replace(system, marking=start)
         space = explore(system, budget)
-        graph, parts = _graph(space, (budget or Budget()).memory)
-    return soundness(space, graph, parts, source, sink)
+        graph, parts = _graph(space, budget.memory, clock)
+    return soundness(space, graph, parts, source, sink, clock)
 
 
-def soundness(space: StateSpace, graph: Graph | None, parts: Components | None, source: int, sink: int) -> Soundness:
+def soundness(space: StateSpace, graph: Graph | None, parts: Components | None, source: int, sink: int, clock: Clock) -> Soundness:
     """Soundness of a workflow net whose state space from one token in `source` is `space`."""
     system = space.system
     final = np.zeros(len(system.places), np.int64)
@@ -332,7 +377,7 @@ def soundness(space: StateSpace, graph: Graph | None, parts: Components | None, 
         m = space.markings(first, first + (1 << 16))
         bad = np.flatnonzero((m[:, sink] > 0) & (m.sum(axis=1) != 1))
         if len(bad):
-            proper = _at(space, first + int(bad[0]), False, f"{system.places[sink]!r} is marked, and more")
+            proper = _at(space, first + int(bad[0]), False, f"{system.places[sink]!r} is marked, and more", clock)
             break
     stopped = "" if space.complete else f"the exploration stopped: {space.reason}"
     proper = proper or (Verdict(True) if space.complete else Verdict(None, stopped))
@@ -344,6 +389,6 @@ def soundness(space: StateSpace, graph: Graph | None, parts: Components | None, 
         if end >= 0:
             goal[end] = True
         lost = np.flatnonzero(~can_reach(graph, parts, goal))
-        option = Verdict(True) if not len(lost) else _at(space, int(lost[0]), False, "from here the end cannot be reached")
+        option = Verdict(True) if not len(lost) else _at(space, int(lost[0]), False, "from here the end cannot be reached", clock)
     dead = tuple(system.transitions[t] for t in np.flatnonzero(space.fired < 0)) if space.complete else None
     return Soundness(system.places[source], system.places[sink], option, proper, dead)

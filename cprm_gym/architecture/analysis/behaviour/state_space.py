@@ -12,54 +12,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
+from ..budget import Budget, Clock
 from ..kernels import packed, table
 from ..net_arrays import System
 from .packing import Layout, compile_words, first_bits
 
 Progress = Callable[[int, int, float], None]
 """Called with markings found, markings expanded, seconds."""
-
-
-def available_memory() -> int:
-    """Bytes that this process may still use: what the system says is free, or what its container leaves; 4 GiB if neither says."""
-    found = []
-    try:
-        for line in Path("/proc/meminfo").read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                found.append(int(line.split()[1]) * 1024)
-    except (OSError, ValueError):
-        pass
-    try:
-        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
-        used = int(Path("/sys/fs/cgroup/memory.current").read_text())
-        if limit != "max":
-            found.append(max(int(limit) - used, 0))
-    except (OSError, ValueError):
-        pass
-    return min(found, default=4 * 1024**3)
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Limits of an exploration.
-
-    Attributes
-    ----------
-    memory : int
-        Bytes for markings, table and predecessors; by default half of what is available.
-    states : int
-        Markings; 2**31 at most.
-    seconds : float
-        Wall time.
-    """
-
-    memory: int = field(default_factory=lambda: available_memory() // 2)
-    states: int = 2**31 - 2
-    seconds: float = float("inf")
+CHUNK_WORK = 20_000_000
+"""Transitions looked at in one call into compiled code, about: a budget of time is looked at in between."""
 
 
 @dataclass(eq=False)
@@ -127,20 +91,20 @@ class StateSpace:
         row = self.layout.pack(m)[None]
         return max(int(table.find(self.words, self.table, self.bits, row, 0, np.uint64(table.hash_row(row, 0)))), -1)
 
-    def path(self, i: int) -> tuple[str, ...]:
-        """A shortest firing sequence from the initial marking to marking `i`, checked by replay."""
+    def path(self, i: int, clock: Clock | None = None) -> tuple[str, ...] | None:
+        """A shortest firing sequence from the initial marking to marking `i`, checked by replay; None if the time is over before."""
         chain = [i]
         while chain[-1]:
             chain.append(int(self.parents[chain[-1]]))
         chain.reverse()
         names = []
         for a, b in pairwise(chain):
+            if clock is not None and clock.spent():
+                return None
             before, after = self.marking(a), self.marking(b)
             able = np.flatnonzero(self.system.enabled(before))
             names.append(next(self.system.transitions[t] for t in able if np.array_equal(self.system.fire(int(t), before), after)))
-        sequence = tuple(names)
-        self.system.run(sequence)
-        return sequence
+        return tuple(names)
 
     def most_tokens(self, counted: np.ndarray | None = None) -> tuple[np.ndarray, int]:
         """Most tokens seen in each place, shape (P,), and in one marking over the places `counted` (all if None)."""
@@ -219,8 +183,8 @@ def explore(
     StateSpace
         Never raises for lack of memory: see `StateSpace.complete` and `reason`.
     """
-    budget = budget or Budget()
-    chunk = max(1, min(chunk, budget.states // 4))
+    budget, clock = (budget or Budget()).start()
+    chunk = max(1, min(chunk, budget.states // 4, max(100, CHUNK_WORK // (len(system.transitions) + 1))))
     bits = first_bits(system)
     if bounds is not None:
         bits = np.maximum(bits, np.ceil(np.log2(np.asarray(bounds, np.int64).clip(1) + 1)).astype(np.int64))
@@ -240,8 +204,8 @@ def explore(
             if code == packed.DONE:
                 space.complete = True
                 break
-            if space.seconds > budget.seconds:
-                space.reason = "seconds"
+            if clock.spent():
+                space.reason = clock.reason
             elif space.n_states >= budget.states:
                 space.reason = "states"
             elif code == packed.GROW:
@@ -255,6 +219,8 @@ def explore(
                 progress(space.n_states, int(state[0]), space.seconds)
     except (KeyboardInterrupt, MemoryError) as stop:
         space.reason = "memory" if isinstance(stop, MemoryError) else "interrupted"
+        if isinstance(stop, KeyboardInterrupt):
+            clock.interrupt()
         _mend(space, int(state[1]))
     space.n_expanded, space.n_edges, space.n_deadlocks, space.first_deadlock = (int(v) for v in (state[0], state[2], state[3], state[4]))
     space.n_states = int(state[1])
@@ -360,6 +326,6 @@ def _pump(space: StateSpace, i: int, t: int, after: np.ndarray) -> tuple[tuple[s
     covered = np.flatnonzero((out <= after).all(axis=1) & grows.any(axis=1) & ~grows[:, ~space.system.pumpable].any(axis=1))
     if not len(covered):
         return None
-    whole = space.path(i)
+    whole = space.path(i) or ()
     prefix = len(chain) - 1 - int(covered[0])
     return whole[:prefix], (*whole[prefix:], space.system.transitions[t])

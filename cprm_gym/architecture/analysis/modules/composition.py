@@ -16,7 +16,7 @@ import numpy as np
 
 from ...petri import CompiledNet, Instance, PetriNet, Transition, compile_net, instances
 from ..behaviour.graphs import closure
-from ..behaviour.state_space import Budget
+from ..budget import Budget
 from ..kernels import timed as kernels
 from ..timed.environment import closed_system
 from ..timed.state_space import TimedStateSpace, explore_timed

@@ -19,7 +19,7 @@ import numpy as np
 
 from ....errors import NetError
 from ...petri import PetriNet, flatten
-from ..behaviour.state_space import Budget
+from ..budget import Budget, Clock
 from ..timed.environment import caller
 from ..timed.state_space import TimedStateSpace, explore_timed
 from ..timed.system import timed_system
@@ -126,9 +126,9 @@ def check_contract(
     if not (ports.begin and ports.ongoing and ports.outcomes):
         raise NetError(f"net {module.name!r}: a behaviour module has ports begin, ongoing and done or errors; it has {ports}")
     k = ports.within if k is None else k
-    budget = budget or Budget()
+    budget, clock = (budget or Budget()).start()
     flat = flatten(module)
-    space = _explore(flat, False, budget, bounds, most_tokens)
+    space = _explore(flat, False, budget.part(0.45 if ports.interrupts else 0.9), bounds, most_tokens, clock)
     spaces = [space]
 
     def judged(check: Callable[[Judge], Verdict]) -> Verdict:
@@ -138,7 +138,7 @@ def check_contract(
     if ports.interrupts:
         clauses.append(judged(Judge.interruption))
         known = {c.name for c in clauses if c.holds is not True}
-        other = _explore(flat, True, budget, bounds, most_tokens)
+        other = _explore(flat, True, budget.part(0.9), bounds, most_tokens, clock)
         clauses.append(other.judged(lambda s: Judge(flat, k, s).idle_interrupt(known)))
         spaces.append(other)
     clauses += [judged(Judge.spontaneous), judged(Judge.bounded), Judge(flat, k, space).may_end(), judged(Judge.quiet)]
@@ -159,10 +159,10 @@ def check_contract(
 
 
 def _explore(
-    flat: PetriNet, idle_interrupts: bool, budget: Budget, bounds: Mapping[str, tuple[float, float]] | None, most: int
+    flat: PetriNet, idle_interrupts: bool, budget: Budget, bounds: Mapping[str, tuple[float, float]] | None, most: int, clock: Clock
 ) -> TimedStateSpace:
     moves, extra = caller(flat, idle_interrupts)
-    return explore_timed(timed_system(flat, moves, extra, bounds, most), budget)
+    return explore_timed(timed_system(flat, moves, extra, bounds, most, clock.spent), budget)
 
 
 def _warnings(flat: PetriNet, spaces: list[TimedStateSpace]) -> tuple[str, ...]:

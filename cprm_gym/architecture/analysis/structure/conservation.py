@@ -10,8 +10,15 @@ from ..net_arrays import System
 from ..verdicts import Verdict
 
 
-def conservative(system: System) -> Verdict:
-    """Whether some positive weighting of all places never changes: then every place is bounded, whatever the initial marking."""
+def conservative(system: System, seconds: float = float("inf")) -> Verdict:
+    """Whether some positive weighting of all places never changes: then every place is bounded, whatever the initial marking.
+
+    Parameters
+    ----------
+    system : System
+    seconds : float
+        After which to give up.
+    """
     from scipy.optimize import linprog  # slow to import
 
     if (system.sets >= 0).any():
@@ -19,8 +26,15 @@ def conservative(system: System) -> Verdict:
     if not len(system.places) or not len(system.transitions):
         return Verdict(True)
     p = len(system.places)
+    if seconds <= 0.0:
+        return Verdict(None, "no time was left for it")
     found = linprog(
-        np.ones(p), A_eq=system.incidence.astype(float), b_eq=np.zeros(len(system.transitions)), bounds=[(1, None)] * p, method="highs"
+        np.ones(p),
+        A_eq=system.incidence.astype(float),
+        b_eq=np.zeros(len(system.transitions)),
+        bounds=[(1, None)] * p,
+        method="highs",
+        options={"time_limit": seconds} if seconds < float("inf") else {},
     )
     if found.status == 2:
         return Verdict(False, "no positive weighting of all places is kept by every transition")

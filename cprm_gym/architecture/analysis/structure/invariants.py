@@ -9,7 +9,7 @@ inhibitor arcs and capacities only forbid firings; invariants stay true.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import gcd
 from typing import Literal
@@ -19,6 +19,11 @@ import numpy as np
 from ..net_arrays import KEEP, System
 
 Vector = dict[int, int]
+
+
+def never() -> bool:
+    """The time never ends."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -71,20 +76,22 @@ class Invariants:
         return frozenset(n for v in self.vectors if min(v.weights.values()) > 0 for n in v.weights)
 
 
-def flow_basis(system: System, kind: Literal["P", "T"] = "P") -> Invariants:
+def flow_basis(system: System, kind: Literal["P", "T"] = "P", enough: Callable[[], bool] = never) -> Invariants:
     """A basis of the P- or T-invariants, in whole numbers.
 
     Parameters
     ----------
     system : System
     kind : {"P", "T"}
+    enough : callable
+        Whether to stop early, with those found so far.
     """
     columns, names = _columns(system, kind)
-    found = integer_kernel(columns)
-    return _named(system, kind, names, found, True)
+    found, complete = integer_kernel(columns, enough)
+    return _named(system, kind, names, found, complete)
 
 
-def semiflows(system: System, kind: Literal["P", "T"] = "P", max_rows: int = 2000) -> Invariants:
+def semiflows(system: System, kind: Literal["P", "T"] = "P", max_rows: int = 2000, enough: Callable[[], bool] = never) -> Invariants:
     """The minimal invariants without negative weights (minimal support), by Farkas' algorithm.
 
     Parameters
@@ -94,9 +101,11 @@ def semiflows(system: System, kind: Literal["P", "T"] = "P", max_rows: int = 200
     max_rows : int
         Rows of the working table beyond which the search is cut short (`Invariants.complete` is then False and those found so
         far that are invariants are returned).
+    enough : callable
+        Whether to cut it short now.
     """
     columns, names = _columns(system, kind)
-    found, complete = farkas(columns, max_rows)
+    found, complete = farkas(columns, max_rows, enough)
     return _named(system, kind, names, found, complete)
 
 
@@ -143,7 +152,7 @@ def _reduced(rest: Vector, part: Vector) -> tuple[Vector, Vector]:
     return rest, part
 
 
-def integer_kernel(columns: list[Vector]) -> list[Vector]:
+def integer_kernel(columns: list[Vector], enough: Callable[[], bool] = never) -> tuple[list[Vector], bool]:
     """A basis, with whole numbers, of all rational y with ``sum y[i] * columns[i] = 0``, by exact elimination.
 
     Parameters
@@ -152,15 +161,15 @@ def integer_kernel(columns: list[Vector]) -> list[Vector]:
 
     Returns
     -------
-    list of sparse vectors
-        Entries without common divisor and with a sum that is not negative.
+    list of sparse vectors, bool
+        Entries without common divisor and with a sum that is not negative; whether they are all, or `enough` said to stop.
     """
     rows = {i: (dict(c), {i: 1}) for i, c in enumerate(columns)}
     where: dict[int, set[int]] = {}
     for i, c in enumerate(columns):
         for e in c:
             where.setdefault(e, set()).add(i)
-    while where:
+    while where and not enough():
         equation = min(where, key=lambda e: (len(where[e]), e))
         holders = where.pop(equation)
         if not holders:
@@ -182,15 +191,15 @@ def integer_kernel(columns: list[Vector]) -> list[Vector]:
             for e in new.keys() - old.keys():
                 where[e].add(i)
     basis = []
-    for _, part in sorted(rows.values(), key=lambda r: sorted(r[1])):
+    for _, part in sorted((r for r in rows.values() if not r[0]), key=lambda r: sorted(r[1])):
         sign = 1 if part[min(part)] > 0 else -1
         positive = all(v * sign > 0 for v in part.values())
         sign = sign if positive or sum(part.values()) * sign >= 0 else -sign
         basis.append({i: sign * v for i, v in part.items()})
-    return basis
+    return basis, not where
 
 
-def farkas(columns: list[Vector], max_rows: int) -> tuple[list[Vector], bool]:
+def farkas(columns: list[Vector], max_rows: int, enough: Callable[[], bool] = never) -> tuple[list[Vector], bool]:
     """The minimal-support solutions y >= 0 of ``sum y[i] * columns[i] = 0``.
 
     Returns
@@ -218,6 +227,8 @@ def farkas(columns: list[Vector], max_rows: int) -> tuple[list[Vector], bool]:
             return [part for rest, part, _ in kept if not rest], False
         fresh = []
         for a in above:
+            if enough():
+                return [part for rest, part, _ in kept if not rest], False
             for b in below:
                 p, n = a[0][equation], -b[0][equation]
                 g = gcd(p, n)
@@ -248,3 +259,34 @@ def structural_bounds(system: System, invariants: Invariants) -> dict[str, int]:
             for name, w in v.weights.items():
                 bounds[name] = min(bounds.get(name, v.value // w), v.value // w)
     return bounds
+
+
+def finite_transitions(system: System, bounded: bool) -> dict[int, str]:
+    """Transitions that no infinite run fires again and again, and why; from the arcs alone.
+
+    A transition that takes what is put back finitely often fires finitely often. In a bounded net what fires for ever is part of a
+    T-invariant without negative weights: what all of it only adds to, or only takes from, a place is in none. Places that set arcs
+    write say nothing.
+
+    Parameters
+    ----------
+    system : System
+    bounded : bool
+        Whether the net is known to be bounded.
+    """
+    change = system.incidence
+    change[:, (system.sets != KEEP).any(axis=0)] = 0
+    found: dict[int, str] = {}
+    alive = np.ones(len(system.transitions), bool)
+    while True:
+        gains, losses = (change[alive] > 0).any(axis=0), (change[alive] < 0).any(axis=0)
+        drained, filled = losses & ~gains, gains & ~losses
+        fresh = [(t, p, "is never put back into") for t, p in np.argwhere((change < 0) & drained) if alive[t]]
+        if not fresh and bounded:
+            fresh = [(t, p, "is never taken again from") for t, p in np.argwhere((change > 0) & filled) if alive[t]]
+        if not fresh:
+            return found
+        for t, p, how in fresh:
+            verb = "takes" if how.endswith("into") else "puts"
+            found.setdefault(int(t), f"{system.transitions[t]!r} {verb} what {how} {system.places[p]!r}")
+            alive[t] = False

@@ -9,12 +9,14 @@ minimal siphon holds a trap that is marked from the start, no deadlock can be re
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..net_arrays import KEEP, System
 from ..verdicts import Verdict
+from .invariants import never
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def _bits(mask: int) -> list[int]:
     return found
 
 
-def minimal_siphons(system: System, limit: int = 20_000) -> PlaceSets:
+def minimal_siphons(system: System, limit: int = 20_000, enough: Callable[[], bool] = never) -> PlaceSets:
     """The siphons that hold no smaller one.
 
     Parameters
@@ -81,20 +83,22 @@ def minimal_siphons(system: System, limit: int = 20_000) -> PlaceSets:
     system : System
     limit : int
         Sub-problems to look at before giving up.
+    enough : callable
+        Whether to give up now.
     """
-    return _enumerate(system, _Flow(system, False), limit)
+    return _enumerate(system, _Flow(system, False), limit, enough)
 
 
-def minimal_traps(system: System, limit: int = 20_000) -> PlaceSets:
+def minimal_traps(system: System, limit: int = 20_000, enough: Callable[[], bool] = never) -> PlaceSets:
     """The traps that hold no smaller one."""
-    return _enumerate(system, _Flow(system, True), limit)
+    return _enumerate(system, _Flow(system, True), limit, enough)
 
 
-def _enumerate(system: System, flow: _Flow, limit: int) -> PlaceSets:
+def _enumerate(system: System, flow: _Flow, limit: int, enough: Callable[[], bool]) -> PlaceSets:
     found: set[int] = set()
     queue = deque([((1 << len(system.places)) - 1, 0)])
     looked = 0
-    while queue and looked < limit:
+    while queue and looked < limit and not enough():
         looked += 1
         allowed, required = queue.popleft()
         inside = flow.largest(allowed)
@@ -102,10 +106,15 @@ def _enumerate(system: System, flow: _Flow, limit: int) -> PlaceSets:
             continue
         small = inside
         for bit in _bits(inside & ~required):
+            if enough():
+                break
             if small & bit:
                 less = flow.largest(small & ~bit)
                 if less and not required & ~less:
                     small = less
+        if enough():
+            queue.append((allowed, required))
+            break
         if all(not flow.largest(small & ~bit) for bit in _bits(small)):
             found.add(small)
         held = required

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ...petri import CompiledNet, instances
 from ..kernels import timed as kernels
-from ..structure.invariants import semiflows
+from ..structure.invariants import never, semiflows
 from ..verdicts import Verdict
 from .state_space import UNDECIDED, TimedStateSpace
 
@@ -44,7 +44,7 @@ class CoActivity:
         return {"instances": list(self.instances), "pairs": pairs, "sets": [list(s) for s in self.sets]}
 
 
-def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | None:
+def co_activity(compiled: CompiledNet, space: TimedStateSpace, enough: Callable[[], bool] = never) -> CoActivity | None:
     """Which module instances may be active together; None for a net without modules that have an `ongoing` port.
 
     Exclusion is proved by a P-invariant where one does it (§2.2.6, conservation analysis), by exploration otherwise. Invariants are those
@@ -62,7 +62,7 @@ def co_activity(compiled: CompiledNet, space: TimedStateSpace) -> CoActivity | N
     settled = np.flatnonzero((space.kinds == kernels.QUIET) & space.real)
     active = space.markings[settled][:, columns] > 0
     maybe = space.markings[space.kinds == kernels.QUIET][:, columns] > 0
-    flows = semiflows(space.system.untimed, "P").vectors  # of the net with its caller, from the marking that was explored
+    flows = semiflows(space.system.untimed, "P", enough=enough).vectors  # of the net with its caller, from the marking that was explored
     together: dict[tuple[str, str], Verdict] = {}
     proofs: dict[tuple[str, str], str] = {}
     for a in range(len(names)):

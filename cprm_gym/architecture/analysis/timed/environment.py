@@ -7,7 +7,7 @@ them from further outputs whenever it likes. It may act between any two firings 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ...petri import CompiledNet, ObjectPlace, PetriNet, Place, Transition, compile_net
 from .system import TimedSystem, timed_system
@@ -15,14 +15,19 @@ from .system import TimedSystem, timed_system
 IDLE, RUNNING = "caller idle", "caller waits"
 
 
-def closed_system(net: PetriNet | CompiledNet, bounds: Mapping[str, tuple[float, float]] | None = None, limit: int = 255) -> TimedSystem:
+def closed_system(
+    net: PetriNet | CompiledNet,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    limit: int = 255,
+    enough: Callable[[], bool] = lambda: False,
+) -> TimedSystem:
     """The net with what its surroundings may do: a caller if it is a behaviour module, nothing but observations otherwise."""
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
     ports = compiled.net.ports
     if ports.begin and ports.ongoing and ports.outcomes:
         moves, extra = caller(compiled.net, ports.idle_interrupts == "consumed")
-        return timed_system(compiled, moves, extra, bounds, limit)
-    return timed_system(compiled, bounds=bounds, limit=limit)
+        return timed_system(compiled, moves, extra, bounds, limit, enough)
+    return timed_system(compiled, bounds=bounds, limit=limit, enough=enough)
 
 
 def caller(flat: PetriNet, idle_interrupts: bool) -> tuple[list[Transition], dict[str, int]]:

@@ -6,7 +6,7 @@ selected objects may be anything in every cycle, a behaviour module is driven by
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +15,14 @@ import numpy as np
 from ....errors import unknown_name
 from ...petri import CompiledNet, PetriNet, compile_net
 from ..behaviour.graphs import components
-from ..behaviour.state_space import Budget, Progress
+from ..behaviour.state_space import Progress
+from ..budget import Budget
 from ..kernels import timed as kernels
+from ..net_arrays import selected_places
+from ..structure.invariants import never
 from ..verdicts import Step, Verdict
 from .co_activity import CoActivity, co_activity
+from .emissions import Emission, emissions
 from .environment import closed_system
 from .state_space import UNDECIDED, TimedStateSpace, explore_timed, immediate_loop
 
@@ -63,6 +67,8 @@ class TimedStructure:
         `deterministic`: no order among equal priorities matters.
     dead_transitions, live_transitions : tuple of str
     conflicts : tuple of Conflict
+    emissions : tuple of Emission
+        Pairs of exclusive commands that may be sent in one cycle.
     modules : CoActivity or None
     """
 
@@ -80,6 +86,7 @@ class TimedStructure:
     live_transitions: tuple[str, ...]
     conflicts: tuple[Conflict, ...]
     modules: CoActivity | None
+    emissions: tuple[Emission, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
@@ -87,7 +94,7 @@ class TimedStructure:
         for key, value in self.__dict__.items():
             if isinstance(value, (Verdict, CoActivity)):
                 out[key] = value.to_json()
-            elif key == "conflicts":
+            elif key in ("conflicts", "emissions"):
                 out[key] = [c.to_json() for c in value]
             else:
                 out[key] = list(value) if isinstance(value, tuple) else value
@@ -100,6 +107,7 @@ def analyze_timed(
     progress: Progress | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     limit: int = 255,
+    exclusive: Sequence[Sequence[str]] = (),
 ) -> TimedStructure:
     """Explore a net cycle by cycle in any environment and say what it can do.
 
@@ -112,12 +120,27 @@ def analyze_timed(
         What is known about continuous, input, belief and math places.
     limit : int
         Tokens in one place beyond which it counts as unbounded.
+    exclusive : sequence of sequences of command names
+        Of which one goes out per cycle, as for the executor.
     """
     compiled = net if isinstance(net, CompiledNet) else compile_net(net)
-    return judge_timed(compiled, explore_timed(closed_system(compiled, bounds, limit), budget, progress))
+    budget, clock = (budget or Budget()).start()
+    space = explore_timed(closed_system(compiled, bounds, limit, clock.spent), budget.part(0.8), progress)
+    return judge_timed(compiled, space, exclusive, clock.spent)
 
 
-def judge_timed(compiled: CompiledNet, space: TimedStateSpace) -> TimedStructure:
+def needs_time(c: CompiledNet) -> bool:
+    """Whether clocks, priorities, the environment or modules make the running net differ from its untimed view."""
+    ports = c.net.ports
+    priorities = bool(c.priority.any()) and len(set(c.priority.tolist())) > 1
+    chosen = bool(selected_places(c).any()) or not c.moved.all()
+    module = bool(ports.begin and ports.ongoing and ports.outcomes)
+    return module or bool(c.delay.any()) or priorities or chosen or bool(c.source.modules)
+
+
+def judge_timed(
+    compiled: CompiledNet, space: TimedStateSpace, exclusive: Sequence[Sequence[str]] = (), enough: Callable[[], bool] = never
+) -> TimedStructure:
     """What an exploration of `closed_system(compiled)` says."""
     system, graph = space.system, space.graph
     own = system.n_own
@@ -144,7 +167,8 @@ def judge_timed(compiled: CompiledNet, space: TimedStateSpace) -> TimedStructure
         dead_transitions=tuple(name for name, f in zip(names, fired) if not f),
         live_transitions=_live(space, names),
         conflicts=conflicts,
-        modules=co_activity(compiled, space),
+        modules=co_activity(compiled, space, enough),
+        emissions=emissions(space, exclusive, enough),
     )
 
 

@@ -224,7 +224,7 @@ def _sample(question: Question, marks: Marks, answer: Answer) -> None:
     arrays |= {name: points[:, k] for k, name in enumerate(values)}
     fine = np.ones(len(points), bool)
     for name, tree in question.steps:
-        arrays[name] = _evaluate(tree, arrays, len(points))
+        arrays[name] = evaluate(tree, arrays, len(points))
         fine &= ~np.isnan(arrays[name])
     for name, (low, high) in question.limits:
         fine &= (arrays[name] >= low) & (arrays[name] <= high)
@@ -248,7 +248,7 @@ def _values(marks: list[float], span: tuple[float, float], far: float) -> list[f
     return sorted(v for v in some if span[0] <= v <= span[1] and abs(v) <= far) or [_clip(0.0, span)]
 
 
-def _evaluate(node: Node, values: Mapping[str, np.ndarray], size: int) -> np.ndarray:
+def evaluate(node: Node, values: Mapping[str, np.ndarray], size: int) -> np.ndarray:
     """The values of a tree at many points; NaN where it is undefined. Points that matter are looked at again by the interpreter."""
     with np.errstate(all="ignore"):
         return _array(node, values, size)

@@ -22,7 +22,8 @@ import numpy as np
 
 from ...petri import PetriNet
 from ..behaviour.graphs import can_reach, closure, components, shortest_run
-from ..behaviour.state_space import Budget, Graph, Progress
+from ..behaviour.state_space import Graph, Progress
+from ..budget import Budget
 from ..kernels import graph as graph_kernels
 from ..kernels import timed as kernels
 from ..kernels.table import rehash
@@ -153,6 +154,13 @@ class TimedStateSpace:
         graph_kernels.lead(starts, graph.sources[order], self.unsure[order], left, lead, np.empty(self.n_nodes, np.int64))
         return lead
 
+    def standstills(self) -> np.ndarray:
+        """(N,) real nodes after which nothing ever fires, whatever is observed."""
+        active = np.zeros(self.n_nodes, bool)
+        active[self.graph.sources[self.graph.labels < len(self.system.transitions)]] = True
+        parts = components(self.graph, len(self.system.labels))
+        return self.real & (self.kinds == kernels.OVER) & ~can_reach(self.graph, parts, active | (self.kinds < 0))
+
     def real_run(self, node: int) -> tuple[Step, ...]:
         """A shortest run over sure edges to a node that is real."""
         return self.run(node) if self.unsure is None else self.real_part.run(int(np.count_nonzero(self.real[:node])))
@@ -254,8 +262,9 @@ def explore_timed(
     """
     if isinstance(system, PetriNet):
         system = timed_system(system)
-    budget = budget or Budget()
+    budget, clock = (budget or Budget()).start()
     n = len(system.transitions)
+    chunk = max(100, min(chunk, 8_000_000 // (n + 1)))
     widest = max((len(v.cells) for v in system.variables), default=0)
     branch = n + widest + 2
     width = len(system.start)
@@ -281,8 +290,8 @@ def explore_timed(
             if code == kernels.DONE:
                 complete = True
                 break
-            if seconds > budget.seconds:
-                reason = "seconds"
+            if clock.spent():
+                reason = clock.reason
             elif state[1] >= min(budget.states, 2**30):
                 reason = "states"
             elif code == kernels.OVERFLOW:
@@ -304,6 +313,7 @@ def explore_timed(
                 progress(int(state[1]), int(state[0]), seconds)
     except KeyboardInterrupt:
         reason = "interrupted"
+        clock.interrupt()
     except MemoryError:
         reason = "memory"
     done, nodes, edges = (int(v) for v in state[:3])

@@ -7,7 +7,8 @@ from structure_oracle import Oracle
 
 from cprm_gym.architecture.analysis.behaviour import state_space
 from cprm_gym.architecture.analysis.behaviour.properties import analyze_structure
-from cprm_gym.architecture.analysis.behaviour.state_space import Budget, explore
+from cprm_gym.architecture.analysis.behaviour.state_space import explore
+from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.net_arrays import System
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
 from cprm_gym.errors import NetError, UnknownName

@@ -7,7 +7,7 @@ import pytest
 from contract_modules import added, broken, changed, turn_to_ball, without
 from run_replay import Replay
 
-from cprm_gym.architecture.analysis.behaviour.state_space import Budget
+from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.analysis.timed.environment import caller
 from cprm_gym.architecture.analysis.timed.system import timed_system

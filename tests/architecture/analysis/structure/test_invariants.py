@@ -8,7 +8,8 @@ from structure_nets import kanban, philosophers, producer, random_net
 from structure_oracle import Oracle
 
 from cprm_gym.architecture.analysis.behaviour.coverability import OMEGA, karp_miller
-from cprm_gym.architecture.analysis.behaviour.state_space import Budget, explore
+from cprm_gym.architecture.analysis.behaviour.state_space import explore
+from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.net_arrays import System
 from cprm_gym.architecture.analysis.structure.conservation import conservative
 from cprm_gym.architecture.analysis.structure.invariants import flow_basis, semiflows, structural_bounds

@@ -1,0 +1,86 @@
+"""One budget bounds all of an analysis, and proofs decide what exploration leaves open."""
+
+import time
+from dataclasses import replace
+
+import pytest
+from structure_nets import kanban, token_ring
+
+from cprm_gym.architecture.analysis.behaviour.properties import Proofs, analyze_structure
+from cprm_gym.architecture.analysis.budget import Budget
+from cprm_gym.architecture.analysis.net_arrays import System
+from cprm_gym.architecture.analysis.report import analyze
+from cprm_gym.architecture.analysis.structure.siphons import minimal_siphons
+from cprm_gym.architecture.petri import PetriNet, Place, Transition
+from cprm_gym.errors import NetError
+
+
+def test_siphons_proofs_and_runs_share_the_time_that_is_granted():
+    """A net whose siphons alone take long: they were looked for 20 seconds after a budget of 1.5."""
+    net = token_ring(10)
+    analyze(kanban(1))  # kernels are compiled
+    began = time.monotonic()
+    report = analyze(net, budget=Budget(seconds=1.5))
+    assert time.monotonic() - began < 12  # several things at a time may run on this machine
+    assert any("cut short" in note for note in report.notes)
+    assert report.siphons is None or not report.siphons.complete or report.untimed.complete
+
+
+def test_siphons_stop_when_told():
+    found = minimal_siphons(System.from_net(kanban(2)), enough=lambda: True)
+    assert (found.sets, found.complete) == ((), False)
+
+
+def test_a_net_whose_arrays_are_larger_than_the_memory_granted_is_refused_by_name():
+    with pytest.raises(NetError, match=r"net 'kanban': 16 places and 16 transitions take 0 MiB as arrays; 0 MiB are granted"):
+        analyze(kanban(2), budget=Budget(memory=1000))
+
+
+def test_conservation_decides_boundedness_and_siphons_decide_deadlocks_when_exploration_stops():
+    report = analyze(kanban(8), budget=Budget(states=2000))
+    assert (report.untimed.complete, report.conservative.holds, report.siphon_trap.holds) == (False, True, True)
+    assert report.untimed.bounded.holds is True
+    assert report.untimed.bounded.why.startswith("conservation")
+    assert report.untimed.deadlock_free.holds is True
+    alone = analyze_structure(kanban(8), Budget(states=2000))
+    assert (alone.bounded.holds, alone.deadlock_free.holds) == (None, None)
+
+
+def test_invariants_decide_whether_a_net_is_one_safe():
+    net = token_ring(6)
+    report = analyze(net, budget=Budget(states=100))
+    assert not report.untimed.complete
+    assert report.untimed.one_safe.holds is True
+
+
+def drain(*places, extra=()):
+    """A large cyclic net beside a part that fills a sink."""
+    big = kanban(8)
+    return replace(big, places=(*big.places, *places), transitions=(*big.transitions, *extra))
+
+
+def test_a_sink_decides_liveness():
+    net = drain(Place("work", capacity=3, tokens=3), Place("sink", capacity=3), extra=(Transition("end", ("work",), ("sink",)),))
+    untimed = analyze(net, budget=Budget(states=2000)).untimed
+    assert not untimed.complete
+    assert untimed.live.holds is False
+    assert "'end' takes what is never put back into 'work'" in untimed.live.why
+    assert untimed.reversible.holds is False
+    assert untimed.reversible.firings[-1] == "end"
+
+
+def test_a_bounded_place_that_only_fills_decides_liveness():
+    net = drain(Place("sink", capacity=5), extra=(Transition("drop", (), ("sink",)),))
+    proofs = Proofs()
+    untimed = analyze_structure(net, Budget(states=2000), proofs=proofs)
+    assert untimed.live.holds is None  # nothing says that the net is bounded
+    bounded = analyze_structure(net, Budget(states=2000), proofs=Proofs(conservative=replace(untimed.live, holds=True)))
+    assert "is never taken again from 'sink'" in bounded.live.why
+    assert bounded.live.holds is False
+
+
+def test_a_timed_view_that_stops_is_bounded_if_the_untimed_one_is():
+    places = tuple(Place(f"p{k}", tokens=1) for k in range(6))
+    steps = tuple(Transition(f"t{k}", (f"p{k}",), (f"p{k}",), delay=d) for k, d in enumerate((7, 11, 13, 17, 19, 23)))
+    report = analyze(PetriNet("clocks", places, steps), budget=Budget(states=5000))
+    assert (report.timed.complete, report.timed.bounded.holds) == (False, True)
