@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..architecture.petri import PetriNet, instances
+from ..architecture.petri import ObjectPlace, PetriNet, Place, instances
 from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.observations import SelfFeature
@@ -22,6 +22,7 @@ from ..envs.rendering import Viewer
 from ..envs.tasks import make_task
 from ..errors import CprmError, unknown_name
 from ..files import hidden_beside
+from .net_view import NetView
 from .play import SoccerAgent
 from .registry import make_controller
 
@@ -35,8 +36,15 @@ AFTERWARDS = 15
 """Cycles shown after the end."""
 POINTS = 60
 """Most points that show a belief."""
+BELIEFS = 5
+"""Most beliefs that are told in a panel."""
 PANEL = 430
 """Width of the panel beside the field in films, pixels."""
+NET_HEIGHT = 460
+"""Height of the net beneath the field at most, pixels."""
+WORDS: Mapping[str, str] = {"holder": "has the ball", "partner": "partner", "receiver": "receives", "first": "first at the ball",
+                            "marked": "marked", "watched": "watched", "watched_1": "watched", "watched_2": "watched"}  # fmt: skip
+"""Object place -> what it says of the player whom it holds."""
 FADE = 20.0
 """Cycles without a sight of the ball after which a reckoned place hardly counts."""
 
@@ -53,13 +61,16 @@ class Player:
         Object number.
     agent : SoccerAgent
     points : (n, 3) array
-        x, y (server's frame) and weight of where he believes the ball to be.
+        x, y (server's frame) and weight of where he believes the ball to be, the likeliest last.
+    marks : dict of int to str
+        Object number -> in what way he is held by the object places of the net (`WORDS`).
     """
 
     name: str
     number: int
     agent: SoccerAgent
     points: np.ndarray
+    marks: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -95,7 +106,7 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
     if name not in DEMOS:
         raise unknown_name("demonstration", name, DEMOS)
     task = make_task(DEMOS[name], **OPTIONS.get(name, {}))
-    agents: list[Any] = [make_controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
+    agents: list[SoccerAgent] = [_traced(make_controller(task, agent)) for agent in select_agents(task.controlled, task.left, task.right)]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)
     observation = core.reset(seed)
@@ -108,7 +119,13 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
         world = core.sim.world[0].copy()
         gaps = np.hypot(*(world["pos"][core.players] - world["pos"][0]).T)
         players = tuple(
-            Player(name, int(core.players[i]), agents[i], believed_ball(agents[i], views[i]) * [core.sides[i], core.sides[i], 1.0])
+            Player(
+                name,
+                int(core.players[i]),
+                agents[i],
+                believed_ball(agents[i], views[i]) * [core.sides[i], core.sides[i], 1.0],
+                held(agents[i], int(core.players[i])),
+            )
             for i, name in enumerate(core.agents)
             if i in np.argsort(gaps, kind="stable")[:SHOWN]
         )
@@ -138,12 +155,49 @@ def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> 
 
 
 def _grid(px: np.ndarray, x_edges: Any, py: np.ndarray, y_edges: Any) -> np.ndarray:
-    """The likeliest cells of two marginals, the likeliest with weight 1."""
+    """The likeliest cells of two marginals, the likeliest last and with weight 1."""
     x, y = (0.5 * (np.asarray(e[:-1]) + np.asarray(e[1:])) for e in (x_edges, y_edges))
     weight = np.outer(px, py)
-    best = np.argsort(weight, axis=None)[::-1][:POINTS]
+    best = np.argsort(weight, axis=None)[-POINTS:]
     i, j = np.unravel_index(best, weight.shape)
     return np.stack([x[i], y[j], weight[i, j] / weight.max()], axis=1)
+
+
+def held(agent: SoccerAgent, number: int) -> dict[int, str]:
+    """Object number -> what the object places of an agent's net say of him.
+
+    Parameters
+    ----------
+    agent : SoccerAgent
+    number : int
+        His own object number.
+    """
+    marks: dict[int, str] = {}
+    if agent.controller is None:
+        return marks
+    for place in agent.cprm.net.places:
+        if isinstance(place, ObjectPlace):
+            index = int(agent.controller.executor.holds(place.name)[0])
+            if index >= 0:
+                objects = [name for name, kind in agent.cprm.objects.items() if kind == place.class_name]
+                whom = _object_number(objects[index], number)
+                words = [*marks.get(whom, "").split(", "), WORDS.get(place.name, place.name.replace("_", " "))]
+                marks[whom] = ", ".join(dict.fromkeys(word for word in words if word))
+    return marks
+
+
+def _object_number(name: str, own: int) -> int:
+    """Number of an object as the agents call them: ``o3`` opponent 3, ``t3`` number 3 of the own team, ``m3`` the third but himself."""
+    kind, k = name[0], int(name[1:])
+    first, unum = (0, own) if own <= 11 else (11, own - 11)
+    return (11 - first) + k if kind == "o" else first + k + (kind == "m" and k >= unum)
+
+
+def _traced(agent: Any) -> SoccerAgent:
+    """The agent, who keeps what fired."""
+    agent.options["trace"] = True
+    traced: SoccerAgent = agent
+    return traced
 
 
 def panel(player: Player) -> list[str]:
@@ -155,12 +209,14 @@ def panel(player: Player) -> list[str]:
     marked = {name for name, tokens in zip(executor.net.place_names, executor.marking[0]) if tokens > 0}
     lines = [f"{player.name}: {net.name}", "net"]
     lines += _active(net, executor, marked)
-    own = [p.name for p in net.places if p.name in marked and type(p).__name__ in ("Place", "ObjectPlace")]
+    own = [p.name for p in net.places if p.name in marked and isinstance(p, Place)]
     lines.append("  marked: " + (", ".join(own) or "-"))
-    beliefs = [f"{p.name} {executor.read(p.name)[0]:.2f}" for p in executor.belief_places]
-    x, y, _ = player.points[0]
-    lines += ["beliefs", f"  ball at {x:.1f}, {y:.1f}"]
-    lines += [f"  {entry}" for entry in beliefs[:8]]
+    if player.marks:
+        lines.append("objects")
+        lines += [f"  {text}: {'left' if number <= 11 else 'right'} {(number - 1) % 11 + 1}" for number, text in player.marks.items()]
+    x, y, _ = player.points[-1]
+    lines += ["reckons" if player.agent.cprm.model is None else "believes", f"  ball at {x:.1f}, {y:.1f}"]
+    lines += [f"  {p.name} {executor.read(p.name)[0]:.2f}" for p in executor.belief_places[:BELIEFS]]
     lines.append("commands")
     for name, values in executor._commands.of(0).items():
         lines.append(f"  {name} " + ", ".join(f"{key} {value:.0f}" for key, value in values.items()))
@@ -197,6 +253,7 @@ class Recorder:
         except ImportError:
             raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
         self.viewer = Viewer("rgb_array")
+        self._shown: int | None = None
         self._temporary = hidden_beside(self.path, self.path.suffix)
         options = {"fps": fps, "macro_block_size": 2} if self.path.suffix == ".mp4" else {"duration": 1000 / fps, "loop": 0}
         try:
@@ -205,11 +262,16 @@ class Recorder:
             raise CprmError(f"--record {self.path}: cannot be written: {error.strerror or error}") from None
 
     def add(self, scene: Scene) -> np.ndarray:
-        """One picture: the field with view cones and beliefs, the panels beside it; also returned, (H, W, 3) uint8."""
+        """One picture: the field with view cones, beliefs and who is watched, the panels beside it, the net of the first beneath.
+
+        Also returned, (H, W, 3) uint8.
+        """
         belief = np.concatenate([player.points for player in scene.players])
-        field = self.viewer.draw(scene.world, tuple(player.number for player in scene.players), belief)
-        assert isinstance(field, np.ndarray)
-        picture = np.concatenate([field, self._panel(scene, field.shape[0])], axis=1)
+        marks = {number: text for player in scene.players for number, text in player.marks.items()}
+        pitch = self.viewer.draw(scene.world, tuple(player.number for player in scene.players), belief, marks)
+        assert isinstance(pitch, np.ndarray)
+        above = np.concatenate([pitch, self._panel(scene, pitch.shape[0])], axis=1)
+        picture = np.concatenate([above, self._net(scene, above.shape[1])], axis=0)
         picture = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
         self._writer.append_data(picture)
         return picture
@@ -225,11 +287,27 @@ class Recorder:
                 font = self.viewer._font(26 if k == 0 else 21)
                 text = font.render(line, True, (246, 205, 70) if k == 0 else (150, 190, 165) if heading else (235, 242, 235))
                 surface.blit(text, (14, y))
-                y += 26 if k == 0 else 19
+                y += 24 if k == 0 else 18
             y += 14
         end = self.viewer._font(26).render(scene.status.replace("_", " ").lower(), True, (246, 205, 70))
-        surface.blit(end, (14, height - 32))
+        surface.blit(end, (PANEL - end.get_width() - 14, 12))
         return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
+
+    def _net(self, scene: Scene, width: int) -> np.ndarray:
+        """The net of the first player of the film, with its marking and what has just fired."""
+        if self._shown is None:
+            self._shown = scene.players[0].number
+            self._net_view = NetView(scene.players[0].agent.cprm.net, width, NET_HEIGHT, self.viewer._pygame)
+        player = next((p for p in scene.players if p.number == self._shown), scene.players[0])
+        controller = player.agent.controller
+        if controller is None or player.agent.cprm.net != self._net_view.net:
+            return self._net_view.draw({})
+        executor = controller.executor
+        marking = dict(zip(executor.net.place_names, executor.marking[0]))
+        for place in self._net_view.net.places:
+            if isinstance(place, ObjectPlace):
+                marking[place.name] = float(executor.holds(place.name)[0] >= 0)
+        return self._net_view.draw(marking, controller.explain().fired)
 
     def close(self) -> None:
         """Finish the film; when that is interrupted nothing is left behind."""

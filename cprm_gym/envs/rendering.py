@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -93,7 +94,13 @@ class Viewer:
         """Width and height of the picture, pixels."""
         return int((LENGTH + 2 * MARGIN) * SCALE), int((WIDTH + 2 * MARGIN) * SCALE) + BOARD
 
-    def draw(self, world: np.void, cones: tuple[int, ...] = (), belief: np.ndarray | None = None) -> np.ndarray | str | None:
+    def draw(
+        self,
+        world: np.void,
+        cones: tuple[int, ...] = (),
+        belief: np.ndarray | None = None,
+        marks: Mapping[int, str] | None = None,
+    ) -> np.ndarray | str | None:
         """The picture of a world.
 
         Parameters
@@ -102,7 +109,9 @@ class Viewer:
         cones : tuple of int
             Object numbers of the players whose view cone is shown.
         belief : (n, 3) array, optional
-            Points x, y and weight in [0, 1]: where somebody believes the ball to be.
+            Points x, y and weight in [0, 1]: where somebody believes the ball to be. The likelier lie above, and 0 is not seen.
+        marks : mapping of int to str, optional
+            Object number -> what is said of him, beside a ring around him.
 
         Returns
         -------
@@ -118,7 +127,7 @@ class Viewer:
         if steps != self._last_time:
             self.trail.append((float(world["pos"][0, 0]), float(world["pos"][0, 1])))
             self._last_time = steps
-        surface = self._picture(world, cones, belief)
+        surface = self._picture(world, cones, belief, marks or {})
         if self.mode == "rgb_array":
             return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
         if self._window is None:
@@ -209,7 +218,7 @@ class Viewer:
                 pygame.draw.circle(surface, _DARK, self._at(x, y), 0.5 * self._unit)
                 pygame.draw.circle(surface, _REGION, self._at(x, y), 0.36 * self._unit)
 
-    def _picture(self, world: np.void, cones: tuple[int, ...], belief: np.ndarray | None) -> Any:
+    def _picture(self, world: np.void, cones: tuple[int, ...], belief: np.ndarray | None, marks: Mapping[int, str]) -> Any:
         pygame, k = self._pygame, self._unit
         if self._pitch is None:
             self._pitch = self._background()
@@ -218,19 +227,36 @@ class Viewer:
         for player in cones:
             self._cone(veil, world, player)
         if belief is not None:
-            for x, y, weight in np.asarray(belief, float):
-                pygame.draw.circle(veil, (60, 120, 255, int(30 + 200 * min(1.0, max(0.0, weight)))), self._at(x, y), 0.8 * k)
+            self._cloud(surface, belief)
         for i, (x, y) in enumerate(self.trail):
             pygame.draw.circle(veil, (255, 255, 255, int(10 + 130 * i / TRAIL)), self._at(x, y), 0.32 * k)
         surface.blit(veil, (0, 0))
         for player in range(1, 23):
             if world["enabled"][player - 1]:
                 self._player(surface, world, player)
+        for player, text in marks.items():
+            self._mark(surface, self._at(*(float(v) for v in world["pos"][player])), text)
         ball = self._at(float(world["pos"][0, 0]), float(world["pos"][0, 1]))
         pygame.draw.circle(surface, _DARK, ball, 0.52 * k)
         pygame.draw.circle(surface, _BALL, ball, 0.42 * k)
         self._board(surface, world)
         return pygame.transform.smoothscale(surface, self.size)
+
+    def _cloud(self, surface: Any, belief: np.ndarray) -> None:
+        """Points of a belief, on a veil of their own: a circle replaces what it covers there, so that the likelier come last."""
+        veil = self._pygame.Surface(surface.get_size(), self._pygame.SRCALPHA)
+        points = np.asarray(belief, float).reshape(-1, 3)
+        for x, y, weight in points[np.argsort(points[:, 2], kind="stable")]:
+            opacity = int(230 * min(1.0, max(0.0, weight)))
+            if opacity > 0:
+                self._pygame.draw.circle(veil, (60, 120, 255, opacity), self._at(x, y), 0.8 * self._unit)
+        surface.blit(veil, (0, 0))
+
+    def _mark(self, surface: Any, at: tuple[float, float], text: str) -> None:
+        """A ring, and what is said of him who stands in it."""
+        self._pygame.draw.circle(surface, _REGION, at, 1.75 * self._unit, max(2, int(0.2 * self._unit)))
+        label = self._font(int(15 * SMOOTH)).render(text, True, _REGION)
+        surface.blit(label, (at[0] - label.get_width() / 2, at[1] + 1.9 * self._unit))
 
     def _cone(self, veil: Any, world: np.void, player: int) -> None:
         i = player - 1

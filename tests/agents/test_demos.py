@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cprm_gym.agents.demos import PANEL, Recorder, believed_ball, panel, play
+from cprm_gym.agents.demos import PANEL, Recorder, _object_number, believed_ball, panel, play
+from cprm_gym.agents.net_view import NetView
+from cprm_gym.agents.striker import STRIKER_NET
 from cprm_gym.cli import app
+from cprm_gym.envs.rendering import Viewer
 from cprm_gym.errors import CprmError, UnknownName
 
 
@@ -34,7 +37,7 @@ def test_both_passers_are_shown_and_believe_the_ball_near_where_it_is():
     (scene,) = [s for s in islice(play("passers", seed=0), 0, 31) if s.cycle == 30]
     assert [p.name for p in scene.players] == ["left_1", "left_2"]
     for player in scene.players:
-        assert np.hypot(*(player.points[0, :2] - scene.world["pos"][0])) < 2.0
+        assert np.hypot(*(player.points[-1, :2] - scene.world["pos"][0])) < 2.0
 
 
 def test_of_the_eleven_the_two_nearest_to_the_ball_are_shown():
@@ -44,6 +47,48 @@ def test_of_the_eleven_the_two_nearest_to_the_ball_are_shown():
     lines = panel(scene.players[0])
     assert lines[0].endswith(": outfielder")
     assert any("rival_x" in line for line in lines)
+
+
+def test_a_striker_without_a_model_reckons_and_a_goalie_believes():
+    (striker,), (goalie,) = (next(play(name, seed=0)).players[:1] for name in ("striker", "goalie"))
+    assert "reckons" in panel(striker)
+    assert not {"believes", "beliefs"} & set(panel(striker))
+    assert "believes" in panel(goalie)
+
+
+def test_who_is_watched_and_who_has_the_ball_is_told_and_shown():
+    scenes = list(islice(play("goalie", seed=1), 12))
+    assert scenes[-1].players[0].marks == {12: "watched", 13: "watched"}
+    assert {"  watched: right 1", "  watched: right 2"} <= set(panel(scenes[-1].players[0]))
+    viewer = Viewer("rgb_array")
+    plain, marked = (viewer.draw(scenes[-1].world, marks=marks) for marks in (None, scenes[-1].players[0].marks))
+    assert (plain != marked).any()
+    (scene,) = [s for s in islice(play("passers", seed=0), 0, 31) if s.cycle == 30]
+    assert [player.marks.get(partner) for player, partner in zip(scene.players, (2, 1))] == ["partner", "partner"]
+
+
+def test_objects_have_the_numbers_of_their_players():
+    assert [_object_number(name, 3) for name in ("o2", "t5", "m1", "m3")] == [13, 5, 1, 4]
+    assert [_object_number(name, 14) for name in ("o2", "t5", "m1", "m3")] == [2, 16, 12, 15]
+
+
+def test_the_mode_of_a_belief_lies_above_what_is_less_likely_and_nothing_is_not_seen():
+    world = next(play("striker", seed=0)).world
+    viewer = Viewer("rgb_array")
+    mode = [30.0, 20.0, 1.0]
+    pictures = [viewer.draw(world, belief=np.array(points)) for points in ([mode], [mode, [30.0, 20.0, 0.02]], [mode, [-30.0, 20.0, 0.0]])]
+    assert (pictures[0] == pictures[1]).all()
+    assert (pictures[0] == pictures[2]).all()
+
+
+def test_the_net_is_drawn_with_its_tokens_its_modules_at_work_and_what_fires():
+    pygame = pytest.importorskip("pygame", reason="films need the extra 'render'")
+    view = NetView(STRIKER_NET, 1000, 400, pygame)
+    empty = view.draw({})
+    assert empty.shape[1] == 1000
+    for marking, fired in (({"intend": 1.0}, ()), ({"dribble.ongoing": 1.0}, ()), ({}, ("look",))):
+        assert (view.draw(marking, fired) != empty).any()
+    assert (view.draw({}) == empty).all()
 
 
 def test_a_place_that_was_not_seen_for_long_fades():
@@ -68,6 +113,7 @@ def test_a_film_appears_when_it_is_finished_and_not_before(tmp_path):
     assert path.read_bytes()[:4] == b"GIF8"
     assert [p.name for p in tmp_path.iterdir()] == ["striker.gif"]
     assert pictures[0].shape[1] == 920 + PANEL
+    assert pictures[0].shape[0] > 654 + 200, "the net stands beneath the field"
     assert pictures[0].dtype == np.uint8
     given_up = Recorder(tmp_path / "other.gif")
     given_up.discard()

@@ -20,7 +20,7 @@ LONGEST = 44  # characters of a detail
 
 
 @dataclass
-class _Laid:
+class Laid:
     """A box whose inside has been laid out: positions relative to its top left corner."""
 
     box: Box
@@ -28,13 +28,13 @@ class _Laid:
     height: float
     at: dict[str, Point] = field(default_factory=dict)  # items, of inner boxes too
     items: dict[str, Item] = field(default_factory=dict)
-    inner: list[tuple[_Laid, Point]] = field(default_factory=list)
+    inner: list[tuple[Laid, Point]] = field(default_factory=list)
     routes: list[tuple[Link, list[Point]]] = field(default_factory=list)
 
 
 def render(box: Box) -> str:
     """The SVG document of a picture."""
-    laid = _lay(box, outermost=True)
+    laid = lay_out(box, outermost=True)
     width, height = laid.width + 2 * MARGIN, laid.height + 2 * MARGIN
     body: list[str] = []
     _draw_boxes(laid, (MARGIN, MARGIN), body)
@@ -79,9 +79,9 @@ def _extent(item: Item) -> tuple[float, float, float]:
     return half + 2, half + 8 + text, 2 * RADIUS + 6
 
 
-def _lay(box: Box, outermost: bool = False) -> _Laid:
-    children = [_lay(inner) for inner in box.boxes]
-    laid = _Laid(box, 0.0, 0.0, items={item.key: item for item in box.items})
+def lay_out(box: Box, outermost: bool = False) -> Laid:
+    children = [lay_out(inner) for inner in box.boxes]
+    laid = Laid(box, 0.0, 0.0, items={item.key: item for item in box.items})
     nodes = []
     for item in box.items:
         left, right, height = _extent(item)
@@ -123,14 +123,14 @@ def _lay(box: Box, outermost: bool = False) -> _Laid:
     return laid
 
 
-def _tops(children: Sequence[_Laid]) -> set[str]:
+def _tops(children: Sequence[Laid]) -> set[str]:
     return {key for child in children for key in child.box.entries}
 
 
 # -- drawing ------------------------------------------------------------------------------------------------------------------------
 
 
-def _draw_boxes(laid: _Laid, corner: Point, body: list[str]) -> None:
+def _draw_boxes(laid: Laid, corner: Point, body: list[str]) -> None:
     for child, (x, y) in laid.inner:
         x, y = x + corner[0], y + corner[1]
         body.append(
@@ -140,14 +140,14 @@ def _draw_boxes(laid: _Laid, corner: Point, body: list[str]) -> None:
         _draw_boxes(child, (x, y), body)
 
 
-def _draw_items(laid: _Laid, corner: Point, body: list[str]) -> None:
+def _draw_items(laid: Laid, corner: Point, body: list[str]) -> None:
     for child, (x, y) in laid.inner:
         _draw_titles(child, (x + corner[0], y + corner[1]), body)
     for key, (x, y) in laid.at.items():
         _draw_item(laid.items[key], x + corner[0], y + corner[1], body)
 
 
-def _draw_titles(laid: _Laid, corner: Point, body: list[str]) -> None:
+def _draw_titles(laid: Laid, corner: Point, body: list[str]) -> None:
     body += _text(laid.box.title, corner[0] + 8, corner[1] + 15, FONT, INK, ' font-weight="bold"')
     for child, (x, y) in laid.inner:
         _draw_titles(child, (x + corner[0], y + corner[1]), body)
@@ -194,7 +194,7 @@ def _draw_inside(item: Item, x: float, y: float, body: list[str]) -> None:
         body.append(f'<text x="{x:.1f}" y="{y + 3.5:.1f}" text-anchor="middle" font-size="{SMALL:g}">{item.tokens}</text>')
 
 
-def _draw_links(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
+def _draw_links(laid: Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
     """Draw the arcs, inner boxes first, and add them with the points through which they go to `drawn`."""
     for child, (x, y) in laid.inner:
         _draw_links(child, (x + corner[0], y + corner[1]), body, drawn)
@@ -204,7 +204,7 @@ def _draw_links(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[L
         drawn.append((link, _draw_link(link, path, body)))
 
 
-def _draw_labels(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
+def _draw_labels(laid: Laid, corner: Point, body: list[str], drawn: list[tuple[Link, list[Point]]]) -> None:
     texts = []
     for key, (x, y) in laid.at.items():
         left, right, height = _extent(laid.items[key])
@@ -216,7 +216,7 @@ def _draw_labels(laid: _Laid, corner: Point, body: list[str], drawn: list[tuple[
         body += _text(label, left, bottom - 1.5, SMALL, INK)
 
 
-def _upright(laid: _Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
+def _upright(laid: Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
     """The points between, those straight above or below an end moved to where the arc touches it."""
     moved = list(points)
     for index, key, touch in ((0, link.source, start), (-1, link.target, end)):
@@ -225,7 +225,7 @@ def _upright(laid: _Laid, link: Link, points: list[Point], start: Point, end: Po
     return moved
 
 
-def _attachments(laid: _Laid) -> list[tuple[Point, Point]]:
+def _attachments(laid: Laid) -> list[tuple[Point, Point]]:
     """Where each arc touches its two ends: spread along the side of the node that it comes from, in order."""
     touching: dict[tuple[str, bool], list[tuple[float, int, int]]] = {}
     sides: list[list[bool]] = []
