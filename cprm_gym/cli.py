@@ -348,7 +348,7 @@ def play(
     from .envs.play import Film
     from .envs.play import play as episode
     from .envs.rendering import Viewer, text_picture
-    from .envs.tasks import Soccer, make_task
+    from .envs.tasks import Soccer, Status, make_task
 
     with said_plainly():
         made = make_task(task)
@@ -358,7 +358,7 @@ def play(
         course = episode(made, factory, chosen, seed, cycles)
         core, status = next(course)
 
-        def to_the_end(show: Callable[[], object]) -> str:
+        def to_the_end(show: Callable[[], object]) -> Status:
             word = status
             for _, now in course:
                 word = now
@@ -393,7 +393,7 @@ def play(
         left, right = (int(goals) for goals in core.sim.world["score"][0])
         # drills end at the goal line, before a referee counts
         score = f", goals {left} : {right}" if isinstance(made, Soccer) or left + right else ""
-        console.print(f"{made.name}, seed {seed}: {status}, {int(core.cycle[0])} cycles{score}", highlight=False)
+        console.print(f"{made.name}, seed {seed}: {status.name}, {int(core.cycle[0])} cycles{score}", highlight=False)
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from ..envs.controller import check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.observations import SelfFeature
 from ..envs.rendering import Viewer
-from ..envs.tasks import make_task
+from ..envs.tasks import Status, make_task
 from ..errors import CprmError, unknown_name
 from ..files import hidden_beside
 from .net_view import NetView
@@ -112,7 +112,7 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
     observation = core.reset(seed)
     for i, agent in enumerate(agents):
         agent.reset({key: value[:, i] for key, value in observation.items()}, seed)
-    status, success, rest = task.statuses[0], False, AFTERWARDS
+    status, success, rest = Status.IN_GAME.name, False, AFTERWARDS
     while rest > 0:
         views = [{key: value[:, i] for key, value in observation.items()} for i in range(len(agents))]
         actions = [check_action(core.agents[i], agent.act(views[i]), 1) for i, agent in enumerate(agents)]
@@ -133,7 +133,7 @@ def play(name: str, seed: int = 0) -> Iterator[Scene]:
         step = core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
         if rest < AFTERWARDS or step.terminated[0] or step.truncated[0]:
             if rest == AFTERWARDS:
-                status, success = task.statuses[int(step.status[0])], bool(step.success[0])
+                status, success = Status(int(step.status[0])).name, bool(step.success[0].any())
             rest -= 1
 
 

@@ -98,7 +98,7 @@ def measure(factory: Factory, disturbance: Disturbance | None, episodes: int = 1
         tally.note(core, disturber, kicked)
         over = (left > 0) & (step.terminated | step.truncated)
         if over.any():
-            tally.close(over, step.success)
+            tally.close(over, np.asarray(step.success.any(axis=1)))
             left -= over
             again = over & (left > 0)
             observation = core.reset(worlds=again)

@@ -107,7 +107,7 @@ def _play(block: Block, result: BlockResult, limit: Limit, most: int | None = No
     # several agents of one world: each has a controller of its own, which sees nothing but that agent's observation
     controllers = [load_controller(block.controller)(task, agent) for agent in agents]
     needs = tuple(dict.fromkeys(part for controller in controllers for part in getattr(controller, "needs", ())))
-    core = SoccerCore(task, count, controlled=agents, seed=block.seed, first_world=block.first, view="hybrid", include=needs)
+    core = SoccerCore(task, count, controlled=agents, seed=block.seed, first_world=block.first, include=needs)
     observation = core.reset(block.seed)
     spent = -time.process_time()
     for i, controller in enumerate(controllers):
@@ -127,7 +127,7 @@ def _play(block: Block, result: BlockResult, limit: Limit, most: int | None = No
         step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
         cycles += running
         reward += np.where(running, step.reward.mean(axis=1), 0.0)
-        success |= running & step.success
+        success |= running & step.success.any(axis=1)
         running &= ~(step.terminated | step.truncated)
         result.decisions += count * len(agents)
         result.played += count

@@ -38,6 +38,7 @@ from ..agents.skills.watch_ball import watch_ball
 from ..architecture.cprm import CPRM
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.core import SoccerCore
+from ..envs.pitch import Pitch, wrapped
 from ..envs.tasks import Task, make_task
 from ..envs.tasks.base import Outcome
 from ..simulator.parameters import Rules, ServerParameters
@@ -192,8 +193,9 @@ def _ball_at(near: float, far: float, aside: float, x: float = 0.0, feet: bool =
         place = np.stack([x + 4 * (u[:, 0] - 0.5), 20 * (u[:, 1] - 0.5)], axis=1)
         low, high = (Body.of(core.task).within(share) for share in (near, far)) if feet else (near, far)
         angle, far_off = 2 * np.pi * (u[:, 2] - 0.5) * (1.0 if x == 0 else 0.2), low + (high - low) * u[:, 3]
-        core.place_player(worlds, 1, place, np.degrees(angle) + aside * (2 * u[:, 4] - 1))
-        core.place_ball(worlds, place + far_off[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        ball = place + far_off[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        core.place_ball(*ball.T, worlds=worlds)
+        core.place_player(1, *place.T, wrapped(angle + np.radians(aside) * (2 * u[:, 4] - 1)), worlds=worlds)
 
     return start
 
@@ -206,7 +208,7 @@ def _ball_comes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     gap = np.hypot(d[:, 0], d[:, 1])
     angle = np.arctan2(d[:, 1], d[:, 0]) + np.radians(12.0) * (2 * u[:, 5] - 1)
     speed = Body.of(core.task).roll * gap + 0.4 + 0.4 * u[:, 0]
-    core.place_ball(worlds, w["pos"][worlds, 0], (speed * np.stack([np.cos(angle), np.sin(angle)])).T)
+    core.place_ball(*w["pos"][worlds, 0].T, speed * np.cos(angle), speed * np.sin(angle), worlds=worlds)
 
 
 def _with_mate(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
@@ -214,7 +216,7 @@ def _with_mate(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     _ball_at(*_FEET, 30.0, feet=True)(core, worlds, u)
     angle, far = 2 * np.pi * u[:, 5], 8.0 + 10.0 * u[:, 1]
     place = core.sim.world["pos"][worlds, 1] + (far * np.stack([np.cos(angle), np.sin(angle)])).T
-    core.place_player(worlds, 2, place, np.degrees(angle) + 180.0)
+    core.place_player(2, *place.T, wrapped(angle + np.pi), (0.0, 0.0), worlds=worlds)
 
 
 def _before_kick_off(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
@@ -241,17 +243,18 @@ def _shot(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     way = np.stack([np.full(len(u), GOAL_X), 5.0 * (2 * u[:, 2] - 1)], axis=1) - ball
     length = np.hypot(way[:, 0], way[:, 1])
     speed = Body.of(core.task).roll * length + 0.4 + 0.4 * u[:, 3]
-    core.place_ball(worlds, ball, speed[:, None] * way / length[:, None])
+    core.place_ball(*ball.T, *(speed[:, None] * way / length[:, None]).T, worlds=worlds)
     guard = np.stack([GOAL_X + 4.0 * np.cos(angle), 4.0 * np.sin(angle)], axis=1)
-    core.place_player(worlds, 1, guard, np.degrees(angle) + SIDE_ON)
+    core.place_player(1, *guard.T, wrapped(angle + np.radians(SIDE_ON)), worlds=worlds)
 
 
 def _in_hand(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     """The ball lies at the goalie's hands as after a catch, somewhere in his penalty area."""
     place = np.stack([GOAL_X + 2.0 + 8.0 * u[:, 0], 16.0 * (2 * u[:, 1] - 1)], axis=1)
     angle = 2 * np.pi * u[:, 2]
-    core.place_player(worlds, 1, place, np.degrees(angle) + 20.0 * (2 * u[:, 3] - 1))
-    core.place_ball(worlds, place + 0.4 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    ball = place + 0.4 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    core.place_ball(*ball.T, worlds=worlds)
+    core.place_player(1, *place.T, wrapped(angle + np.radians(20.0) * (2 * u[:, 3] - 1)), worlds=worlds)
 
 
 def _off_post(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
@@ -260,9 +263,9 @@ def _off_post(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
         away, angle = near + (far - near) * v[:, 0], np.radians(60.0) * (2 * v[:, 1] - 1)
         place = np.stack([GOAL_X + away * np.cos(angle), away * np.sin(angle)], axis=1)
         if kind:
-            core.place_player(worlds, 1, place, 360.0 * u[:, 4])
+            core.place_player(1, *place.T, wrapped(2 * np.pi * u[:, 4]), worlds=worlds)
         else:
-            core.place_ball(worlds, place)
+            core.place_ball(*place.T, worlds=worlds)
 
 
 def _ball_passes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
@@ -271,9 +274,9 @@ def _ball_passes(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     angle, far = np.radians(50.0) * (2 * u[:, 0] - 1), 10.0 + 10.0 * u[:, 1]
     across = angle + np.pi / 2 * np.sign(u[:, 2] - 0.5)
     speed = 0.3 + 0.7 * u[:, 3]
-    core.place_player(worlds, 1, place, 0.0)
+    core.place_player(1, *place.T, 0.0, worlds=worlds)
     ball = place + far[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    core.place_ball(worlds, ball, speed[:, None] * np.stack([np.cos(across), np.sin(across)], axis=1))
+    core.place_ball(*ball.T, speed * np.cos(across), speed * np.sin(across), worlds=worlds)
 
 
 def _in_view(core: SoccerCore) -> np.ndarray:
@@ -334,16 +337,18 @@ class _Stage(Task):
 
     start: Start = _before_kick_off
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Play is on; the team-mate is far off unless the trial places him."""
+        core = pitch
+        assert isinstance(core, SoccerCore)
         core.sim.world["mode"][worlds] = PlayMode.play_on
-        core.place_player(worlds, 2, np.full((len(worlds), 2), -30.0), 0.0)
+        core.place_player(2, -30.0, -30.0, 0.0, worlds=worlds)
         self.start(core, worlds, core.draw(worlds, 6))
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Nothing counts."""
-        nothing = np.zeros(core.worlds, bool)
-        return Outcome(np.zeros((core.worlds, len(core.agents))), nothing, nothing, np.zeros(core.worlds, np.int64), {})
+        shape = (pitch.worlds, len(pitch.players))
+        return Outcome(np.zeros(shape), np.zeros(pitch.worlds, bool), np.zeros(shape, bool), np.zeros(pitch.worlds, np.int64), {})
 
 
 def measure(

@@ -7,9 +7,8 @@ The Gymnasium, vector and PettingZoo faces only translate between it and their l
 from __future__ import annotations
 
 import copy
-import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,18 +16,21 @@ from gymnasium import spaces as gym_spaces
 
 from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
 from ..simulator.senses import BodyColumn, See, new_body, new_hear, new_see
+from ..simulator.setup import stream_keys
 from ..simulator.simulator import Simulator
-from ..simulator.state import COMMAND, LEFT, PLAYERS, RIGHT, Stream
+from ..simulator.state import COMMAND, PLAYERS
 from .actions import MACRO, NO_COMMAND, ActionView, action_view
 from .kernels import observations as kernels
 from .kernels import pitch as pitch_kernels
-from .observations import HEARD, INCLUDES, MAX_AGE, observation_space
+from .observations import HEARD, MAX_AGE, observation_space
+from .options import EnvOptions, several
+from .pitch import Pitch
 from .players.macros import Macros
 from .players.memory import Memories
 from .players.scripted import POLICIES, ScriptedPlayers
-from .presets import VECTORS, Preset, check_preset, see_everything
-from .rewards import Reward, RewardOption
-from .tasks.base import Task
+from .presets import VECTORS, Preset, see_everything
+from .rewards import Reward
+from .tasks.base import Status, Task
 
 _COLUMNS = np.array(
     [
@@ -38,10 +40,6 @@ _COLUMNS = np.array(
     ]
 )  # fmt: skip
 """What the server tells of the body, in the order of the first entries of `BodyFeature`."""
-
-
-POST_RADIUS = 0.06
-"""Of the goal posts, m (specification/simulator.md 3.3)."""
 
 
 class Step(NamedTuple):
@@ -54,9 +52,9 @@ class Step(NamedTuple):
     truncated: np.ndarray
     """(W,) bool: out of time and not terminated."""
     success: np.ndarray
-    """(W,) bool."""
+    """(W, A) bool: the episode has ended as the agent wishes."""
     status: np.ndarray
-    """(W,) int: index into ``task.statuses``."""
+    """(W,) int: `Status`."""
     terms: Mapping[str, np.ndarray]
     """Named parts of the reward, each (W, A)."""
 
@@ -85,7 +83,7 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
     if isinstance(controlled, str):
         controlled = [part.strip() for part in controlled.split(",")]
     chosen: set[str] = set()
-    for part in _several("agents", controlled):
+    for part in several("agents", controlled):
         group = {"all": names, "left": names[:left], "right": names[left:]}.get(part, (part,) if part in names else None)
         if not group:
             allowed = ("all", "left", "right", *names)
@@ -93,13 +91,6 @@ def select_agents(controlled: str | Sequence[str], left: int, right: int) -> tup
             raise UnknownName(f"agents: {part!r} names no player here.{hint} Allowed: {', '.join(allowed)}.")
         chosen.update(group)
     return tuple(n for n in names if n in chosen)
-
-
-def _several(name: str, given: Any) -> tuple[Any, ...]:
-    """The members of a sequence; an error that names the argument for what is none."""
-    if not isinstance(given, Iterable):
-        raise UnknownName(f"{name}: expected a string or a sequence of strings, got {type(given).__name__} {given!r:.60}")
-    return tuple(given)
 
 
 def batch_of_one(action: Any) -> Any:
@@ -125,84 +116,51 @@ def player_number(agent: str) -> int:
     return int(match[2]) + (0 if match[1] == "left" else 11)
 
 
-class SoccerCore:
+class SoccerCore(Pitch):
     """A batch of worlds that play one task.
 
     Parameters
     ----------
-    task : Task
-        What is played.
+    task : str, Task or EnvOptions
+        What is played, or all options at once.
     worlds : int
         How many worlds, W.
-    controlled : str or sequence of str, optional
-        Who acts; the task's default if not given. The others are scripted. An empty sequence: everybody is scripted, `step(None)`.
-    view : str
-        Action view: ``hybrid``, ``discrete``, ``box`` or ``macro``.
-    others : str or (str, str), optional
-        Policy of the players not controlled, or one for each side; the task's own if not given.
-    include : str or sequence of str
-        Further parts of the observation: ``memory``, ``landmarks``, ``hear`` (`observation_space`).
-    observation : str
-        Preset of what the agents get (`cprm_gym.envs.presets.PRESETS`).
-    flatten : bool
-        Give each agent one vector instead of a dict.
-    reward : RewardOption
-        Instead of, or added to, the task's own (`cprm_gym.envs.rewards`).
-    reward_gamma : float
-        Discount of the shaping terms.
     seed : int
         Seed of all worlds; world k depends on (seed, first_world + k) alone.
     first_world : int
         Number of the first world: ``SoccerCore(task, 1, first_world=k)`` is world k of a batch, bit for bit.
     threads : int
         Threads that share the worlds; results do not depend on it.
+    **options
+        As for `EnvOptions`, but the actions are those of the canonical view, ``hybrid``, if `action_mode` does not say otherwise. An
+        empty `controlled`: everybody is scripted, `step(None)`.
 
     Attributes
     ----------
+    options : EnvOptions
     agents : tuple of str
         Controlled agents, A of them.
-    sides : (A,) float array
-        +1 for agents of the left team, -1 for the right one.
-    memory : (W, 8) int array
-        Counters that a task keeps between cycles; zero at the start of an episode.
-    previous_ball : (W, 2) float array
-        Where the ball was before the cycle just played.
-    observation : dict of str to array
-        Current observations, each (W, A, ...), float32; overwritten by `reset` and `step`.
     output : dict of str to array, or array
-        What the preset makes of them; (W, A, ...) too.
+        What the preset makes of `observation`; (W, A, ...) too. Both are overwritten by `reset` and `step`.
+    term_keys : tuple of (str, str)
+        Terms of the reward, and their names in the infos.
     see_changes : list of callable
         Each is given what everybody sees (`See`) before anything is made of it, observations and memories alike, and may change it.
+
+    The attributes of `Pitch`, and this class, are one object because a task sees the worlds that the engine plays.
     """
 
     def __init__(
-        self,
-        task: Task,
-        worlds: int = 1,
-        *,
-        controlled: str | Sequence[str] | None = None,
-        view: str = "hybrid",
-        others: str | Sequence[str] | None = None,
-        include: str | Sequence[str] = (),
-        observation: str = "raw",
-        flatten: bool = False,
-        reward: RewardOption = None,
-        reward_gamma: float = 0.99,
-        seed: int = 0,
-        first_world: int = 0,
-        threads: int = 1,
+        self, task: str | Task | EnvOptions, worlds: int = 1, *, seed: int = 0, first_world: int = 0, threads: int = 1, **options: Any
     ) -> None:
-        self.task = task
-        self.worlds = worlds
-        self.include = (include,) if isinstance(include, str) else _several("include", include)
-        for part in self.include:
-            if part not in INCLUDES:
-                raise unknown_name("part of an observation", part, INCLUDES)
-        if check_preset(observation) == "memory" and "memory" not in self.include:
-            self.include = ("memory", *self.include)
-        if isinstance(task.max_cycles, bool) or not isinstance(task.max_cycles, (int, np.integer)) or task.max_cycles < 1:
-            raise ParameterError(f"max_cycles: {task.max_cycles!r} given, a whole number of at least 1 is needed")
-        self.sim = Simulator(
+        if not isinstance(task, EnvOptions):
+            task = EnvOptions.of({"task": task, "action_mode": "hybrid", **options})
+        elif options:
+            raise ParameterError(f"SoccerCore: {', '.join(options)} given beside EnvOptions, which hold all options")
+        self.options = task
+        self.task = task = self.options.played()
+        counts = (task.left, task.right)
+        sim = Simulator(
             worlds,
             parameters=task.parameters,
             seed=seed,
@@ -213,42 +171,39 @@ class SoccerCore:
             right=task.right,
             goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
         )
-        self.agents = select_agents(task.controlled if controlled is None else controlled, task.left, task.right)
-        self.players = np.array([player_number(a) for a in self.agents], np.int64)
-        counts = (task.left, task.right)
-        self.macros = Macros(self.sim, self.players, counts, task.region, task.full_state) if view == MACRO else None
-        self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(view)
-        self.scripted = self._scripted_players(task.others if others is None else others, counts)
-        self.cycle = np.zeros(worlds, np.int64)
-        self.memory = np.zeros((worlds, 8), np.int64)
-        self.previous_ball = np.zeros((worlds, 2))
-        self._score = np.zeros((worlds, 2), np.int64)
-        self.sides = np.where(self.players <= 11, 1.0, -1.0)
-        self._gained = np.zeros((worlds, 2), np.int64)
-        space = observation_space(task.task_features, self.include)
-        shape = (worlds, len(self.agents))
-        self.observation: dict[str, np.ndarray] = {
-            name: np.zeros((*shape, *(part.shape or ())), np.float32) for name, part in space.items()
-        }
+        controlled = task.controlled if self.options.controlled is None else self.options.controlled
+        self.agents = select_agents(controlled, *counts)
+        players = np.array([player_number(a) for a in self.agents], np.int64)
+        super().__init__(sim, players, counts, task.region, int(task.max_cycles))
+        self.include: tuple[str, ...] = tuple(self.options.include)
+        mode = self.options.action_mode
+        self.macros = Macros(sim, players, counts, task.region, task.full_state) if mode == MACRO else None
+        self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(mode)
+        self.scripted = self._scripted_players(task.others if self.options.others is None else self.options.others, counts)
+        space = observation_space(task.task_features, self.include, len(self.macros.names) if self.macros else 0)
+        for name, part in space.items():
+            self.observation[name] = np.zeros((worlds, len(self.agents), *(part.shape or ())), part.dtype)
         self._begun = False
         self._memories: Memories | None = None
-        if "memory" in self.include or observation in VECTORS:
-            active = np.isin(np.arange(1, PLAYERS + 1), self.players)
-            self._memories = self.macros.memories if self.macros else Memories(self.sim, active, task.full_state)
+        if "memory" in self.include or self.options.observation in VECTORS:
+            active = np.isin(np.arange(1, PLAYERS + 1), players)
+            self._memories = self.macros.memories if self.macros else Memories(sim, active, task.full_state)
+            self._records = self._memories.records
         self._hear = new_hear(worlds, HEARD) if "hear" in self.include else None
         self._see, self._body = new_see(worlds), new_body(worlds)
         self.see_changes: list[Callable[[See], None]] = []
-        self._commands = self.sim.commands
-        self._rows = self.players - 1
+        self._commands = sim.commands
         # a view of the simulator's own array, which stays the same one
-        self._ball = self.sim.world["pos"][:, 0]
-        self.reward = Reward(reward, reward_gamma)
-        self.preset = Preset(self, observation, flatten, space)
+        self._ball = sim.world["pos"][:, 0]
+        self.reward = Reward(self.options.reward, self.options.reward_gamma, task.terms)
+        self.reward.prepare(worlds, len(self.agents))
+        self.term_keys = tuple((term, f"reward_{term}") for term in self.reward.terms)
+        self.preset = Preset(self, self.options.observation, self.options.flatten, space)
         self.output: dict[str, np.ndarray] | np.ndarray = self.observation
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""
-        sides = (others, others) if isinstance(others, str) else _several("others", others)
+        sides = (others, others) if isinstance(others, str) else several("others", others)
         if len(sides) != 2:
             raise UnknownName(f"others: expected one policy or one for each side, got {others!r}")
         free = [player_number(a) for a in agent_names(*counts) if a not in self.agents]
@@ -273,15 +228,27 @@ class SoccerCore:
 
     # ------------------------------------------------------------------ the cycle
 
-    def reset(self, seed: int | None = None, worlds: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    def reset(
+        self,
+        seed: int | Sequence[int | None] | None = None,
+        worlds: np.ndarray | None = None,
+        *,
+        start: Any = None,
+        state: Mapping[str, np.ndarray] | None = None,
+    ) -> dict[str, np.ndarray]:
         """Start new episodes.
 
         Parameters
         ----------
-        seed : int, optional
-            Seeds all streams of the worlds anew; without it they go on.
+        seed : int or sequence of int, optional
+            Seeds all streams of the worlds anew; without it they go on. One number for each chosen world: each is then what a single
+            world with that seed is; None in it lets a world go on.
         worlds : (W,) bool or (n,) int array, optional
             Which worlds; all if not given.
+        start : mapping, optional
+            Where ball and players shall be instead (`Pitch.start_at`).
+        state : mapping, optional
+            Of `save_state`: the episodes go on from it.
 
         Returns
         -------
@@ -291,7 +258,7 @@ class SoccerCore:
         Raises
         ------
         ParameterError
-            When `worlds` or `seed` is neither.
+            When `worlds`, `seed`, `start` or `state` is none.
         CprmError
             When the first reset leaves worlds out.
         """
@@ -303,10 +270,20 @@ class SoccerCore:
         if not self._begun and len(np.unique(chosen)) < self.worlds:
             raise CprmError("reset of some worlds before the others have begun: the first reset takes all worlds")
         chosen = chosen.astype(np.int64, copy=False)
+        if state is not None:
+            if start is not None:
+                raise ParameterError("reset: start and state given; one of them says where the episode begins")
+            self.load_state(state, chosen)
+            if seed is not None:
+                self.sim.world["key"][chosen] = stream_keys(seed, chosen, self.sim.first_world)  # type: ignore[arg-type]
+            return self.observation
         if len(chosen):
-            self.sim.reset(seed=seed, worlds=chosen)
+            self._seed(seed, chosen)
             self.task.setup(self, chosen)
+            if start is not None:
+                self.start_at(chosen, start)
             self.cycle[chosen] = 0
+            self.late[chosen] = False
             self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
             self.memory[chosen] = 0
             self._score[chosen] = self.sim.world["score"][chosen]
@@ -322,6 +299,26 @@ class SoccerCore:
                 self._memories.forget(chosen)
         self._begun = True
         return self.observe(fresh_start=chosen)
+
+    def _seed(self, seed: int | Sequence[int | None] | None, chosen: np.ndarray) -> None:
+        """Put the worlds into the state before an episode, with new streams where there is a seed."""
+        if seed is None or isinstance(seed, (int, np.integer)):
+            self.sim.reset(seed=seed, worlds=chosen)
+            return
+        if isinstance(seed, str) or not isinstance(seed, (Sequence, np.ndarray)) or len(seed) != len(chosen):
+            raise ParameterError(f"seed: expected a whole number of at least 0, or {len(chosen)} of them, got {seed!r:.60}")
+        given = [k for k, one in enumerate(seed) if one is not None]
+        for k in given:
+            one = seed[k]
+            if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 0:
+                raise ParameterError(f"seed: entry {k} is {one!r}; expected a whole number of at least 0, or None")
+        rest = np.delete(chosen, given)
+        if len(rest):
+            self.sim.reset(worlds=rest)
+        if given:
+            # each as world 0 of its own seed
+            seeds = [np.random.SeedSequence(int(seed[k]), spawn_key=(0,)) for k in given]  # type: ignore[arg-type]
+            self.sim.reset(seed=seeds, worlds=chosen[given])
 
     def check(self, action: Any) -> None:
         """Refuse what is no action of one agent.
@@ -362,17 +359,17 @@ class SoccerCore:
             self.scripted.act(self._see, self._body, self._commands)
         self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
-        late = np.empty(self.worlds, np.bool_)
-        any_late = pitch_kernels.tally(self.sim.world, self.task.max_cycles, self.cycle, self._score, self._gained, late)
+        late = self.late
+        any_late = pitch_kernels.tally(self.sim.world, self.max_cycles, self.cycle, self._score, self._gained, late)
         outcome = self.task.outcome(self)
         if not self.reward.plain:
             outcome = self.reward.apply(self, outcome)
         self.observe()
-        status = outcome.status
+        status, truncated = outcome.status, late.copy()
         if any_late:
-            late &= ~outcome.terminated
-            status = np.where(late, len(self.task.statuses) - 1, status)
-        return Step(outcome.reward, outcome.terminated, late, outcome.success, status, outcome.terms)
+            truncated &= ~outcome.terminated
+            status = np.where(truncated, int(Status.OUT_OF_TIME), status)
+        return Step(outcome.reward, outcome.terminated, truncated, outcome.success, status, outcome.terms)
 
     def observe(self, fresh_start: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Fill `observation` from the senses.
@@ -396,6 +393,8 @@ class SoccerCore:
         if self.macros is not None:
             self.macros.observe(see, body, self._commands, fresh_start)
             self.task.restrict(self.macros.names, self.macros.mask)
+            if "action_mask" in o:
+                o["action_mask"][...] = self.macros.mask
         elif self._memories is not None:
             self._memories.update(see, body, self._commands, fresh_start)
         if "memory" in o and self._memories is not None:
@@ -414,80 +413,59 @@ class SoccerCore:
         self.output = self.preset(self)
         return o
 
-    def remembered(self) -> np.ndarray:
-        """(W, A) records of what the agents remember (`players.memory.MEMORY`).
+    # ------------------------------------------------------------------ saved states
+
+    def save_state(self) -> dict[str, np.ndarray]:
+        """Everything that decides how the episodes go on, as arrays with the worlds first: `load_state` takes it, ``np.savez`` keeps it."""
+        return {"world": self.sim.snapshot(), **{name: values.copy() for name, values in self._state().items()}, **self.reward.save_state()}
+
+    def load_state(self, state: Mapping[str, np.ndarray], worlds: np.ndarray | None = None) -> None:
+        """Go on from a state of `save_state`, of this or of another engine with the same options.
+
+        Parameters
+        ----------
+        state : mapping
+            Of as many worlds as here, or of one, from which then all go on.
+        worlds : (n,) int array, optional
+            Which worlds; all if not given.
 
         Raises
         ------
-        UnknownName
-            When nobody keeps a memory here.
+        ParameterError
+            When it is the state of other options or another number of worlds.
         """
-        if self._memories is None:
-            raise UnknownName("no memory is kept here; ask for include=('memory',), a preset made from memory or the macro view")
-        return np.asarray(self._memories.records[:, self._rows])
+        chosen = np.arange(self.worlds) if worlds is None else np.asarray(worlds, np.int64)
+        live = self._state()
+        if not isinstance(state, Mapping) or not {"world", *live} <= set(state):
+            raise ParameterError("state: expected what save_state gives of an environment with the same options")
+        count = len(state["world"])
+        for name, values in live.items():
+            if state[name].dtype != values.dtype or state[name].shape[1:] != values.shape[1:] or count not in (1, self.worlds):
+                given, here = (f"{a.dtype} of shape {a.shape}" for a in (state[name], values))
+                raise ParameterError(f"state: {name!r} is {given}, here {here}: the state of other options or another number of worlds")
+        rows = chosen if count == self.worlds else np.zeros(len(chosen), np.int64)
+        self.sim.restore(state["world"][rows], chosen)
+        for name, values in live.items():
+            values[chosen] = state[name][rows]
+        self.reward.load_state(state, chosen, rows)
+        self._begun = True
 
-    # ------------------------------------------------------------------ what tasks use
-
-    def draw(self, worlds: np.ndarray, count: int) -> np.ndarray:
-        """`count` numbers in [0, 1) for each of the given worlds, (n, count), from their stream of resets."""
-        return self.sim.uniforms(worlds, count, Stream.RESETS)
-
-    def place_ball(self, worlds: np.ndarray, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> None:
-        """Put the ball of the given worlds at (n, 2) positions with (n, 2) velocities."""
-        w = self.sim.world
-        w["pos"][worlds, 0] = position
-        w["vel"][worlds, 0] = velocity
-        w["acc"][worlds, 0] = 0.0
-
-    def place_player(self, worlds: np.ndarray, player: int, position: np.ndarray, body_deg: np.ndarray | float) -> None:
-        """Put a player (object number) of the given worlds at rest at (n, 2) positions, looking in body direction (n,) degrees."""
-        w = self.sim.world
-        w["pos"][worlds, player] = position
-        w["vel"][worlds, player] = 0.0
-        w["acc"][worlds, player] = 0.0
-        angle = np.deg2rad((np.asarray(body_deg) + 180.0) % 360.0 - 180.0)
-        w["body"][worlds, player - 1] = angle
-        w["body_staged"][worlds, player - 1] = angle
-        w["neck"][worlds, player - 1] = 0.0
-        w["neck_staged"][worlds, player - 1] = 0.0
-
-    def crossed_goal_line(self, right: bool) -> np.ndarray:
-        """(W,) bool: the ball went through the right (or left) goal in the cycle just played (specification/simulator.md 7.8)."""
-        p = self.task.parameters
-        line = 52.5 + p.ball_size
-        now, before = self.sim.world["pos"][:, 0], self.previous_ball
-        x, x0 = (now[:, 0], before[:, 0]) if right else (-now[:, 0], -before[:, 0])
-        over = (x > line) & (x0 <= line)
-        share = np.where(over, (line - x0) / np.where(over, x - x0, 1.0), 0.0)
-        y = before[:, 1] + share * (now[:, 1] - before[:, 1])
-        return over & (np.abs(y) <= p.goal_width / 2 + POST_RADIUS)
-
-    def kickable(self, player: int) -> np.ndarray:
-        """(W,) bool: the ball is within the player's reach (specification/simulator.md 3.6)."""
-        out: np.ndarray = np.empty(self.worlds, np.bool_)
-        pitch_kernels.kickable(self.sim.world, self.sim.packed, player, out)
-        return out
-
-    def goals_scored(self) -> np.ndarray:
-        """(W, 2) goals of left and right in the cycle just played."""
-        return self._gained
-
-    def side(self, player: int) -> int:
-        """+1 for left players, -1 for right ones."""
-        return LEFT if player <= 11 else RIGHT
-
-    def distance(self, first: int, second: int) -> np.ndarray:
-        """(W,) distance between two objects, metres."""
-        d = self.sim.world["pos"][:, first] - self.sim.world["pos"][:, second]
-        return np.hypot(d[:, 0], d[:, 1])
-
-    @property
-    def time_left(self) -> np.ndarray:
-        """(W,) cycles until the episode is truncated."""
-        return self.task.max_cycles - self.cycle
-
-    def heading(self, player: int) -> np.ndarray:
-        """(W,) direction of the player's face, radians in [-pi, pi]."""
-        w = self.sim.world
-        face = w["body"][:, player - 1] + w["neck"][:, player - 1]
-        return (face + math.pi) % (2 * math.pi) - math.pi
+    def _state(self) -> dict[str, np.ndarray]:
+        """The engine's own arrays beside the simulator's worlds, by name."""
+        arrays = {
+            "cycle": self.cycle, "late": self.late, "counters": self.memory, "previous_ball": self.previous_ball, "score": self._score,
+            "gained": self._gained, "commands": self._commands, "body": self._body, "kicks": self.preset.kicks,
+        }  # fmt: skip
+        arrays |= {f"see/{name}": values for name, values in self._see._asdict().items()}
+        arrays |= {f"observation/{name}": values for name, values in self.observation.items()}
+        if isinstance(self.output, np.ndarray):
+            arrays["output"] = self.output
+        elif self.output is not self.observation:
+            arrays["output"] = self.output["observations"]
+        if self.macros is not None:
+            arrays |= {"macros": self.macros.memories.records, "mask": self.macros.mask}
+        elif self._memories is not None:
+            arrays["memories"] = self._memories.records
+        if self.scripted is not None and self.scripted.memories is not None:
+            arrays["scripted"] = self.scripted.memories.records
+        return arrays

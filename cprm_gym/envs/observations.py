@@ -14,8 +14,9 @@ import numpy as np
 from gymnasium import spaces
 
 from ..simulator.state import PLAYERS
+from .players.kernels.memory import NEVER
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Raised when the layout, a unit or the meaning of an observation changes."""
 
 
@@ -98,8 +99,8 @@ _BODY_LOW = np.array([0, 0, -1, 0, -_PI, -_PI, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0,
 _BODY_HIGH = np.array([1e5, 1, 1e6, 10, _PI, _PI, 3, 100, 100, 1, 1, 1, 1, 1, 11, 1, 51, 1e6, 1e4, 1e4, 1e6, 1e6, 1e6, 2], np.float32)
 _OBJECT_LOW = np.array([0, -_PI, -20, -2 * _PI, -_PI, -_PI, -_PI], np.float32)
 _OBJECT_HIGH = np.array([200, _PI, 20, 2 * _PI, _PI, _PI, _PI], np.float32)
-MAX_AGE = 10_000.0
-"""Largest value of ``observation["age"]``; also "never seen"."""
+MAX_AGE = float(NEVER)
+"""Largest value of ``observation["age"]`` and ``observation["memory_age"]``, cycles: so old or older, or never seen."""
 
 
 class SelfFeature(IntEnum):
@@ -133,11 +134,13 @@ HEARD = 4
 HEAR_FEATURES = 15
 """Columns of ``observation["hear"]``: sender (0 none, 1 own team, 2 opponents), level (1 only that somebody spoke, 2 the message), unum
 of a team-mate, direction from the body (radians), length, and ten bytes of the message."""
-INCLUDES = ("memory", "landmarks", "hear")
+INCLUDES = ("memory", "landmarks", "hear", "action_mask")
 """Parts of an observation that are computed only when asked for."""
 
 
-def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), include: tuple[str, ...] = ()) -> spaces.Dict:
+def observation_space(
+    task_features: tuple[tuple[str, float, float], ...] = (), include: tuple[str, ...] = (), macros: int = 0
+) -> spaces.Dict:
     """Space of one agent's observation.
 
     Parameters
@@ -146,6 +149,8 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
         What the task adds under the key ``task``; the key is absent when there is nothing.
     include : tuple of str
         Further parts, of `INCLUDES`.
+    macros : int
+        Entries of ``action_mask``.
 
     Returns
     -------
@@ -154,7 +159,8 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
         velocity / player's team known, 3 all known (entry 0 the ball); ``age`` (23,): cycles since the entry was last seen; ``task``.
         With ``memory``: ``self`` (8,) of `SelfFeature`, ``memory`` (23, 4): x, y of ball, own team and opponents as last seen, carried on
         (and vx, vy of the ball), ``memory_age`` (23,), all in the own team's frame. With ``landmarks``: ``landmarks`` (55, 4) as ``ball``,
-        ``landmark_level`` (55,). With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle.
+        ``landmark_level`` (55,). With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle. With
+        ``action_mask``: ``action_mask`` (macros,) int8, what can be done now.
     """
     parts: dict[str, spaces.Space[Any]] = {
         "body": spaces.Box(_BODY_LOW, _BODY_HIGH, dtype=np.float32),
@@ -166,7 +172,7 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
     if "memory" in include:
         parts["self"] = spaces.Box(-200.0, 200.0, (len(SelfFeature),), np.float32)
         parts["memory"] = spaces.Box(-500.0, 500.0, (PLAYERS + 1, MEMORY_FEATURES), np.float32)
-        parts["memory_age"] = spaces.Box(0.0, 1000.0, (PLAYERS + 1,), np.float32)
+        parts["memory_age"] = spaces.Box(0.0, MAX_AGE, (PLAYERS + 1,), np.float32)
     if "landmarks" in include:
         low, high = np.tile(_OBJECT_LOW[:BALL_FEATURES], (55, 1)), np.tile(_OBJECT_HIGH[:BALL_FEATURES], (55, 1))
         parts["landmarks"] = spaces.Box(low, high, dtype=np.float32)
@@ -179,4 +185,13 @@ def observation_space(task_features: tuple[tuple[str, float, float], ...] = (), 
         low = np.array([f[1] for f in task_features], np.float32)
         high = np.array([f[2] for f in task_features], np.float32)
         parts["task"] = spaces.Box(low, high, dtype=np.float32)
+    if "action_mask" in include:
+        parts["action_mask"] = spaces.Box(0, 1, (macros,), np.int8)
     return spaces.Dict(parts)
+
+
+def with_mask(vector: spaces.Box, plain: spaces.Dict) -> spaces.Space[Any]:
+    """Space of a vector; of a Dict of ``observations`` and ``action_mask`` where the mask is part of the observation."""
+    if "action_mask" not in plain.spaces:
+        return vector
+    return spaces.Dict({"observations": vector, "action_mask": plain["action_mask"]})

@@ -17,7 +17,7 @@ from ..simulator.gamelog.writer import GameLogWriter
 from .controller import ControllerFactory, check_action
 from .core import SoccerCore, select_agents
 from .rendering import Viewer
-from .tasks.base import Task
+from .tasks.base import Status, Task
 
 ENDINGS = (".mp4", ".gif", ".rcg", ".rcg.gz")
 """Files that `Film` writes."""
@@ -26,7 +26,7 @@ ENDINGS = (".mp4", ".gif", ".rcg", ".rcg.gz")
 def play(
     task: Task, controller: ControllerFactory | None = None, others: str | Sequence[str] | None = None, seed: int = 0,
     cycles: int | None = None,
-) -> Iterator[tuple[SoccerCore, str]]:  # fmt: skip
+) -> Iterator[tuple[SoccerCore, Status]]:  # fmt: skip
     """One episode: the engine after the start and after every cycle, and the status.
 
     Parameters
@@ -61,7 +61,7 @@ def play(
     core.reset(seed)
     for i, mind in enumerate(minds):
         mind.reset({key: values[:, i] for key, values in core.observation.items()}, seed + i)
-    yield core, task.statuses[0]
+    yield core, Status.IN_GAME
     for _ in range(task.max_cycles if cycles is None else min(cycles, task.max_cycles)):
         action = None
         if minds:
@@ -69,7 +69,7 @@ def play(
             chosen = [check_action(type(mind).__name__, mind.act(o), 1) for mind, o in zip(minds, seen)]
             action = {key: np.stack([c[key] for c in chosen], axis=1) for key in chosen[0]}
         step = core.step(action)
-        yield core, task.statuses[int(step.status[0])]
+        yield core, Status(int(step.status[0]))
         if step.terminated[0] or step.truncated[0]:
             return
 

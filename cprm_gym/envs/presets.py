@@ -9,38 +9,67 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 from ..errors import UnknownName, unknown_name
+from ..simulator.pitch import HALF_LENGTH, HALF_WIDTH, PENALTY_X, PENALTY_Y, PITCH_WIDTH
+from ..simulator.player_types import T_KICKABLE_SQUARED, T_PLAYER_SPEED_MAX
 from ..simulator.state import CommandKind, Count
 from .kernels import observations as kernels
-from .observations import BodyFeature
-
-if TYPE_CHECKING:
-    from .core import SoccerCore
+from .observations import BodyFeature, with_mask
+from .pitch import Pitch, wrapped
 
 PRESETS = ("raw", "memory", "full", "hfo_low", "hfo_high", "keepaway")
 """Names of the presets."""
 VECTORS = ("hfo_low", "hfo_high", "keepaway")
 """Those that are one vector."""
 
-DIAGONAL = math.hypot(52.5, 68.0)
-"""Longest distance in half a pitch, m: proximity is 1 at 0 m and -1 there and beyond."""
-PLAYER_SPEED, BALL_SPEED = 1.05, 3.0
 RECENT = 30
 """Cycles for which a place in memory counts as known."""
-REACH = 1.085
-_GOAL, _POST = 52.5, 7.01
-_MARKS = np.array(
-    [
-        (_GOAL, 0.0), (_GOAL, -_POST), (_GOAL, _POST), (36.0, 0.0), (36.0, -20.16), (36.0, 20.16), (0.0, 0.0),
-        (0.0, -34.0), (_GOAL, -34.0), (_GOAL, 34.0), (0.0, 34.0),
-    ]
-)  # fmt: skip
-"""Landmarks of HFO: goal centre, goal posts, penalty box centre and corners, centre of the field, corners of the half."""
+
+
+class Scale:
+    """What the vectors are measured against: lengths of the pitch and the parameters of server and players.
+
+    Attributes
+    ----------
+    diagonal : float
+        Longest distance in half a pitch, m: proximity is 1 at 0 m and -1 there and beyond.
+    post : float
+        |y| of the inner edges of the goal posts, m.
+    marks : (11, 2) float array
+        Landmarks of HFO: goal centre, goal posts, penalty box centre and corners, centre of the field, corners of the half.
+    """
+
+    def __init__(self, pitch: Pitch) -> None:
+        p = pitch.parameters
+        self.diagonal = math.hypot(HALF_LENGTH, PITCH_WIDTH)
+        self.post = p.goal_width / 2
+        self.ball_speed, self.stamina = p.ball_speed_max, p.stamina_max
+        self.marks = np.array(
+            [
+                (HALF_LENGTH, 0.0), (HALF_LENGTH, -self.post), (HALF_LENGTH, self.post), (PENALTY_X, 0.0), (PENALTY_X, -PENALTY_Y),
+                (PENALTY_X, PENALTY_Y), (0.0, 0.0), (0.0, -HALF_WIDTH), (HALF_LENGTH, -HALF_WIDTH), (HALF_LENGTH, HALF_WIDTH),
+                (0.0, HALF_WIDTH),
+            ]
+        )  # fmt: skip
+
+    def near(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Proximity of what lies (x, y) away."""
+        return np.asarray(1.0 - 2.0 * np.minimum(np.hypot(x, y), self.diagonal) / self.diagonal)
+
+    @staticmethod
+    def of_types(pitch: Pitch, column: int, players: np.ndarray) -> np.ndarray:
+        """A column of the player types, for the players at rows ``players``, (W, ...)."""
+        return np.asarray(pitch.packed["types"][pitch.sim.world["type"][:, players], column])
+
+    def kickable(self, pitch: Pitch, m: np.ndarray) -> np.ndarray:
+        """(W, A) bool: the player remembers the ball within his reach."""
+        squared = self.of_types(pitch, T_KICKABLE_SQUARED, pitch.players - 1)
+        return np.asarray((m["ball_age"] <= 2) & ((m["ball_x"] - m["x"]) ** 2 + (m["ball_y"] - m["y"]) ** 2 <= squared))
 
 
 def check_preset(name: str) -> str:
@@ -61,7 +90,7 @@ class Preset:
 
     Parameters
     ----------
-    core : SoccerCore
+    pitch : Pitch
     name : str
         One of `PRESETS`.
     flatten : bool
@@ -75,76 +104,85 @@ class Preset:
         For the vectors of the literature: what each entry is.
     """
 
-    def __init__(self, core: SoccerCore, name: str, flatten: bool, plain: spaces.Dict) -> None:
+    def __init__(self, pitch: Pitch, name: str, flatten: bool, plain: spaces.Dict) -> None:
         self.name = name
         self.flatten = flatten
         self.names: tuple[str, ...] = ()
-        self._parts = tuple(plain.spaces)
-        self._vector: Callable[[SoccerCore, np.ndarray], list[np.ndarray]] | None = None
-        self._kicks = np.zeros((core.worlds, len(core.agents)), np.int64)
+        self._parts = tuple(name for name in plain.spaces if name != "action_mask")
+        self.scale = Scale(pitch)
+        self._vector: Callable[[Pitch, np.ndarray], list[np.ndarray]] | None = None
+        self.kicks = np.zeros((pitch.worlds, len(pitch.players)), np.int64)
         if name in VECTORS:
-            counts = {(core.task.left, core.task.right) if p <= 11 else (core.task.right, core.task.left) for p in core.players.tolist()}
+            counts = {(pitch.counts[0], pitch.counts[1]) if p <= 11 else (pitch.counts[1], pitch.counts[0]) for p in pitch.players.tolist()}
             if len(counts) > 1:
                 raise UnknownName(
                     f"observation preset {name!r}: its size depends on the number of players, and the controlled agents are of teams of "
-                    f"different sizes ({core.task.left} and {core.task.right}); control one team, or use 'raw', 'memory' or 'full'"
+                    f"different sizes ({pitch.counts[0]} and {pitch.counts[1]}); control one team, or use 'raw', 'memory' or 'full'"
                 )
-            self.mates, self.opponents = counts.pop() if counts else (core.task.left, core.task.right)
+            self.mates, self.opponents = counts.pop() if counts else (pitch.counts[0], pitch.counts[1])
             self.names = _NAMES[name](self.mates - 1, self.opponents)
-            self.space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (len(self.names),), np.float32)
+            self.space: spaces.Space[Any] = with_mask(spaces.Box(-1.0, 1.0, (len(self.names),), np.float32), plain)
         elif flatten:
             low = np.concatenate([plain[k].low.ravel() for k in self._parts])  # type: ignore[attr-defined]
             high = np.concatenate([plain[k].high.ravel() for k in self._parts])  # type: ignore[attr-defined]
-            self.space = spaces.Box(low, high, dtype=np.float32)
+            self.space = with_mask(spaces.Box(low, high, dtype=np.float32), plain)
         else:
             self.space = plain
 
-    def begin(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    @property
+    def plain(self) -> bool:
+        """Whether the observations are the engine's own arrays."""
+        return not self.flatten and self.name not in VECTORS
+
+    def begin(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """An episode begins in the given worlds."""
-        self._kicks[worlds] = 0
+        self.kicks[worlds] = 0
 
-    def __call__(self, core: SoccerCore) -> dict[str, np.ndarray] | np.ndarray:
+    def __call__(self, pitch: Pitch) -> dict[str, np.ndarray] | np.ndarray:
         """The observations of all worlds and agents."""
-        o = core.observation
+        o = pitch.observation
         if self.name in VECTORS:
-            m = core.remembered()
-            parts = _VECTORS[self.name](core, m, self)
+            parts = _VECTORS[self.name](pitch, pitch.remembered(), self)
             vector = np.stack(np.broadcast_arrays(*parts), axis=-1)
-            return np.clip(np.nan_to_num(vector), -1.0, 1.0).astype(np.float32)
-        if self.flatten:
-            shape = (core.worlds, len(core.agents), -1)
-            return np.concatenate([o[k].reshape(shape) for k in self._parts], axis=-1)
-        return o
+            vector = np.clip(np.nan_to_num(vector), -1.0, 1.0).astype(np.float32)
+        elif self.flatten:
+            shape = (pitch.worlds, len(pitch.players), -1)
+            vector = np.concatenate([o[k].reshape(shape) for k in self._parts], axis=-1)
+        else:
+            return o
+        return {"observations": vector, "action_mask": o["action_mask"]} if "action_mask" in o else vector
 
-    def action_possible(self, core: SoccerCore) -> np.ndarray:
+    def action_possible(self, pitch: Pitch) -> np.ndarray:
         """(W, A): 1, or -1 where the last command was a kick without effect."""
-        kicks = core.sim.world["counts"][:, core.players - 1, Count.KICK].astype(np.int64)
-        tried = core.sim.commands["kind"][:, core.players - 1] == CommandKind.KICK
-        failed = tried & (kicks == self._kicks) & (core.cycle[:, None] > 0)
-        self._kicks = kicks
+        kicks = pitch.sim.world["counts"][:, pitch.players - 1, Count.KICK].astype(np.int64)
+        tried = pitch.sim.commands["kind"][:, pitch.players - 1] == CommandKind.KICK
+        failed = tried & (kicks == self.kicks) & (pitch.cycle[:, None] > 0)
+        self.kicks = kicks
         return np.where(failed, -1.0, 1.0)
 
 
-def see_everything(core: SoccerCore) -> None:
-    """Overwrite the percepts in ``core.observation`` with the truth (HFO's ``--fullstate``)."""
-    o = core.observation
-    kernels.pack_truth(core.sim.world, core.players, o["body"], o["ball"], o["players"], o["level"], o["age"])
+def see_everything(pitch: Pitch) -> None:
+    """Overwrite the percepts in ``pitch.observation`` with the truth (HFO's ``--fullstate``)."""
+    o = pitch.observation
+    kernels.pack_truth(pitch.sim.world, pitch.players, o["body"], o["ball"], o["players"], o["level"], o["age"])
 
 
 # ---------------------------------------------------------------------- the vectors
-
-
-def _near(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return 1.0 - 2.0 * np.minimum(np.hypot(x, y), DIAGONAL) / DIAGONAL
 
 
 def _turned(angle: np.ndarray) -> list[np.ndarray]:
     return [np.sin(angle), np.cos(angle)]
 
 
-def _mates(core: SoccerCore, mates: int) -> np.ndarray:
+def _moving(vx: np.ndarray, vy: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Whether something moves, and the sine and cosine of its direction relative to `angle`: zeros at rest, where there is none."""
+    moves = np.hypot(vx, vy) > 0.0
+    return moves, [np.where(moves, v, 0.0) for v in _turned(np.arctan2(vy, vx) - angle)]
+
+
+def _mates(pitch: Pitch, mates: int) -> np.ndarray:
     """(A, mates) memory indices of each agent's team-mates, by number."""
-    own = (core.players - 1) % 11
+    own = (pitch.players - 1) % 11
     return np.array([[k for k in range(mates + 1) if k != me][:mates] for me in own], np.int64).reshape(len(own), mates)
 
 
@@ -175,46 +213,47 @@ def hfo_low_names(mates: int, opponents: int) -> tuple[str, ...]:
     return (*names, "last_action_possible")
 
 
-def _hfo_low(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+def _hfo_low(pitch: Pitch, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
     """Low-level features (HFO manual, "Low Level Feature Set"), from memory; angles relative to the body."""
-    body = core.observation["body"]
+    body, scale = pitch.observation["body"], preset.scale
     x, y, angle = m["x"], m["y"], m["body"]
+    fastest = scale.of_types(pitch, T_PLAYER_SPEED_MAX, pitch.players - 1)
     known = np.where(m["located"] > 0, 1.0, -1.0)
     speed = np.hypot(m["vx"], m["vy"])
-    direction = np.arctan2(m["vy"], m["vx"]) - angle
-    with_ball = (m["ball_age"] <= 2) & (np.hypot(m["ball_x"] - x, m["ball_y"] - y) <= REACH)
-    parts = [known, np.ones_like(x), *_turned(direction), 2 * speed / PLAYER_SPEED - 1, *_turned(angle), m["stamina"] / 4000.0 - 1.0]
+    moves, way = _moving(m["vx"], m["vy"], angle)
+    parts = [known, np.where(moves, 1.0, -1.0), *way, 2 * speed / fastest - 1, *_turned(angle), 2 * m["stamina"] / scale.stamina - 1.0]
     parts += [np.where(m["free"] > 0, -1.0, 1.0)]
     parts += [2.0 * body[..., f] - 1.0 for f in (BodyFeature.COLLIDED_BALL, BodyFeature.COLLIDED_PLAYER, BodyFeature.COLLIDED_POST)]
-    parts += [np.where(with_ball, 1.0, -1.0)]
-    for px, py in _MARKS:
-        parts += [*_turned(np.arctan2(py - y, px - x) - angle), _near(px - x, py - y)]
-    parts += [1 - 2 * np.clip(v, 0.0, DIAGONAL) / DIAGONAL for v in (x, 52.5 - x, y + 34.0, 34.0 - y)]
+    parts += [np.where(scale.kickable(pitch, m), 1.0, -1.0)]
+    for px, py in scale.marks:
+        parts += [*_turned(np.arctan2(py - y, px - x) - angle), scale.near(px - x, py - y)]
+    lines = (x, HALF_LENGTH - x, y + HALF_WIDTH, HALF_WIDTH - y)
+    parts += [1 - 2 * np.clip(v, 0.0, scale.diagonal) / scale.diagonal for v in lines]
     seen = m["ball_age"] <= RECENT
     dx, dy = m["ball_x"] - x, m["ball_y"] - y
-    ball_speed = np.hypot(m["ball_vx"], m["ball_vy"])
-    ball = [*_turned(np.arctan2(dy, dx) - angle), _near(dx, dy)]
+    ball = [*_turned(np.arctan2(dy, dx) - angle), scale.near(dx, dy)]
     parts += [np.where(seen, 1.0, -1.0), *(np.where(seen, v, 0.0) for v in ball)]
-    roll = [2 * ball_speed / BALL_SPEED - 1, *_turned(np.arctan2(m["ball_vy"], m["ball_vx"]) - angle)]
-    parts += [np.where(seen, 1.0, -1.0), *(np.where(seen, v, 0.0) for v in roll)]
-    index = np.concatenate([_mates(core, preset.mates - 1), np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1))], axis=1)
+    rolls, way = _moving(m["ball_vx"], m["ball_vy"], angle)
+    roll = [2 * np.hypot(m["ball_vx"], m["ball_vy"]) / scale.ball_speed - 1, *way]
+    parts += [np.where(seen & rolls, 1.0, -1.0), *(np.where(seen, v, 0.0) for v in roll)]
+    index = np.concatenate([_mates(pitch, preset.mates - 1), np.tile(11 + np.arange(preset.opponents), (len(pitch.players), 1))], axis=1)
     ox, oy, there = _others(m, index)
-    bodies = _bodies_seen(core, index, m)
+    bodies = _bodies_seen(pitch, index, m)
     for k in range(index.shape[1]):
         dx, dy = ox[..., k] - x, oy[..., k] - y
-        place = [*_turned(np.arctan2(dy, dx) - angle), _near(dx, dy)]
+        place = [*_turned(np.arctan2(dy, dx) - angle), scale.near(dx, dy)]
         parts += [np.where(there[..., k], v, 0.0) for v in place]
         parts += [v[..., k] for v in bodies]
     numbers = np.where(index < 11, index, index - 11) + 1
     parts += [np.where(there[..., k], numbers[:, k] / 11.0, 0.0) for k in range(index.shape[1])]
-    parts.append(preset.action_possible(core))
+    parts.append(preset.action_possible(pitch))
     return parts
 
 
-def _bodies_seen(core: SoccerCore, index: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
+def _bodies_seen(pitch: Pitch, index: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
     """Body direction (sin, cos), speed and direction of motion (sin, cos) of the players seen in this cycle; zeros for the others."""
-    o = core.observation
-    left = core.players <= 11
+    o = pitch.observation
+    left = pitch.players <= 11
     rows = np.where(left[:, None], index, np.where(index < 11, index + 11, index - 11))
     pick = np.broadcast_to(rows, (*m.shape, index.shape[1]))
     level = np.take_along_axis(o["level"][..., 1:], pick, axis=-1)
@@ -226,10 +265,10 @@ def _bodies_seen(core: SoccerCore, index: np.ndarray, m: np.ndarray) -> list[np.
     bearing = values[..., 1] + neck
     own = np.arctan2(m["vy"], m["vx"]) - m["body"]
     speed_own = np.hypot(m["vx"], m["vy"])
+    fastest = Scale.of_types(pitch, T_PLAYER_SPEED_MAX, rows)
     vx = along * np.cos(bearing) - across * np.sin(bearing) + (speed_own * np.cos(own))[..., None]
     vy = along * np.sin(bearing) + across * np.cos(bearing) + (speed_own * np.sin(own))[..., None]
-    direction = np.arctan2(vy, vx)
-    parts = [np.sin(body), np.cos(body), 2 * np.hypot(vx, vy) / PLAYER_SPEED - 1, np.sin(direction), np.cos(direction)]
+    parts = [np.sin(body), np.cos(body), 2 * np.hypot(vx, vy) / fastest - 1, *_moving(vx, vy, np.zeros(vx.shape))[1]]
     return [np.where(seen, v, 0.0) for v in parts]
 
 
@@ -243,21 +282,20 @@ def hfo_high_names(mates: int, opponents: int) -> tuple[str, ...]:
     return (*names, "last_action_possible", "stamina")
 
 
-def _hfo_high(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+def _hfo_high(pitch: Pitch, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
     """High-level features (HFO manual, "High Level Feature Set"), from memory; the half field is -1 to 1 in both directions."""
-    x, y = m["x"], m["y"]
+    x, y, scale = m["x"], m["y"], preset.scale
     seen = m["ball_age"] <= RECENT
-    with_ball = (m["ball_age"] <= 2) & (np.hypot(m["ball_x"] - x, m["ball_y"] - y) <= REACH)
-    opponents = _others(m, np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1)))
-    team_index = _mates(core, preset.mates - 1)
+    opponents = _others(m, np.tile(11 + np.arange(preset.opponents), (len(pitch.players), 1)))
+    team_index = _mates(pitch, preset.mates - 1)
     tx, ty, there = _others(m, team_index)
     parts = [_along(x), _across(y), m["body"] / math.pi]
     parts += [np.where(seen, _along(m["ball_x"]), 0.0), np.where(seen, _across(m["ball_y"]), 0.0)]
-    parts += [np.where(with_ball, 1.0, -1.0), _near(_GOAL - x, -y), np.arctan2(-y, _GOAL - x) / math.pi]
-    parts += [_goal_opening(x, y, *opponents), _nearest(x, y, *opponents)]
+    parts += [np.where(scale.kickable(pitch, m), 1.0, -1.0), scale.near(HALF_LENGTH - x, -y), np.arctan2(-y, HALF_LENGTH - x) / math.pi]
+    parts += [_goal_opening(scale, x, y, *opponents), _nearest(scale, x, y, *opponents)]
     team = range(preset.mates - 1)
-    parts += [np.where(there[..., k], _goal_opening(tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
-    parts += [np.where(there[..., k], _nearest(tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
+    parts += [np.where(there[..., k], _goal_opening(scale, tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
+    parts += [np.where(there[..., k], _nearest(scale, tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
     parts += [np.where(there[..., k], _pass_opening(x, y, tx[..., k], ty[..., k], *opponents), 0.0) for k in team]
     for k in team:
         numbers = (team_index[:, k] + 1) / 11.0
@@ -265,27 +303,27 @@ def _hfo_high(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarra
     ox, oy, known = opponents
     for k in range(preset.opponents):
         parts += [np.where(known[..., k], v, 0.0) for v in (_along(ox[..., k]), _across(oy[..., k]), (k + 1) / 11.0)]
-    return [*parts, preset.action_possible(core), m["stamina"] / 4000.0 - 1.0]
+    return [*parts, preset.action_possible(pitch), 2 * m["stamina"] / scale.stamina - 1.0]
 
 
 def _along(x: np.ndarray) -> np.ndarray:
     """x in the half field, -1 at the halfway line, 1 at the goal line."""
-    return x / 26.25 - 1.0
+    return 2.0 * x / HALF_LENGTH - 1.0
 
 
 def _across(y: np.ndarray) -> np.ndarray:
-    return y / 34.0
+    return y / HALF_WIDTH
 
 
-def _goal_opening(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
+def _goal_opening(scale: Scale, x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
     """The widest part of the goal that no opponent covers, seen from (x, y), as share of 90 degrees mapped to [-1, 1]."""
-    rays = np.linspace(-_POST, _POST, 29)
-    directions = np.arctan2(rays - y[..., None], _GOAL - x[..., None])
+    rays = np.linspace(-scale.post, scale.post, 29)
+    directions = np.arctan2(rays - y[..., None], HALF_LENGTH - x[..., None])
     dx, dy = ox - x[..., None], oy - y[..., None]
     distance = np.hypot(dx, dy)
-    nearer = known & (dx < (_GOAL - x)[..., None])
+    nearer = known & (dx < (HALF_LENGTH - x)[..., None])
     half = np.arctan2(0.5, np.maximum(distance, 0.3))
-    off = np.abs(_wrapped(np.arctan2(dy, dx)[..., None] - directions[..., None, :]))
+    off = np.abs(wrapped(np.arctan2(dy, dx)[..., None] - directions[..., None, :]))
     free = ~((off < half[..., None]) & nearer[..., None]).any(axis=-2)
     width = np.abs(np.diff(directions, axis=-1))
     best, run = np.zeros_like(x), np.zeros_like(x)
@@ -295,11 +333,11 @@ def _goal_opening(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, 
     return 2.0 * np.minimum(best / (math.pi / 2), 1.0) - 1.0
 
 
-def _nearest(x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
+def _nearest(scale: Scale, x: np.ndarray, y: np.ndarray, ox: np.ndarray, oy: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Proximity of the nearest known opponent; -1 when there is none."""
     if ox.shape[-1] == 0:
         return np.full(x.shape, -1.0)
-    near: np.ndarray = np.where(known, _near(ox - x[..., None], oy - y[..., None]), -1.0).max(axis=-1)
+    near: np.ndarray = np.where(known, scale.near(ox - x[..., None], oy - y[..., None]), -1.0).max(axis=-1)
     return near
 
 
@@ -311,13 +349,9 @@ def _pass_opening(
         return np.ones(x.shape)
     dx, dy = ox - x[..., None], oy - y[..., None]
     nearer = known & (np.hypot(dx, dy) < np.hypot(tx - x, ty - y)[..., None] + 1.0)
-    off = np.abs(_wrapped(np.arctan2(dy, dx) - np.arctan2(ty - y, tx - x)[..., None]))
+    off = np.abs(wrapped(np.arctan2(dy, dx) - np.arctan2(ty - y, tx - x)[..., None]))
     least: np.ndarray = np.where(nearer, off, math.pi).min(axis=-1)
     return 2.0 * least / math.pi - 1.0
-
-
-def _wrapped(angle: np.ndarray) -> np.ndarray:
-    return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 def keepaway_names(mates: int, opponents: int) -> tuple[str, ...]:
@@ -329,16 +363,15 @@ def keepaway_names(mates: int, opponents: int) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _keepaway(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
+def _keepaway(pitch: Pitch, m: np.ndarray, preset: Preset) -> list[np.ndarray]:
     """State variables of Stone, Sutton and Kuhlmann (2005), K1 being the observer, others by distance from him.
 
     Distances are divided by the diagonal of the region (the pitch for other tasks), angles by pi.
     """
-    size = float(getattr(core.task, "size", 0.0))
-    scale = math.hypot(size, size) if size else math.hypot(105.0, 68.0)
+    scale = 2.0 * math.hypot(*pitch.region)
     x, y = m["x"][..., None], m["y"][..., None]
-    kx, ky, _ = _others(m, _mates(core, preset.mates - 1))
-    tx, ty, _ = _others(m, np.tile(11 + np.arange(preset.opponents), (len(core.agents), 1)))
+    kx, ky, _ = _others(m, _mates(pitch, preset.mates - 1))
+    tx, ty, _ = _others(m, np.tile(11 + np.arange(preset.opponents), (len(pitch.players), 1)))
 
     def by_distance(ax: np.ndarray, ay: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         order = np.argsort(np.hypot(ax - x, ay - y), axis=-1, kind="stable")
@@ -348,7 +381,7 @@ def _keepaway(core: SoccerCore, m: np.ndarray, preset: Preset) -> list[np.ndarra
     tx, ty = by_distance(tx, ty)
     between = np.hypot(kx[..., :, None] - tx[..., None, :], ky[..., :, None] - ty[..., None, :])
     bearing_k, bearing_t = np.arctan2(ky - y, kx - x), np.arctan2(ty - y, tx - x)
-    angle = np.abs(_wrapped(bearing_k[..., :, None] - bearing_t[..., None, :]))
+    angle = np.abs(wrapped(bearing_k[..., :, None] - bearing_t[..., None, :]))
     lengths = [np.hypot(x, y), np.hypot(kx, ky), np.hypot(tx, ty), np.hypot(kx - x, ky - y), np.hypot(tx - x, ty - y)]
     lengths += [between.min(axis=-1, initial=scale)]
     vector = np.concatenate([v / scale for v in lengths] + [angle.min(axis=-1, initial=math.pi) / math.pi], axis=-1)

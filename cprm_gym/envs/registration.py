@@ -6,49 +6,71 @@ import gymnasium
 import pettingzoo
 
 NAMESPACE = "cprm"
-TASK_NAMES = (
-    "GoToBall", "KickOffShot", "Goalie", "PassAndAdvance",
-    "Keepaway3v2", "Keepaway4v3", "Keepaway5v4",
-    "HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5",
-    "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption", "FrontGoalPassingLane", "FrontGoalCompactDefense",
-    "Soccer", "Soccer5v5", "Soccer11v11",
-)  # fmt: skip
-"""Names of `cprm_gym.envs.tasks.TASKS`."""
+VERSION = 1
+"""Of all environments. 1: success is each agent's own and rewards of the right side have their sign, infos are numbers, ages end at 1000
+cycles, ``hfo_low`` knows rest, every face's default actions are ``discrete``."""
+TASK_CYCLES = {
+    "GoToBall": 200, "KickOffShot": 600, "Goalie": 200, "PassAndAdvance": 1000,
+    "Keepaway3v2": 1000, "Keepaway4v3": 1000, "Keepaway5v4": 1000,
+    "HFO1v0": 500, "HFO1v1": 500, "HFO2v1": 500, "HFO2v2": 500, "HFO3v2": 500, "HFO3v3": 500, "HFO4v5": 500,
+    "FrontGoalEmptyGoal": 200, "FrontGoalBlockedShot": 200, "FrontGoalSupportOption": 200, "FrontGoalPassingLane": 200,
+    "FrontGoalCompactDefense": 200,
+    "Soccer": 9000, "Soccer5v5": 9000, "Soccer11v11": 9000,
+}  # fmt: skip
+"""Names of `cprm_gym.envs.tasks.TASKS`, and their ``max_cycles``."""
+TASK_NAMES = tuple(TASK_CYCLES)
+SMALL_CYCLES = 400
+"""``max_cycles`` of SlowApproach."""
 
 
 def register_all() -> tuple[str, ...]:
     """Register all tasks, and the little world of Appendix A; a second call changes nothing.
 
+    Gymnasium answers an older version (``-v0``) with an error that names the present one.
+
     Returns
     -------
     tuple of str
-        The Gymnasium ids, ``cprm/<Task>-v0``.
+        The Gymnasium ids, ``cprm/<Task>-v1``.
     """
+    soccer, small = "cprm_gym.envs", "cprm_gym.envs.tasks.slow_approach"
+    one, worlds = f"{soccer}.single:SoccerEnv", f"{soccer}.vector:SoccerVectorEnv"
+    entries = [(name, one, worlds, {"task": name}, cycles) for name, cycles in TASK_CYCLES.items()]
+    entries.append(("SlowApproach", f"{small}:SlowApproachEnv", f"{small}:SlowApproachVectorEnv", {}, SMALL_CYCLES))
     ids = []
-    for name in TASK_NAMES:
-        env_id = f"{NAMESPACE}/{name}-v0"
+    for name, single, many, arguments, cycles in entries:
+        env_id = f"{NAMESPACE}/{name}-v{VERSION}"
         ids.append(env_id)
         if env_id not in gymnasium.registry:
-            gymnasium.register(
-                env_id,
-                entry_point="cprm_gym.envs.single:SoccerEnv",
-                vector_entry_point="cprm_gym.envs.vector:SoccerVectorEnv",
-                kwargs={"task": name},
-            )
-    small = f"{NAMESPACE}/SlowApproach-v0"
-    ids.append(small)
-    if small not in gymnasium.registry:
-        world = "cprm_gym.envs.tasks.slow_approach"
-        gymnasium.register(small, entry_point=f"{world}:SlowApproachEnv", vector_entry_point=f"{world}:SlowApproachVectorEnv")
+            gymnasium.register(env_id, entry_point=single, vector_entry_point=many, kwargs=arguments, max_episode_steps=cycles)
     _register_with_pettingzoo()
     return tuple(ids)
 
 
 def _register_with_pettingzoo() -> None:
-    """``pettingzoo.make("parallel", "cprm/soccer_v0")``, with PettingZoo 1.27 or newer."""
+    """``pettingzoo.make("parallel", "cprm/soccer_v1")``, with PettingZoo 1.27 or newer; ``soccer_v0`` says what replaced it."""
     if not hasattr(pettingzoo, "register"):
         return
-    env_id = f"{NAMESPACE}/soccer_v0"
     for kind, entry in (("parallel", "parallel_env"), ("aec", "env")):
-        if env_id not in getattr(pettingzoo, f"{kind}_registry"):
-            pettingzoo.register(kind, env_id, f"cprm_gym.envs.soccer:{entry}")
+        places = {f"soccer_v{VERSION}": f"soccer_v{VERSION}:{entry}", "soccer_v0": "registration:replaced"}
+        for name, place in places.items():
+            env_id = f"{NAMESPACE}/{name}"
+            if env_id not in getattr(pettingzoo, f"{kind}_registry"):
+                pettingzoo.register(kind, env_id, f"cprm_gym.envs.{place}")
+
+
+REPLACED = (
+    "soccer_v0 has been replaced by soccer_v1: success is each agent's own, infos are numbers, the default actions are discrete "
+    "(action_mode='hybrid' gives those of soccer_v0)"
+)
+
+
+def replaced(**arguments: object) -> None:
+    """The answer to who asks for the old version.
+
+    Raises
+    ------
+    ImportError
+        Naming the new one.
+    """
+    raise ImportError(REPLACED)

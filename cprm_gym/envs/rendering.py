@@ -14,9 +14,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import CprmError
+from ..simulator.pitch import PITCH_LENGTH, PITCH_MARGIN, PITCH_WIDTH
 from ..simulator.state import PlayMode
 
-LENGTH, WIDTH, MARGIN = 105.0, 68.0, 5.0
+LENGTH, WIDTH, MARGIN = PITCH_LENGTH, PITCH_WIDTH, PITCH_MARGIN
+FPS = 10
+"""Cycles of 100 ms."""
 SCALE = 8
 """Pixels per metre."""
 SMOOTH = 2
@@ -333,3 +336,30 @@ def text_picture(world: np.void, columns: int = 106, rows: int = 35, region: tup
     head = f"{mode_name(world)}  cycle {int(world['time'])}  {int(world['score'][0])} : {int(world['score'][1])}"
     border = "+" + "-" * columns + "+"
     return "\n".join([head, border, *("|" + "".join(line) + "|" for line in grid), border])
+
+
+class Pictured:
+    """A face of one world that draws it; the base of the Gymnasium and the PettingZoo environment."""
+
+    core: Any
+    render_mode: str | None
+    _viewer: Any = None
+
+    def render(self) -> Any:
+        """The pitch: a window (``human``), an RGB array (``rgb_array``) or text (``ansi``); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        if self._viewer is None:
+            self._viewer = Viewer(self.render_mode, fps=FPS, region=self.core.task.region)
+        return self._viewer.draw(self.core.sim.world[0])
+
+    def _show(self) -> None:
+        """Bring the window up to date, if there is one."""
+        if self.render_mode == "human":
+            self.render()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None

@@ -1,66 +1,92 @@
 """Rewards as arguments: a task's own, a function of yours, or the task's own with named shaping terms added.
 
 Shaping terms are potential-based: ``gamma * potential(s') - potential(s)`` with a potential of 0 after the end, so that the best policy
-stays the best (Ng, Harada, Russell, ICML 1999). The one exception, `hausknecht_stone`, is the reward of the HFO literature and says so.
+stays the best (Ng, Harada, Russell, ICML 1999). `to_ball` and `ball_to_goal` are below 0 (minus a distance), so with gamma below 1 *doing
+nothing pays*: standing 52.5 m from the goal, ``0.01 * 5.25`` a cycle with gamma 0.99. The best policy is the same, but returns are
+misleading to look at and to select models by. ``<term>_progress`` does not: ``potential(s') - potential(s)``, the plain gain of the
+cycle, 0 for who stands still and 0 in all for who comes back; over an episode it sums to what was won on the way. It is not
+discounted and nothing is given back at the end, so with gamma below 1 it is no potential-based shaping.
+The reward of the HFO literature, `HausknechtStone`, is of that kind too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
 from ..errors import ParameterError, unknown_name
+from ..simulator.state import LEFT, RIGHT
+from .pitch import Pitch
 from .tasks.base import Outcome
 
-if TYPE_CHECKING:
-    from .core import SoccerCore
-
-RewardFunction: TypeAlias = "Callable[[SoccerCore, Outcome], np.ndarray | Mapping[str, np.ndarray]]"
-"""Called after every cycle with the engine and the task's outcome; gives the reward (W, A), or named terms of it."""
+RewardFunction: TypeAlias = "Callable[[Pitch, Outcome], np.ndarray | Mapping[str, np.ndarray]]"
+"""Called after every cycle with the worlds and the task's outcome; gives the reward (W, A), or terms of it, whose names stand in the
+function's attribute ``terms`` (`named_terms`)."""
 RewardOption: TypeAlias = "str | Sequence[str] | Mapping[str, float] | RewardFunction | None"
 """None: the task's own. A name, names, or names with weights: the task's own plus those terms. A function: instead of the task's own."""
-Potential: TypeAlias = "Callable[[SoccerCore], np.ndarray]"
-
-_GOAL = np.array([52.5, 0.0])
+Potential: TypeAlias = "Callable[[Pitch], np.ndarray]"
 
 
-def to_ball(core: SoccerCore) -> np.ndarray:
+def to_ball(pitch: Pitch) -> np.ndarray:
     """Minus the distance from the agent to the ball, in units of 10 m; (W, A)."""
-    pos = core.sim.world["pos"]
-    d = pos[:, core.players] - pos[:, :1]
+    pos = pitch.sim.world["pos"]
+    d = pos[:, pitch.players] - pos[:, :1]
     return -0.1 * np.hypot(d[..., 0], d[..., 1])
 
 
-def ball_to_goal(core: SoccerCore) -> np.ndarray:
+def ball_to_goal(pitch: Pitch) -> np.ndarray:
     """Minus the distance from the ball to the middle of the opponent's goal, in units of 10 m; (W, A)."""
-    ball = core.sim.world["pos"][:, 0]
-    d = core.sides[:, None] * _GOAL - ball[:, None]
+    ball = pitch.sim.world["pos"][:, 0]
+    goal = np.array([pitch.packed["goal_line"], 0.0])
+    d = pitch.sides[:, None] * goal - ball[:, None]
     return -0.1 * np.hypot(d[..., 0], d[..., 1])
 
 
-def facing_ball(core: SoccerCore) -> np.ndarray:
+def facing_ball(pitch: Pitch) -> np.ndarray:
     """Cosine of the angle between the agent's body and the way to the ball; (W, A)."""
-    w = core.sim.world
-    d = w["pos"][:, :1] - w["pos"][:, core.players]
-    return np.asarray(np.cos(np.arctan2(d[..., 1], d[..., 0]) - w["body"][:, core.players - 1]))
+    w = pitch.sim.world
+    d = w["pos"][:, :1] - w["pos"][:, pitch.players]
+    return np.asarray(np.cos(np.arctan2(d[..., 1], d[..., 0]) - w["body"][:, pitch.players - 1]))
 
 
-def possession(core: SoccerCore) -> np.ndarray:
+def possession(pitch: Pitch) -> np.ndarray:
     """1 where a player of the agent's team can kick the ball, else 0; (W, A)."""
-    has = {side: np.zeros(core.worlds, bool) for side in (1.0, -1.0)}
-    for number in range(1, core.task.left + 1):
-        has[1.0] |= core.kickable(number)
-    for number in range(12, core.task.right + 12):
-        has[-1.0] |= core.kickable(number)
-    return np.stack([has[side] for side in core.sides], axis=1).astype(np.float64)
+    return pitch.of_sides(pitch.kickable_by(LEFT), pitch.kickable_by(RIGHT)).astype(np.float64)
 
 
 POTENTIALS: Mapping[str, Potential] = {
     "to_ball": to_ball, "ball_to_goal": ball_to_goal, "facing_ball": facing_ball, "possession": possession,
 }  # fmt: skip
 """The shaping terms by name."""
+
+
+PROGRESS = "_progress"
+"""Ending of the names of the undiscounted forms."""
+SHAPING = (*POTENTIALS, *(name + PROGRESS for name in POTENTIALS))
+"""Names of all shaping terms."""
+
+
+@runtime_checkable
+class Stateful(Protocol):
+    """A reward function that remembers something between cycles, which saved states must hold."""
+
+    def prepare(self, worlds: int, agents: int) -> None:
+        """Make the arrays; called once."""
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What it remembers, by name, the worlds first; its own arrays."""
+
+
+def named_terms(*terms: str) -> Callable[[Any], Any]:
+    """Decorator: the names of the terms that a reward function gives."""
+
+    def name(function: Any) -> Any:
+        function.terms = terms
+        return function
+
+    return name
 
 
 class Reward:
@@ -71,6 +97,13 @@ class Reward:
     option : RewardOption
     gamma : float
         Discount of the shaping terms; that of the learner keeps them neutral.
+    task_terms : tuple of str
+        Terms of the task's own reward.
+
+    Attributes
+    ----------
+    terms : tuple of str
+        Names of all terms; that of a function without named terms is ``function``.
 
     Raises
     ------
@@ -80,7 +113,7 @@ class Reward:
         For a weight that is no number, or another type of option.
     """
 
-    def __init__(self, option: RewardOption = None, gamma: float = 0.99) -> None:
+    def __init__(self, option: RewardOption = None, gamma: float = 0.99, task_terms: tuple[str, ...] = ()) -> None:
         self.function: RewardFunction | None = None
         self.weights: dict[str, float] = {}
         self.gamma = gamma
@@ -99,10 +132,12 @@ class Reward:
         else:
             raise ParameterError(f"reward: expected None, names of terms, names with weights or a function, got {type(option).__name__}")
         for name, weight in self.weights.items():
-            if name not in POTENTIALS:
-                raise unknown_name("reward term", str(name), ("sparse", *POTENTIALS))
+            if name not in SHAPING:
+                raise unknown_name("reward term", str(name), ("sparse", *SHAPING))
             if isinstance(weight, bool) or not isinstance(weight, (int, float)) or not np.isfinite(weight):
                 raise ParameterError(f"reward term {name!r}: its weight is {weight!r}; allowed are finite numbers")
+        named = getattr(self.function, "terms", ("function",))
+        self.terms: tuple[str, ...] = (*task_terms, *self.weights) if self.function is None else tuple(named)
         self._before: dict[str, np.ndarray] = {}
 
     @property
@@ -110,35 +145,71 @@ class Reward:
         """Whether this is the task's own reward and nothing else."""
         return self.function is None and not self.weights
 
-    def begin(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def prepare(self, worlds: int, agents: int) -> None:
+        """Make room for what the terms are measured against; called once."""
+        self._before = {name: np.zeros((worlds, agents)) for name in self.weights}
+        if isinstance(self.function, Stateful):
+            self.function.prepare(worlds, agents)
+
+    def begin(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """An episode begins in the given worlds."""
         for name in self.weights:
-            now = POTENTIALS[name](core)
-            if name not in self._before:
-                self._before[name] = now
-            else:
-                self._before[name][worlds] = now[worlds]
+            self._before[name][worlds] = POTENTIALS[name.removesuffix(PROGRESS)](pitch)[worlds]
 
-    def apply(self, core: SoccerCore, outcome: Outcome) -> Outcome:
+    def apply(self, pitch: Pitch, outcome: Outcome) -> Outcome:
         """`outcome` with this reward and its terms."""
         if self.function is not None:
-            given: Any = self.function(core, outcome)
-            terms = dict(given) if isinstance(given, Mapping) else {"reward": given}
-            shape = outcome.reward.shape
-            for name, value in terms.items():
-                terms[name] = np.asarray(value, np.float64)
-                if terms[name].shape != shape:
-                    raise ParameterError(f"reward function: {name!r} has shape {terms[name].shape}, expected {shape} (worlds, agents)")
-            return outcome._replace(reward=sum(terms.values(), np.zeros(shape)), terms=terms)
+            return self._of_function(pitch, outcome)
         reward, terms = outcome.reward.astype(np.float64, copy=True), dict(outcome.terms)
         for name, weight in self.weights.items():
-            after = POTENTIALS[name](core)
-            # after the end of the task nothing is worth anything
-            worth = np.where(outcome.terminated[:, None], 0.0, after)
-            terms[name] = weight * (self.gamma * worth - self._before[name])
+            after = POTENTIALS[name.removesuffix(PROGRESS)](pitch)
+            if name.endswith(PROGRESS):
+                terms[name] = weight * (after - self._before[name])
+            else:
+                # after the end of the task nothing is worth anything
+                worth = np.where(outcome.terminated[:, None], 0.0, after)
+                terms[name] = weight * (self.gamma * worth - self._before[name])
             reward += terms[name]
             self._before[name] = after
         return outcome._replace(reward=reward, terms=terms)
+
+    def _of_function(self, pitch: Pitch, outcome: Outcome) -> Outcome:
+        assert self.function is not None
+        given: Any = self.function(pitch, outcome)
+        terms = dict(given) if isinstance(given, Mapping) else {"function": given}
+        if tuple(terms) != self.terms:
+            told = "none; see named_terms" if self.terms == ("function",) else ", ".join(self.terms)
+            raise ParameterError(f"reward function: gave the terms {', '.join(map(str, terms))}, but its attribute `terms` names {told}")
+        shape = outcome.reward.shape
+        for name, value in terms.items():
+            terms[name] = np.asarray(value, np.float64)
+            if terms[name].shape != shape:
+                raise ParameterError(f"reward function: {name!r} has shape {terms[name].shape}, expected {shape} (worlds, agents)")
+        return outcome._replace(reward=sum(terms.values(), np.zeros(shape)), terms=terms)
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        arrays = {f"reward/{name}": values for name, values in self._before.items()}
+        if isinstance(self.function, Stateful):
+            arrays |= {f"reward/{name}": values for name, values in self.function.arrays().items()}
+        return arrays
+
+    def save_state(self) -> dict[str, np.ndarray]:
+        """What the terms are measured against, by name, the worlds first."""
+        return {name: values.copy() for name, values in self._arrays().items()}
+
+    def load_state(self, state: Mapping[str, np.ndarray], worlds: np.ndarray, rows: np.ndarray) -> None:
+        """Take it from rows of a saved state into the given worlds.
+
+        Raises
+        ------
+        ParameterError
+            When it is the state of another reward.
+        """
+        missing = [name for name in self._arrays() if name not in state]
+        if missing:
+            raise ParameterError(f"state: {missing[0]!r} is missing; it is the state of another reward")
+        for name, values in self._arrays().items():
+            values[worlds] = state[name][rows]
 
 
 class HausknechtStone:
@@ -148,19 +219,27 @@ class HausknechtStone:
     and Stone, ICLR 2016, distances in metres as there; not potential-based).
     """
 
-    def __init__(self) -> None:
-        self._state: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+    terms = ("move_to_ball", "kickable", "ball_to_goal", "goal")
 
-    def __call__(self, core: SoccerCore, outcome: Outcome) -> Mapping[str, np.ndarray]:
+    def __init__(self) -> None:
+        self.prepare(0, 0)
+
+    def prepare(self, worlds: int, agents: int) -> None:
+        """Make the arrays."""
+        self._near, self._far, self._had = (np.zeros((worlds, agents)) for _ in range(3))
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Distances of the cycle before, and who has had the ball."""
+        return {"near": self._near, "far": self._far, "had": self._had}
+
+    def __call__(self, pitch: Pitch, outcome: Outcome) -> Mapping[str, np.ndarray]:
         """The four terms."""
-        near, far = -10.0 * to_ball(core), -10.0 * ball_to_goal(core)
-        kickable = np.stack([core.kickable(int(p)) for p in core.players], axis=1)
-        if self._state is None or self._state[0].shape != near.shape:
-            self._state = (near.copy(), far.copy(), np.zeros(near.shape, bool))
-        last_near, last_far, had = self._state
-        first = core.cycle[:, None] <= 1
-        last_near, last_far, had = np.where(first, near, last_near), np.where(first, far, last_far), had & ~first
-        self._state = (near, far, had | kickable)
+        near, far = -10.0 * to_ball(pitch), -10.0 * ball_to_goal(pitch)
+        kickable = np.stack([pitch.kickable(int(p)) for p in pitch.players], axis=1)
+        first = pitch.cycle[:, None] <= 1
+        last_near, last_far = np.where(first, near, self._near), np.where(first, far, self._far)
+        had = (self._had > 0) & ~first
+        self._near, self._far, self._had = near, far, (had | kickable).astype(np.float64)
         return {
             "move_to_ball": last_near - near,
             "kickable": (kickable & ~had).astype(np.float64),

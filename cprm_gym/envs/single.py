@@ -2,51 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from ..errors import CprmError, UnknownName
+from . import infos
 from .core import SoccerCore, batch_of_one, select_agents
-from .faces import FPS, RENDER_MODES, Pictured, chosen_render_mode, chosen_task
-from .rewards import RewardOption
+from .options import RENDER_MODES, EnvOptions, checked_reset, chosen_render_mode
+from .rendering import FPS, Pictured
 from .tasks.base import Task
 
 
 class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
     """A task for one agent.
 
+    Infos: `cprm_gym.envs.infos`. ``reset(options=...)`` takes ``start`` (where ball and players shall be, `Pitch.start_at`) and ``state``
+    (of `save_state`).
+
     Parameters
     ----------
     task : str or Task
         Name of a task, or a task.
-    agent : str, optional
-        Who the ego agent is; the task's first controlled agent if not given.
-    action_mode : str
-        ``discrete`` (default), ``box``, ``hybrid``, ``full`` (hybrid with say, attention and point) or ``macro``.
     render_mode : str, optional
         ``human``, ``rgb_array`` or ``ansi``.
-    max_episode_steps : int, optional
-        Overrides the task's ``max_cycles``.
-    debug_info : bool
-        Put the true positions into ``info["truth"]``.
-    others : str or (str, str), optional
-        Scripted policy of the other players, or one for each side; the task's own if not given.
-    include : str or sequence of str
-        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``,
-        ``hear``.
-    observation : str
-        Preset: ``raw`` (default), ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or ``keepaway`` (`cprm_gym.envs.presets`).
-    flatten : bool
-        One vector instead of a dict.
-    reward : None, str, sequence or mapping of str, or function
-        The task's own, with named shaping terms added, or a function instead of it (`cprm_gym.envs.rewards`).
-    reward_gamma : float
-        Discount of the shaping terms.
     **options
-        Passed on to the task.
+        As for `EnvOptions`, and fields of the task. ``agent``: who the ego agent is; the task's first controlled agent if not given.
 
     Raises
     ------
@@ -56,53 +41,34 @@ class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
-    def __init__(
-        self,
-        task: str | Task = "GoToBall",
-        agent: str | None = None,
-        action_mode: str = "discrete",
-        render_mode: str | None = None,
-        max_episode_steps: int | None = None,
-        debug_info: bool = False,
-        others: str | Sequence[str] | None = None,
-        include: str | Sequence[str] = (),
-        observation: str = "raw",
-        flatten: bool = False,
-        reward: RewardOption = None,
-        reward_gamma: float = 0.99,
-        **options: Any,
-    ) -> None:
-        self.task = chosen_task(task, max_episode_steps, options)
+    def __init__(self, task: str | Task = "GoToBall", render_mode: str | None = None, **options: Any) -> None:
         self.render_mode = chosen_render_mode(render_mode)
-        self.agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(
-            self.task,
-            1,
-            controlled=self.agent,
-            view=action_mode,
-            others=others,
-            include=include,
-            observation=observation,
-            flatten=flatten,
-            reward=reward,
-            reward_gamma=reward_gamma,
-        )
+        self.options = ego_options({"task": task, **options})
+        self.core = SoccerCore(self.options, 1)
+        self.task, self.agent = self.core.task, self.core.agents[0]
         self.observation_space: gymnasium.spaces.Space[Any] = self.core.observation_space()
         self.action_space = self.core.view.space
-        self.debug_info = debug_info
         self._seeded = False
         self._running = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Start an episode; the first reset without a seed draws one."""
+        """Start an episode; the first reset without a seed draws one.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown option.
+        """
+        chosen = checked_reset(options, ("start", "state"))
+        if self._running:
+            self._tell_of_limit()
         super().reset(seed=seed)
-        if seed is None and not self._seeded:
+        if seed is None and not self._seeded and "state" not in chosen:
             seed = int(self.np_random.integers(2**31))
-        self._seeded = True
-        self._running = True
-        self.core.reset(seed)
+        self.core.reset(seed, **chosen)
+        self._seeded = self._running = True
         self._show()
-        return self._observation(), self._info("IN_GAME", False)
+        return self._observation(), infos.of_agents(self.core, None, self.options.debug_info)[0]
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Play one cycle.
@@ -119,10 +85,45 @@ class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
         step = self.core.step(batch_of_one(action))
         terminated, truncated = bool(step.terminated[0]), bool(step.truncated[0])
         self._running = not (terminated or truncated)
-        info = self._info(self.task.statuses[step.status[0]], bool(step.success[0]))
-        info["reward_terms"] = {name: float(values[0, 0]) for name, values in step.terms.items()}
+        info = infos.of_agents(self.core, step, self.options.debug_info)[0]
         self._show()
         return self._observation(), float(step.reward[0, 0]), terminated, truncated, info
+
+    def action_masks(self) -> np.ndarray:
+        """(macros,) bool: what can be done now; the method that MaskablePPO calls.
+
+        Raises
+        ------
+        CprmError
+            For another view than macro.
+        """
+        return _mask(self.core)[0, 0].copy()
+
+    def save_state(self) -> dict[str, np.ndarray]:
+        """The running episode as arrays; `load_state` and ``reset(options={"state": ...})`` go on from it, ``np.savez`` keeps it."""
+        return {**self.core.save_state(), "over": np.array([not self._running])}
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state of `save_state`, of an environment with the same options.
+
+        Raises
+        ------
+        ParameterError
+            When it is the state of another one.
+        """
+        self.core.load_state(state)
+        self._running, self._seeded = not bool(state["over"][0]), True
+
+    def _tell_of_limit(self) -> None:
+        """Say so when Gymnasium's own limit has cut an episode that was made longer."""
+        spec = None if self.spec is None else gymnasium.registry.get(self.spec.id)
+        limit = None if spec is None else spec.max_episode_steps
+        if limit is not None and int(self.core.cycle[0]) == limit < self.core.max_cycles:
+            warnings.warn(
+                f"the episode was cut after {limit} steps, the registered max_episode_steps of {spec.id if spec else ''}, before "
+                f"max_cycles={self.core.max_cycles}: give gymnasium.make also max_episode_steps={self.core.max_cycles}",
+                stacklevel=3,
+            )
 
     def _observation(self) -> Any:
         output = self.core.output
@@ -130,18 +131,31 @@ class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):
             return output[0, 0].copy()
         return {name: values[0, 0].copy() for name, values in output.items()}
 
-    def _info(self, status: str, success: bool) -> dict[str, Any]:
-        info: dict[str, Any] = {"status": status, "is_success": success, "cycle": int(self.core.cycle[0])}
-        if self.core.action_mask is not None:
-            info["action_mask"] = self.core.action_mask[0, 0].astype(np.int8)
-        if self.debug_info:
-            info["truth"] = self.core.sim.world["pos"][0].copy()
-        return info
+
+def ego_options(given: Mapping[str, Any]) -> EnvOptions:
+    """The options of a face of one agent: its `controlled` is one name, the given one or the first that the task lets act.
+
+    Raises
+    ------
+    UnknownName
+        When several agents are meant.
+    """
+    options = EnvOptions.of(given)
+    task = options.played()
+    chosen = select_agents(task.controlled if options.controlled is None else options.controlled, task.left, task.right)
+    if options.controlled is not None and len(chosen) != 1:
+        raise UnknownName(f"agent {options.controlled!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v1 for several")
+    return replace(options, controlled=chosen[0])
 
 
-def ego_agent(task: Task, agent: str | None) -> str:
-    """The one agent of a single-agent environment: the given one, or the first that the task lets act."""
-    chosen = select_agents(task.controlled if agent is None else agent, task.left, task.right)
-    if agent is not None and len(chosen) != 1:
-        raise UnknownName(f"agent {agent!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v0 for several")
-    return chosen[0]
+def _mask(core: SoccerCore) -> np.ndarray:
+    """(W, A, macros) bool.
+
+    Raises
+    ------
+    CprmError
+        For another view than macro.
+    """
+    if core.action_mask is None:
+        raise CprmError("action_masks: only the macro view has masks; make the environment with action_mode='macro'")
+    return core.action_mask

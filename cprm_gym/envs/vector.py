@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -11,21 +11,27 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from ..errors import CprmError, ParameterError, UnknownName
+from . import infos
 from .core import SoccerCore
-from .faces import FPS, chosen_task
-from .rewards import RewardOption
-from .single import ego_agent
+from .options import checked_reset
+from .rendering import FPS
+from .single import ego_options
 from .tasks.base import Task
+
+NOW = ("action_mask", "truth")
+"""Infos that belong to the observation, not to the cycle that led to it."""
 
 
 class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
     """A task for one agent in `num_envs` worlds.
 
+    Infos: `cprm_gym.envs.infos`. ``reset(options=...)`` takes ``reset_mask``, ``start`` and ``state``, as `SoccerEnv` does.
+
     Parameters
     ----------
     num_envs : int
         Worlds.
-    task, agent, action_mode, others, include, observation, flatten, reward, reward_gamma, **options
+    task, **options
         As for `SoccerEnv`.
     autoreset_mode : AutoresetMode or str
         ``NextStep`` (default), ``SameStep`` or ``Disabled``, as Gymnasium defines them.
@@ -44,44 +50,23 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self,
         num_envs: int = 1,
         task: str | Task = "GoToBall",
-        agent: str | None = None,
-        action_mode: str = "discrete",
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         threads: int = 1,
         render_mode: str | None = None,
-        max_episode_steps: int | None = None,
-        others: str | Sequence[str] | None = None,
-        include: str | Sequence[str] = (),
-        observation: str = "raw",
-        flatten: bool = False,
-        reward: RewardOption = None,
-        reward_gamma: float = 0.99,
         **options: Any,
     ) -> None:
-        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ParameterError(f"num_envs: {num_envs!r} given, a whole number of at least 1 is needed")
         if render_mode is not None:
-            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v0")
+            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v1")
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             raise UnknownName(f"autoreset_mode {autoreset_mode!r}: allowed are {', '.join(m.value for m in AutoresetMode)}") from None
-        self.task = chosen_task(task, max_episode_steps, options)
-        agent = ego_agent(self.task, agent)
-        self.core = SoccerCore(
-            self.task,
-            num_envs,
-            controlled=agent,
-            view=action_mode,
-            others=others,
-            include=include,
-            observation=observation,
-            flatten=flatten,
-            reward=reward,
-            reward_gamma=reward_gamma,
-            threads=threads,
-        )
+        self.options = ego_options({"task": task, **options})
+        self.core = SoccerCore(self.options, num_envs, threads=threads)
+        self.task = self.core.task
         self.num_envs = num_envs
         self.metadata = {"render_modes": [], "render_fps": FPS, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
@@ -91,25 +76,40 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._copy = copy
         self._over = np.zeros(num_envs, bool)
+        self._everywhere = np.ones(num_envs, bool)
         self._seeded = False
         self._running = False
 
     def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array)."""
-        if seed is not None and not isinstance(seed, (int, np.integer)):
-            raise ParameterError(f"seed: one whole number seeds all worlds (world k depends on it and k), got {seed!r:.60}")
-        super().reset(seed=seed)
-        mask = None if not options else options.get("reset_mask")
+        """Start episodes: in all worlds, or in those of ``options["reset_mask"]`` (a (num_envs,) bool array).
+
+        Parameters
+        ----------
+        seed : int or list, optional
+            One number seeds all worlds: world k depends on it and k. A list has one for each world (None: it goes on as it is): world k
+            is then what a `SoccerEnv` with its seed is.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown option, a wrong mask or wrong seeds.
+        """
+        chosen = checked_reset(options, ("reset_mask", "start", "state"))
+        mask = chosen.pop("reset_mask", None)
         if mask is not None:
             mask = np.asarray(mask)
             if mask.shape != (self.num_envs,) or mask.dtype != bool:
                 raise ParameterError(f"reset_mask: expected bool of shape ({self.num_envs},), got {mask.dtype} of shape {mask.shape}")
-        if seed is None and not self._seeded:
+        if seed is None or isinstance(seed, (int, np.integer)):
+            super().reset(seed=seed)
+        elif mask is not None and isinstance(seed, list) and len(seed) == self.num_envs:
+            seed = [one for one, here in zip(seed, mask) if here]
+        if seed is None and not self._seeded and "state" not in chosen:
             seed = int(self.np_random.integers(2**31))
-        self.core.reset(seed, mask)
+        self.core.reset(seed, mask, **chosen)
         self._seeded = self._running = True
         self._over[slice(None) if mask is None else mask] = False
-        return self._observation(), self._with_mask({})
+        return self._observation(), infos.marked(self._everywhere, infos.of_worlds(self.core, None, self.options.debug_info, self._copy))
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset.
@@ -127,33 +127,42 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
             raise CprmError(f"worlds {np.flatnonzero(self._over).tolist()[:8]} are over: reset them with options={{'reset_mask': ...}}")
         step = self.core.step(_with_agents(actions))
-        reward, terminated, truncated = step.reward[:, 0].copy(), step.terminated.copy(), step.truncated.copy()
-        success, status = step.success.copy(), step.status.copy()
-        terms = {name: values[:, 0].copy() for name, values in step.terms.items()}
+        reward, terminated, truncated = step.reward[:, 0].copy(), step.terminated.copy(), step.truncated
+        info = infos.of_worlds(self.core, step, self.options.debug_info, self._copy)
         if starting is not None and starting.any():
             self.core.reset(None, starting)
-            for values in (reward, terminated, truncated, success, status, *terms.values()):
+            for values in (reward, terminated, truncated, *(values for name, values in info.items() if name not in NOW)):
                 values[starting] = 0
-        everywhere = np.ones(self.num_envs, bool)
-        info = _where(everywhere, is_success=success, status=status, reward_terms=_where(everywhere, **terms))
+            info |= infos.now_of_worlds(self.core, self.options.debug_info, self._copy)
         over = terminated | truncated
+        marked = infos.marked(self._everywhere, info)
         if self.autoreset_mode == AutoresetMode.SAME_STEP and over.any():
             final = np.empty(self.num_envs, object)
             for i in np.flatnonzero(over):
                 final[i] = self._observation_of(int(i))
-            last = _where(over, is_success=success.copy(), status=status.copy(), reward_terms=_where(over, **terms))
-            info |= _where(over, final_obs=final, final_info=last)
+            last = {name: values.copy() for name, values in info.items()}
             self.core.reset(None, over)
+            marked |= infos.marked(self._everywhere, infos.now_of_worlds(self.core, self.options.debug_info, self._copy))
+            marked |= infos.marked(over, {"final_obs": final, "final_info": infos.marked(over, last)})
             over = np.zeros(self.num_envs, bool)
         self._over = over
-        return self._observation(), reward, terminated, truncated, self._with_mask(info)
+        return self._observation(), reward, terminated, truncated, marked
 
-    def _with_mask(self, info: dict[str, Any]) -> dict[str, Any]:
-        """`info` with what can be done now, for the macro view."""
-        mask = self.core.action_mask
-        if mask is not None:
-            info |= _where(np.ones(self.num_envs, bool), action_mask=mask[:, 0].copy() if self._copy else mask[:, 0])
-        return info
+    def save_state(self) -> dict[str, np.ndarray]:
+        """The running episodes as arrays; `load_state` and ``reset(options={"state": ...})`` go on from it, ``np.savez`` keeps it."""
+        return {**self.core.save_state(), "over": self._over.copy()}
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state of `save_state`: of as many worlds, or of one, from which then all go on.
+
+        Raises
+        ------
+        ParameterError
+            When it is the state of an environment with other options.
+        """
+        self.core.load_state(state)
+        self._over[...] = state["over"]
+        self._seeded = self._running = True
 
     def _observation(self) -> Any:
         output = self.core.output
@@ -170,11 +179,6 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held open."""
-
-
-def _where(worlds: np.ndarray, **values: Any) -> dict[str, Any]:
-    """Values of the worlds in Gymnasium's form: each followed by the array that says for which of them it counts."""
-    return {key: value for name, given in values.items() for key, value in ((name, given), (f"_{name}", worlds))}
 
 
 def _with_agents(actions: Any) -> Any:

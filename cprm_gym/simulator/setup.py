@@ -76,7 +76,7 @@ def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], first: int = 0) -> np
     Parameters
     ----------
     seed : int, SeedSequence or sequence of int
-        One seed, of which world ``k`` gets the child number ``first + k``, or one seed per chosen world.
+        One seed, of which world ``k`` gets the child number ``first + k``, or one seed (or SeedSequence) per chosen world.
     chosen : (n,) int array
         Numbers of the worlds.
     first : int
@@ -97,9 +97,9 @@ def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], first: int = 0) -> np
             seeds = list(seed)  # type: ignore[arg-type]
         except TypeError:
             seeds = []
-        if len(seeds) != len(chosen) or not all(map(_is_seed, seeds)):
+        if len(seeds) != len(chosen) or not all(_is_seed(s) or isinstance(s, np.random.SeedSequence) for s in seeds):
             raise ParameterError(f"`seed` takes a whole number >= 0, a SeedSequence or {len(chosen)} such numbers, got {seed!r}")
-        children = [np.random.SeedSequence(int(s)) for s in seeds]
+        children = [s if isinstance(s, np.random.SeedSequence) else np.random.SeedSequence(int(s)) for s in seeds]
     return np.array([child.generate_state(len(Stream), np.uint64) for child in children]).reshape(len(chosen), len(Stream))
 
 

@@ -414,7 +414,7 @@ def _first_word(seed: Seed) -> int:
     """A seed of 31 bits for the player types."""
     if not isinstance(seed, np.random.SeedSequence):
         try:
-            seed = np.random.SeedSequence(seed)
+            seed = np.random.SeedSequence(seed)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             raise ParameterError(f"`seed` takes whole numbers >= 0 or a SeedSequence, got {seed!r}") from None
     return int(seed.generate_state(1)[0]) & 0x7FFFFFFF

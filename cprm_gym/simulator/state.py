@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 
-Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int]"
+Seed: TypeAlias = "int | np.random.SeedSequence | Sequence[int | np.random.SeedSequence]"
 Worlds: TypeAlias = "int | Sequence[int] | slice | npt.NDArray[Any] | None"
 """Which worlds: an index, indices, a slice, a mask, or all of them (None)."""
 

@@ -153,7 +153,7 @@ class Trainer(_Official):
         x, y : float or (n,) array
             Place, metres, in the frame of the pitch for both teams.
         body : float or (n,) array, optional
-            Direction of his body, radians, clipped to a half turn either way; kept when not given.
+            Direction of his body, radians from -pi to pi; kept when not given.
         velocity : pair of float or (n,) array, optional
             Metres per cycle; kept when not given.
         worlds : int, indices, slice or mask, optional
@@ -161,7 +161,7 @@ class Trainer(_Official):
         Raises
         ------
         CommandError
-            When there is no such player or a number is not finite.
+            When there is no such player, a number is not finite or the direction is beyond pi.
         ParameterError
             When there are no such worlds.
         """
@@ -169,7 +169,9 @@ class Trainer(_Official):
         places = _columns("place_player", chosen, x=x, y=y)
         bodies, velocities = np.full(len(chosen), np.nan), np.full((len(chosen), 2), np.nan)
         if body is not None:
-            bodies[:] = np.clip(_columns("place_player", chosen, body=body)[:, 0], -math.pi, math.pi)
+            bodies[:] = _columns("place_player", chosen, body=body)[:, 0]
+            if (np.abs(bodies) > math.pi).any():
+                raise CommandError(f"place_player: `body` takes radians from -pi to pi, got {body!r:.60}")
         if velocity is not None:
             velocities[:] = _columns("place_player", chosen, vx=velocity[0], vy=velocity[1])
         powers.put_player(self._world, self._packed, chosen, row, places, bodies, velocities)

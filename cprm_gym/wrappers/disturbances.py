@@ -24,12 +24,12 @@ from pettingzoo.utils import BaseParallelWrapper
 
 from ..envs.core import SoccerCore
 from ..errors import ParameterError
+from ..simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ..simulator.senses import BallLevel, See
 from ..simulator.state import PLAYERS
 
 EDGE = 1.0
 """Metres that displaced things stay away from the lines."""
-HALF_LENGTH, HALF_WIDTH = 52.5, 34.0
 DRAWS = 8
 """Numbers drawn for each world and episode."""
 NO_SIGHT = -10
@@ -114,7 +114,8 @@ class BallDisplaced(Disturbance):
 
     def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
         """Moves the ball."""
-        core.place_ball(worlds, _on_pitch(core.sim.world["pos"][worlds, 0] + _displacement(draws, self.near, self.far)))
+        place = _on_pitch(core.sim.world["pos"][worlds, 0] + _displacement(draws, self.near, self.far))
+        core.place_ball(*place.T, worlds=worlds)
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,8 @@ class PlayerDisplaced(Disturbance):
         for player in core.players:
             here = chosen == player
             place = core.sim.world["pos"][worlds[here], player] + _displacement(draws[here], self.near, self.far)
-            core.place_player(worlds[here], int(player), _on_pitch(place), 360.0 * draws[here, 3] - 180.0)
+            body = np.pi * (2.0 * draws[here, 3] - 1.0)
+            core.place_player(int(player), *_on_pitch(place).T, body, (0.0, 0.0), worlds=worlds[here])
 
 
 @dataclass(frozen=True)

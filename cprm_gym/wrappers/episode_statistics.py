@@ -7,6 +7,8 @@ from typing import Any
 
 import gymnasium
 
+from ..envs.tasks.base import Status
+
 
 class EpisodeStatistics(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Return, length, status, success and reward terms of every episode, in ``info["episode"]`` of its last step and in `episodes`.
@@ -20,7 +22,8 @@ class EpisodeStatistics(gymnasium.Wrapper[Any, Any, Any, Any]):
     Attributes
     ----------
     episodes : deque of dict
-        ``r`` return, ``l`` steps, ``cycles`` (with `MacroSteps` more than steps), ``status``, ``is_success``, ``terms``.
+        ``r`` return, ``l`` steps, ``cycles`` (with `MacroSteps` more than steps), ``status``, ``is_success``, and the sum of every
+        ``reward_<term>``.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any], keep: int = 1000) -> None:
@@ -42,22 +45,23 @@ class EpisodeStatistics(gymnasium.Wrapper[Any, Any, Any, Any]):
         observation, reward, terminated, truncated, info = self.env.step(action)
         self._return += float(reward)
         self._steps += 1
-        for name, value in info.get("reward_terms", {}).items():
-            self._terms[name] += value
+        for name, value in info.items():
+            if name.startswith("reward_"):
+                self._terms[name] += value
         if terminated or truncated:
             episode = {
-                "r": self._return, "l": self._steps, "cycles": info.get("cycle", self._steps), "status": info.get("status", ""),
-                "is_success": bool(info.get("is_success", False)), "terms": dict(self._terms),
+                "r": self._return, "l": self._steps, "cycles": info.get("cycle", self._steps), "status": int(info.get("status", 0)),
+                "is_success": bool(info.get("is_success", False)), **self._terms,
             }  # fmt: skip
             self.episodes.append(episode)
             info = {**info, "episode": episode}
         return observation, reward, terminated, truncated, info
 
     def summary(self) -> dict[str, Any]:
-        """Means over the episodes kept: ``episodes``, ``success_rate``, ``return``, ``cycles``, and how often each ``status``."""
+        """Means over the episodes kept: ``episodes``, ``success_rate``, ``return``, ``cycles``, how often each ``status``."""
         n = len(self.episodes)
         mean = {k: sum(float(e[k]) for e in self.episodes) / n if n else float("nan") for k in ("is_success", "r", "cycles")}
         return {
             "episodes": n, "success_rate": mean["is_success"], "return": mean["r"], "cycles": mean["cycles"],
-            "status": dict(Counter(e["status"] for e in self.episodes)),
+            "status": dict(Counter(Status(e["status"]).name for e in self.episodes)),
         }  # fmt: skip

@@ -65,8 +65,9 @@ class MacroSteps(gymnasium.Wrapper[Any, Any, Any, Any]):
         while True:
             observation, reward, terminated, truncated, info = self.env.step(action)
             total += factor * float(reward)
-            for name, value in info.get("reward_terms", {}).items():
-                terms[name] = terms.get(name, 0.0) + factor * value
+            for name, value in info.items():
+                if name.startswith("reward_"):
+                    terms[name] = terms.get(name, 0.0) + factor * value
             factor *= self.gamma
             k += 1
             self._mask = mask = info["action_mask"]
@@ -74,4 +75,4 @@ class MacroSteps(gymnasium.Wrapper[Any, Any, Any, Any]):
             over = name in ONE_CYCLE or name.startswith("pass_") or not mask[int(action)] or mask[self._ball] != with_ball
             if terminated or truncated or over or k >= self.longest:
                 break
-        return observation, total, terminated, truncated, {**info, "macro_steps": k, "reward_terms": terms}
+        return observation, total, terminated, truncated, {**info, **terms, "macro_steps": k}

@@ -10,14 +10,13 @@ All controlled agents of all worlds are entries of one `VecEnv`, so one policy i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from inspect import signature
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..envs.core import SoccerCore
-from ..envs.faces import chosen_task
+from ..envs.options import EnvOptions
 from ..envs.tasks.base import Task
 from ..errors import CommandError, CprmError, ParameterError
 
@@ -26,8 +25,6 @@ try:
     from stable_baselines3.common.vec_env import VecEnv
 except ImportError as error:
     raise CprmError("cprm_gym.wrappers.sb3 needs stable-baselines3: pip install 'cprm-gym[rl]'") from error
-
-_CORE_OPTIONS = frozenset(signature(SoccerCore).parameters) - {"task", "worlds", "view"}
 
 
 class SoccerVecEnv(VecEnv):  # type: ignore[misc]
@@ -41,12 +38,12 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
     action_mode : str
         ``discrete`` (PPO), ``box`` (SAC, TD3, PPO) or ``macro`` (PPO, DQN with one agent, MaskablePPO). stable-baselines3 knows no
         hybrid actions.
-    task_options : dict, optional
-        Fields of the task; they may also be given as arguments of their own, as with ``gymnasium.make``.
     seed : int
         Of the first reset; `VecEnv.seed` changes it.
+    threads : int
+        Threads that share the worlds.
     **options
-        As for `SoccerCore`: ``controlled``, ``others``, ``include``, ``observation``, ``flatten``, ``reward``, ``threads`` ...
+        As for `EnvOptions`, and fields of the task: ``controlled``, ``others``, ``include``, ``observation``, ``flatten``, ``reward`` ...
 
     Raises
     ------
@@ -55,14 +52,12 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
     """
 
     def __init__(
-        self, task: str | Task, worlds: int = 1, action_mode: str = "discrete", task_options: dict[str, Any] | None = None,
-        seed: int = 0, **options: Any,
-    ) -> None:  # fmt: skip
+        self, task: str | Task, worlds: int = 1, action_mode: str = "discrete", seed: int = 0, threads: int = 1, **options: Any
+    ) -> None:
         if action_mode in ("hybrid", "full"):
             message = f"has no Dict actions; action_mode is discrete, box or macro, not {action_mode}"
             raise ParameterError(f"SoccerVecEnv: stable-baselines3 {message}")
-        of_core = {name: options.pop(name) for name in tuple(options) if name in _CORE_OPTIONS}
-        self.core = SoccerCore(chosen_task(task, None, {**(task_options or {}), **options}), worlds, view=action_mode, **of_core)
+        self.core = SoccerCore(EnvOptions.of({"task": task, "action_mode": action_mode, **options}), worlds, threads=threads)
         self.worlds, self.agents = worlds, len(self.core.agents)
         self.render_mode: str | None = None
         super().__init__(worlds * self.agents, self.core.observation_space(), self.core.view.space)
@@ -112,8 +107,8 @@ class SoccerVecEnv(VecEnv):  # type: ignore[misc]
                     "terminal_observation": {k: v[i] for k, v in last.items()} if isinstance(last, dict) else last[i],
                     "TimeLimit.truncated": bool(step.truncated[w]),
                     "episode": {"r": float(self._returns[i]), "l": int(self._lengths[i]), "t": 0.0},
-                    "is_success": bool(step.success[w]),
-                    "status": self.core.task.statuses[step.status[w]],
+                    "is_success": bool(step.success[w, i % self.agents]),
+                    "status": int(step.status[w]),
                 }
             self._returns[dones], self._lengths[dones] = 0.0, 0
             self.core.reset(None, over)

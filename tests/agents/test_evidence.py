@@ -96,8 +96,8 @@ def test_an_opponent_without_a_number_who_faces_the_goal_is_not_told_as_facing_a
     agent = make_controller(task, "left_1")
     core = SoccerCore(task, 1, seed=3, include=agent.needs)
     core.reset(3)
-    core.place_player(np.array([0]), 1, np.array([[-50.0, 0.0]]), 0.0)
-    core.place_player(np.array([0]), 12, np.array([[-38.0, 2.0]]), 180.0)
+    core.place_player(1, -50.0, 0.0, 0.0)
+    core.place_player(12, -38.0, 2.0, np.pi)
     told = []
     for change in (None, without_numbers):
         core.see_changes[:] = [change] if change else []

@@ -99,7 +99,7 @@ def test_a_pass_whose_ball_is_stopped_at_once_has_failed_and_is_made_again():
     def stop(core, players):
         for number, player in zip(core.players, players):
             if player.controller.executor.read("passing.kick.acted")[0] and core.cycle[0] < 25:
-                core.place_ball(np.array([0]), core.sim.world["pos"][:, number] + [0.7, 0.0])
+                core.place_ball(*(core.sim.world["pos"][0, number] + [0.7, 0.0]))
 
     _, fired = played(0, 120, stop)
     assert any("passing.stuck" in f and "pass_again" in f and "go_on" in f[f.index("passing.stuck") :] for f in fired)
@@ -109,9 +109,9 @@ def stage(first, ball, second=(-20.0, 8.0, 0.0), velocity=(0.0, 0.0)):
     """One world with the two at (x, y, body) and a ball; (core, observation of the first, his agent)."""
     core = SoccerCore(make_task("PassAndAdvance"), 1, seed=2, include=("memory",))
     core.reset(2)
+    core.place_ball(*ball, *velocity)
     for number, (x, y, body) in ((1, first), (2, second)):
-        core.place_player(np.array([0]), number, np.array([[x, y]]), body)
-    core.place_ball(np.array([0]), np.array([ball]), np.array([velocity]))
+        core.place_player(number, x, y, np.radians(body))
     observation = {key: value[:, 0] for key, value in core.observe(np.array([0])).items()}
     agent = make_controller(core.task, "left_1")
     agent.reset(observation, 2)
@@ -256,7 +256,7 @@ def test_with_more_team_mates_the_partner_is_the_nearest_who_has_been_seen():
     core = SoccerCore(replace(make_task("PassAndAdvance"), left=3), 1, seed=2, include=("memory",))
     core.reset(2)
     for number, x, y, body in ((1, -10.0, 4.0, 180.0), (2, -20.0, 0.0, 0.0), (3, -13.0, -2.0, 180.0)):
-        core.place_player(np.array([0]), number, np.array([[x, y]]), body)
+        core.place_player(number, x, y, np.radians(body))
     observation = {key: value[:, 1] for key, value in core.observe(np.array([0])).items()}
     agent = make_controller(core.task, "left_2")
     agent.reset(observation, 2)

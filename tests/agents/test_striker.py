@@ -65,7 +65,7 @@ def test_a_ball_that_is_taken_away_is_fetched_again():
     while status == 0:
         action = agent.act(observation)
         if agent.controller.executor.read("dribble.ongoing")[0] and not moved:
-            core.place_ball(np.array([0]), core.sim.world["pos"][:, 1] + [-9.0, -12.0])
+            core.place_ball(*(core.sim.world["pos"][0, 1] + [-9.0, -12.0]))
             moved = True
         step = core.step({k: np.asarray(v)[:, None] for k, v in action.items()})
         status = int(step.status[0])

@@ -18,6 +18,7 @@ from cpu_time import timed
 from cprm_gym.agents.goalie import GoalieAgent
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.pitch import Pitch
 from cprm_gym.envs.tasks.goalie import CONCEDED, Goalie
 
 SEED, BLOCK = 2026, 250
@@ -30,13 +31,12 @@ class CrowdedGoalie(Goalie):
     right: int = 11
     max_cycles: int = 60
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, core: Pitch, worlds: np.ndarray) -> None:
         """Shot or shooter, and the others at random places at least 12 m in front of the goal line."""
         super().setup(core, worlds)
         u = core.draw(worlds, 2 * (self.right - 2))
         for k in range(self.right - 2):
-            place = np.stack([-40.0 + 40.0 * u[:, 2 * k], 56.0 * u[:, 2 * k + 1] - 28.0], axis=1)
-            core.place_player(worlds, 14 + k, place, 180.0)
+            core.place_player(14 + k, -40.0 + 40.0 * u[:, 2 * k], 56.0 * u[:, 2 * k + 1] - 28.0, np.pi, worlds=worlds)
 
 
 def play(make: Any, task: Goalie, episodes: int) -> dict[str, Any]:

@@ -27,14 +27,12 @@ def memory(own=(0.0, 0.0), ball=(0.5, 0.0), mates=(), opponents=()):
 
 @pytest.mark.parametrize("side", [0.0, 0.5 * math.pi, math.pi, -2.0])
 def test_holding_brings_the_body_between_ball_and_opponent(side):
-    core = SoccerCore(make_task("Keepaway3v2", full_state=True), 1, controlled="left_1", view="macro", others="hold")
+    core = SoccerCore(make_task("Keepaway3v2", full_state=True), 1, controlled="left_1", action_mode="macro", others="hold")
     core.reset(2)
-    all_worlds = np.arange(1)
-    core.place_player(all_worlds, 1, np.zeros((1, 2)), 0.0)
-    core.place_ball(all_worlds, 0.7 * np.array([[math.cos(side), math.sin(side)]]))
-    towards = np.array([[math.cos(side), math.sin(side)]])
-    core.place_player(all_worlds, 12, 1.6 * towards, 0.0)
-    core.place_player(all_worlds, 13, np.array([[8.0, 8.0]]), 0.0)
+    core.place_ball(0.7 * math.cos(side), 0.7 * math.sin(side))
+    core.place_player(1, 0.0, 0.0, 0.0)
+    core.place_player(12, 1.6 * math.cos(side), 1.6 * math.sin(side), 0.0)
+    core.place_player(13, 8.0, 8.0, 0.0)
     core.observe()
     hold = np.array([[core.macros.names.index("hold")]])
     for _ in range(12):
@@ -47,10 +45,10 @@ def test_holding_brings_the_body_between_ball_and_opponent(side):
 
 
 def test_the_holder_looks_every_cycle_and_the_next_macro_gives_the_normal_view_back():
-    core = SoccerCore(make_task("Keepaway3v2"), 1, controlled="left_1", view="macro", others="hold")
+    core = SoccerCore(make_task("Keepaway3v2"), 1, controlled="left_1", action_mode="macro", others="hold")
     core.reset(2)
-    core.place_player(np.arange(1), 1, np.zeros((1, 2)), 0.0)
-    core.place_ball(np.arange(1), np.array([[0.7, 0.0]]))
+    core.place_ball(0.7, 0.0)
+    core.place_player(1, 0.0, 0.0, 0.0)
     core.observe()
     core.step(np.array([[core.macros.names.index("hold")]]))
     assert core.sim.world["view_width"][0, 0] == motion.NARROW

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v0
+from cprm_gym.envs import soccer_v1
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.rewards import POTENTIALS, HausknechtStone
+from cprm_gym.envs.rewards import POTENTIALS, HausknechtStone, named_terms
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ParameterError, UnknownName
@@ -50,7 +50,7 @@ def test_after_the_end_the_potential_is_zero():
     env.core.reward.begin(env.core, np.array([0]))
     _, reward, terminated, _, info = env.step({"type": 1, "params": np.array([1, 0, 0, 0], np.float32)})
     assert terminated
-    assert info["reward_terms"]["to_ball"] == pytest.approx(0.13)
+    assert info["reward_to_ball"] == pytest.approx(0.13)
     assert reward == pytest.approx(1.13)
 
 
@@ -58,14 +58,17 @@ def test_weights_and_functions():
     plain, heavy = (SoccerCore(make_task("GoToBall"), 3, reward=r) for r in ({"to_ball": 1.0}, {"to_ball": 3.0}))
     for a, b in zip(play(plain, 10), play(heavy, 10)):
         assert 3.0 * a.terms["to_ball"] == pytest.approx(b.terms["to_ball"])
-    counted = SoccerCore(make_task("GoToBall"), 3, reward=lambda core, outcome: {"time": -np.ones((3, 1)), "end": 10 * outcome.reward})
+    named = named_terms("time", "end")(lambda pitch, outcome: {"time": -np.ones((3, 1)), "end": 10 * outcome.reward})
+    counted = SoccerCore(make_task("GoToBall"), 3, reward=named)
     for step in play(counted, 5):
         assert (step.terms["time"] == -1).all()
         assert step.reward == pytest.approx(step.terms["time"] + step.terms["end"])
-    env = soccer_v0.parallel_env(task="HFO2v1", reward=HausknechtStone(), action_mode="discrete")
+    env = soccer_v1.parallel_env(task="HFO2v1", reward=HausknechtStone(), action_mode="discrete")
     env.reset(seed=1)
     infos = env.step({a: np.array([1, 4, 11, 0]) for a in env.agents})[4]
-    assert set(infos["left_1"]["reward_terms"]) == {"move_to_ball", "kickable", "ball_to_goal", "goal"}
+    assert {key for key in infos["left_1"] if key.startswith("reward_")} == {
+        "reward_move_to_ball", "reward_kickable", "reward_ball_to_goal", "reward_goal",
+    }  # fmt: skip
 
 
 def test_the_reward_of_the_literature_pays_the_first_touch_once():
@@ -80,7 +83,9 @@ def test_the_reward_of_the_literature_pays_the_first_touch_once():
 
 
 def test_errors_name_the_terms():
-    with pytest.raises(UnknownName, match=r"unknown reward term 'to_bal'. Did you mean 'to_ball'\? Known: ball_to_goal, facing_ball"):
+    with pytest.raises(
+        UnknownName, match=r"unknown reward term 'to_bal'. Did you mean 'to_ball'\? Known: ball_to_goal, ball_to_goal_progress, facing"
+    ):
         SoccerEnv(reward="to_bal")
     with pytest.raises(ParameterError, match="reward_gamma: 'much' given, allowed is 0 to 1"):
         SoccerEnv(reward="to_ball", reward_gamma="much")
@@ -88,7 +93,30 @@ def test_errors_name_the_terms():
         SoccerEnv(reward={"to_ball": float("nan")})
     with pytest.raises(ParameterError, match="expected None, names of terms, names with weights or a function, got int"):
         SoccerEnv(reward=3)
-    env = SoccerEnv(reward=lambda core, outcome: np.zeros(2))
+    env = SoccerEnv(reward=lambda pitch, outcome: {"speed": outcome.reward})
     env.reset(seed=0)
-    with pytest.raises(ParameterError, match=r"'reward' has shape \(2,\), expected \(1, 1\)"):
+    with pytest.raises(ParameterError, match="gave the terms speed, but its attribute `terms` names none; see named_terms"):
         env.step([0, 0, 0, 0])
+    env = SoccerEnv(reward=lambda pitch, outcome: np.zeros(2))
+    env.reset(seed=0)
+    with pytest.raises(ParameterError, match=r"'function' has shape \(2,\), expected \(1, 1\)"):
+        env.step([0, 0, 0, 0])
+
+
+def test_standing_still_pays_nothing_as_progress_and_something_as_discounted_potential():
+    terms = ("ball_to_goal", "ball_to_goal_progress", "to_ball_progress")
+    env = SoccerEnv("HFO1v0", reward=terms, reward_gamma=0.99, full_state=True)
+    env.reset(seed=1, options={"start": {"ball": (0.0, 0.0), "left_1": (-4.0, 0.0, 0.0)}})
+    for _ in range(5):
+        _, reward, _, _, info = env.step([0, 0, 0, 0])
+        assert info["reward_ball_to_goal_progress"] == info["reward_to_ball_progress"] == 0.0
+        assert info["reward_ball_to_goal"] == pytest.approx(0.01 * 5.25), "doing nothing pays"
+        assert reward == pytest.approx(0.0525)
+
+
+def test_progress_sums_to_the_way_that_was_made():
+    core = SoccerCore(make_task("HFO1v0"), 4, reward="to_ball_progress")
+    core.reset(2)
+    start = POTENTIALS["to_ball"](core).copy()
+    total = sum(step.terms["to_ball_progress"] for step in play(core, 20, seed=2))
+    assert total == pytest.approx(POTENTIALS["to_ball"](core) - start)

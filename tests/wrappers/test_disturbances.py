@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v0
+from cprm_gym.envs import soccer_v1
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.tasks import make_task
@@ -163,7 +163,7 @@ def test_the_blur_of_a_world_is_the_same_alone_and_in_a_batch_and_gone_in_the_ne
 
 def test_a_rolling_ball_is_stopped_and_one_that_lies_is_not_struck():
     def roll(core):
-        core.place_ball(np.array([0, 1]), np.array([[0.0, 0.0], [0.0, 10.0]]), np.array([[1.5, 0.0], [0.0, 1.2]]))
+        core.place_ball([0.0, 0.0], [0.0, 10.0], [1.5, 0.0], [0.0, 1.2], worlds=[0, 1])
 
     core, disturber, places, _ = disturbed(BallStopped(first=3, last=3), worlds=4, start=roll)
     assert disturber.struck.tolist() == [3, 3, -1, -1]
@@ -176,7 +176,7 @@ def test_a_world_is_disturbed_alike_alone_and_in_a_batch(name):
     disturbance = replace(DISTURBANCES[name], first=2, last=12)
 
     def roll(core):
-        core.place_ball(np.arange(core.worlds), np.zeros((core.worlds, 2)), np.array([1.5, 0.3]))
+        core.place_ball(0.0, 0.0, 1.5, 0.3)
 
     _, many, places, _ = disturbed(disturbance, worlds=4, start=roll, cycles=25)
     _, one, alone, _ = disturbed(disturbance, worlds=1, first_world=2, start=roll, cycles=25)
@@ -199,7 +199,7 @@ def test_cycles_that_make_no_sense_are_refused():
 
 
 def test_an_environment_is_disturbed_once_in_every_episode():
-    env = Disturbed(gymnasium.make("cprm/GoToBall-v0"), BallDisplaced(first=3, last=6))
+    env = Disturbed(gymnasium.make("cprm/GoToBall-v1"), BallDisplaced(first=3, last=6))
     action = np.zeros(4, int)
     for _ in range(2):
         env.reset(seed=4)
@@ -215,7 +215,9 @@ def test_an_environment_is_disturbed_once_in_every_episode():
 
 
 def test_a_parallel_environment_is_disturbed_for_everybody():
-    env = ParallelDisturbed(soccer_v0.parallel_env(left=2, right=1, max_cycles=20), BlindSpell(first=4, last=4, cycles=6))
+    env = ParallelDisturbed(
+        soccer_v1.parallel_env(left=2, right=1, max_cycles=20, action_mode="hybrid"), BlindSpell(first=4, last=4, cycles=6)
+    )
     env.reset(seed=1)
     fresh = []
     for _ in range(14):

@@ -40,17 +40,17 @@ def tally(worlds, max_cycles, cycle, score, gained, late):
 
 @kernel
 def match_outcome(worlds, gained, sides, reward, over, won):
-    """A match: goals of the agents' own side less those of the other, whether it is over and whether the left team has won.
+    """A match: goals of the agents' own side less those of the other, whether it is over and whether the agent's side has won.
 
-    gained : (W, 2); sides : (A,) +1 or -1; reward : (W, A); over, won : (W,) bool
+    gained : (W, 2); sides : (A,) +1 or -1; reward : (W, A); over : (W,) bool; won : (W, A) bool
     """
     for n in range(worlds.shape[0]):
         w = worlds[n]
         difference = gained[n, 0] - gained[n, 1]
+        over[n] = w.mode == TIME_OVER
         for k in range(sides.shape[0]):
             reward[n, k] = difference * sides[k]
-        over[n] = w.mode == TIME_OVER
-        won[n] = over[n] and w.score[0] > w.score[1]
+            won[n, k] = over[n] and (w.score[0] - w.score[1]) * sides[k] > 0
 
 
 @kernel

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from ...errors import ParameterError, did_you_mean, unknown_name
-from .base import Outcome, Task
+from .base import Outcome, Status, Task
 from .go_to_ball import GoToBall
 from .goalie import Goalie
 from .half_field import LADDER, HalfField, front_goal, hfo
@@ -28,7 +28,7 @@ TASKS: dict[str, Callable[[], Task]] = {
     "Soccer5v5": partial(Soccer, name="Soccer5v5", left=5, right=5),
     "Soccer11v11": partial(Soccer, name="Soccer11v11"),
 }
-"""What makes the task of a name with its defaults; ``cprm/<name>-v0`` is the environment id."""
+"""What makes the task of a name with its defaults; ``cprm/<name>-v1`` is the environment id."""
 
 
 def make_task(name: str, **options: object) -> Task:
@@ -49,14 +49,25 @@ def make_task(name: str, **options: object) -> Task:
     """
     if name not in TASKS:
         raise unknown_name("task", name, TASKS)
-    task = TASKS[name]()
-    known = [f for f in task.__dataclass_fields__ if f not in ("name", "statuses", "task_features")]
+    return with_options(TASKS[name](), **options)
+
+
+def with_options(task: Task, **options: object) -> Task:
+    """The task with other values of some of its fields.
+
+    Raises
+    ------
+    ParameterError
+        For an option that the task does not have; the message lists those that it has.
+    """
+    known = [f for f in task.__dataclass_fields__ if f not in ("name", "statuses", "terms", "metric", "task_features")]
     for option in options:
         if option not in known:
-            raise ParameterError(f"task {name!r} has no option {option!r}.{did_you_mean(option, known)} Options: {', '.join(known)}.")
+            raise ParameterError(f"task {task.name!r} has no option {option!r}.{did_you_mean(option, known)} Options: {', '.join(known)}.")
     return replace(task, **options)  # type: ignore[arg-type]
 
 
 __all__ = [
-    "TASKS", "GoToBall", "Goalie", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Task", "make_task",
+    "TASKS", "GoToBall", "Goalie", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Status", "Task",
+    "make_task", "with_options",
 ]  # fmt: skip

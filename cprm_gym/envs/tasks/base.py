@@ -1,23 +1,52 @@
 """What a task is: who plays, where things start, what is good, when it ends.
 
 A task is a value without state; the batch engine (`cprm_gym.envs.core.SoccerCore`) owns the worlds and asks it. All methods work
-on many worlds at once.
+on many worlds at once, and see them as a `Pitch`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from enum import IntEnum
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...errors import ParameterError
 from ...simulator.parameters import Rules, ServerParameters
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
+from ..pitch import Pitch
 
-if TYPE_CHECKING:
-    from ..core import SoccerCore
+
+class Status(IntEnum):
+    """How an episode stands, the same numbers in every task; the first six are HFO's."""
+
+    IN_GAME = 0
+    """It goes on."""
+    GOAL = 1
+    """A goal that counts."""
+    CAPTURED_BY_DEFENSE = 2
+    """The defence has the ball."""
+    OUT_OF_BOUNDS = 3
+    """The ball left where the game takes place, or a fault was called."""
+    OUT_OF_TIME = 4
+    """Truncated after ``max_cycles``."""
+    SERVER_DOWN = 5
+    """HFO's alone: there is no server here that could go down."""
+    SUCCESS = 6
+    """The task is done: the ball is reached."""
+    SAVED = 7
+    """The goalie kept the ball out."""
+    TAKEN = 8
+    """The takers have the ball."""
+    MATES_GOAL = 9
+    """A goal, but of the team-mate."""
+    TOO_EARLY = 10
+    """A goal, but without enough passes."""
+    FULL_TIME = 11
+    """The referee ended the match."""
 
 
 def within(default: float, low: float, high: float) -> Any:
@@ -33,11 +62,11 @@ class Outcome(NamedTuple):
     terminated: np.ndarray
     """(W,) bool: the task came to an end of its own."""
     success: np.ndarray
-    """(W,) bool: it ended as wished; only where `terminated`."""
+    """(W, A) bool: it ended as the agent wishes; only where `terminated` or ``pitch.late``."""
     status: np.ndarray
-    """(W,) int: index into `Task.statuses`; 0 while the episode goes on."""
+    """(W,) int: `Status`; ``IN_GAME`` while the episode goes on and where it is late (the engine adds ``OUT_OF_TIME``)."""
     terms: Mapping[str, np.ndarray]
-    """Named parts of the reward, each (W, A); their sum is `reward`."""
+    """The parts of the reward named in `Task.terms`, each (W, A); their sum is `reward`."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +76,7 @@ class Task:
     Attributes
     ----------
     name : str
-        ``GoToBall``; the environment id is ``cprm/<name>-v0``.
+        ``GoToBall``; the environment id is ``cprm/<name>-v1``.
     left, right : int
         Players of each side.
     controlled : str
@@ -58,6 +87,12 @@ class Task:
         Cycles until the episode is truncated.
     rules : Rules
         Referee modules that are on.
+    metric : str
+        What a report tells of its episodes: ``success`` (the share of them) or ``duration`` (mean seconds).
+    statuses : tuple of Status
+        How its episodes can end.
+    terms : tuple of str
+        Names of the parts of its reward.
     full_state : bool
         The memories behind scripted players, macros and memory presets hold the truth instead of what was perceived.
     """
@@ -73,7 +108,9 @@ class Task:
     rules: Rules = Rules.NONE
     parameters: ServerParameters = field(default_factory=ServerParameters)
     full_state: bool = False
-    statuses: tuple[str, ...] = ("IN_GAME", "SUCCESS", "OUT_OF_TIME")
+    metric: str = "success"
+    statuses: tuple[Status, ...] = (Status.SUCCESS, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ()
     task_features: tuple[tuple[str, float, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -90,26 +127,26 @@ class Task:
                 allowed = f"{'whole' if whole else 'finite'} numbers {extent}"
                 raise ParameterError(f"task {self.name!r}: {entry.name}: {value!r} given; allowed are {allowed}")
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Put players and ball of the given worlds where an episode starts.
 
         Parameters
         ----------
-        core : SoccerCore
-            ``core.place_ball``, ``core.place_player``, ``core.draw`` do the work.
+        pitch : Pitch
+            `Pitch.place_ball`, `Pitch.place_player`, `Pitch.draw` do the work.
         worlds : (n,) int array
             Indices of the worlds that start anew.
         """
         raise TypeError(f"task {self.name!r} does not say how an episode starts")
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Reward, end and success of the cycle just played in every world."""
         raise TypeError(f"task {self.name!r} does not say what an outcome is")
 
     @property
     def region(self) -> tuple[float, float]:
         """Half length and half width of where the game takes place, m."""
-        return 52.5, 34.0
+        return HALF_LENGTH, HALF_WIDTH
 
     def restrict(self, names: tuple[str, ...], mask: np.ndarray) -> None:
         """Take macros out of `mask`, (W, A, macros), that have no place in this task; by default none."""
@@ -118,5 +155,5 @@ class Task:
         """The macros carried out when the agents choose `action`; by default those."""
         return action
 
-    def features(self, core: SoccerCore, out: np.ndarray) -> None:
+    def features(self, pitch: Pitch, out: np.ndarray) -> None:
         """Write the ``task`` part of the observation, (W, A, len(task_features)); by default there is none."""

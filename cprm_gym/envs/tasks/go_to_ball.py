@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import ParameterError
-from ...simulator.state import PlayMode
-from .base import Outcome, Task, within
-
-if TYPE_CHECKING:
-    from ..core import SoccerCore
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
+from ...simulator.state import LEFT, RIGHT, PlayMode
+from ..pitch import Pitch
+from .base import Outcome, Status, Task, within
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class GoToBall(Task):
 
     Rewards
     -------
-    1 in the cycle in which the ball becomes kickable for one of the players, else 0; shared.
+    1 in the cycle in which the ball becomes kickable for a player of the own side, -1 for one of the other side, else 0; shared.
 
     Start
     -----
@@ -44,7 +42,7 @@ class GoToBall(Task):
 
     End
     ---
-    Terminated when the ball is kickable for a player; truncated after `max_cycles`.
+    SUCCESS: the ball is kickable for a player; truncated after `max_cycles`.
 
     References
     ----------
@@ -52,6 +50,7 @@ class GoToBall(Task):
     """
 
     name: str = "GoToBall"
+    terms: tuple[str, ...] = ("reached",)
     near: float = within(5.0, 0.0, 120.0)
     far: float = within(40.0, 0.0, 120.0)
     rolling: float = within(0.5, 0.0, 1.0)
@@ -65,11 +64,11 @@ class GoToBall(Task):
         if self.near > self.far:
             raise ParameterError(f"task {self.name!r}: near: {self.near:g} given; allowed are numbers up to far, {self.far:g}")
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Draw the start until ball and resting place of the ball are on the pitch; see the class for the distribution."""
         p = self.parameters
-        half_length, half_width = 52.5 - 1.0, 34.0 - 1.0
-        u = core.draw(worlds, 8 * self.tries).reshape(len(worlds), self.tries, 8)
+        half_length, half_width = HALF_LENGTH - 1.0, HALF_WIDTH - 1.0
+        u = pitch.draw(worlds, 8 * self.tries).reshape(len(worlds), self.tries, 8)
         player = np.stack([(2 * u[..., 0] - 1) * half_length, (2 * u[..., 1] - 1) * half_width], axis=-1)
         distance = self.near + (self.far - self.near) * u[..., 2]
         angle = 2 * math.pi * u[..., 3]
@@ -85,19 +84,18 @@ class GoToBall(Task):
         row = np.arange(len(worlds))
         velocity = np.where(fits[row, pick][:, None], velocity[row, pick], 0.0)
         ball = np.clip(ball[row, pick], -limit, limit)
-        core.sim.world["mode"][worlds] = PlayMode.play_on
-        core.place_ball(worlds, ball, velocity)
-        core.place_player(worlds, 1, player[row, pick], 360.0 * u[row, pick, 7] - 180.0)
+        pitch.sim.world["mode"][worlds] = PlayMode.play_on
+        pitch.place_ball(*ball.T, *velocity.T, worlds=worlds)
+        pitch.place_player(1, *player[row, pick].T, math.pi * (2 * u[row, pick, 7] - 1), worlds=worlds)
         for number in range(2, self.left + 1):
-            v = core.draw(worlds, 3)
+            v = pitch.draw(worlds, 3)
             away, angle = self.near + (self.far - self.near) * v[:, 0], 2 * math.pi * v[:, 1]
             place = ball + away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            core.place_player(worlds, number, np.clip(place, -limit, limit), 360.0 * v[:, 2] - 180.0)
+            pitch.place_player(number, *np.clip(place, -limit, limit).T, math.pi * (2 * v[:, 2] - 1), worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
-        """Done when the player can kick the ball."""
-        reached = core.kickable(1)
-        for number in range(2, self.left + 1):
-            reached |= core.kickable(number)
-        reward = reached.astype(np.float64)[:, None].repeat(len(core.agents), axis=1)
-        return Outcome(reward, reached, reached, reached.astype(np.int64), {"reached": reward})
+    def outcome(self, pitch: Pitch) -> Outcome:
+        """Done when a player can kick the ball."""
+        left, right = pitch.kickable_by(LEFT), pitch.kickable_by(RIGHT)
+        over = left | right
+        reward = (left.astype(np.float64) - right)[:, None] * pitch.sides
+        return Outcome(reward, over, pitch.of_sides(left, right), over * int(Status.SUCCESS), {"reached": reward})

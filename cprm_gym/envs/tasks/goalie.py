@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task, within
+from ..pitch import Pitch
+from .base import Outcome, Status, Task, within
 
-if TYPE_CHECKING:
-    from ..core import SoccerCore
-
-SAVED, CONCEDED = 1, 2
 _CATCHES = 0
 
 
@@ -37,7 +34,7 @@ class Goalie(Task):
 
     Rewards
     -------
-    1 for a save, -1 for a goal.
+    1 for a save, -1 for a goal; the opposite for the attackers.
 
     Start
     -----
@@ -46,7 +43,8 @@ class Goalie(Task):
 
     End
     ---
-    SAVED: caught, or 25 m in front of the goal line or over another line; GOAL; OUT_OF_TIME after `max_cycles` (no goal: success).
+    SAVED: caught, or 25 m in front of the goal line or over another line; GOAL; OUT_OF_TIME after `max_cycles`. Without
+    a goal it is the goalie's success, with one the attackers'.
 
     References
     ----------
@@ -60,43 +58,44 @@ class Goalie(Task):
     controlled: str = "left_1"
     others: str | tuple[str, str] = "strong"
     max_cycles: int = 200
-    statuses: tuple[str, ...] = ("IN_GAME", "SAVED", "GOAL", "OUT_OF_TIME")
+    statuses: tuple[Status, ...] = (Status.SAVED, Status.GOAL, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("saved",)
     difficulty: float = within(0.5, 0.0, 1.0)
     shots: float = within(0.5, 0.0, 1.0)
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Draw a shot or a shooter."""
         n = len(worlds)
-        core.sim.world["mode"][worlds] = PlayMode.play_on
-        u = core.draw(worlds, 10)
+        pitch.sim.world["mode"][worlds] = PlayMode.play_on
+        u = pitch.draw(worlds, 10)
         shot = u[:, 0] < self.shots
         distance = np.where(shot, 16.0 + 12.0 * u[:, 1], 18.0 + 12.0 * u[:, 1])
         angle = (2 * u[:, 2] - 1) * math.radians(50)
-        ball = np.stack([-52.5 + distance * np.cos(angle), distance * np.sin(angle)], axis=1)
-        aim = np.stack([np.full(n, -52.5), (2 * u[:, 3] - 1) * 6.0], axis=1) - ball
+        ball = np.stack([-HALF_LENGTH + distance * np.cos(angle), distance * np.sin(angle)], axis=1)
+        aim = np.stack([np.full(n, -HALF_LENGTH), (2 * u[:, 3] - 1) * 6.0], axis=1) - ball
         length = np.hypot(aim[:, 0], aim[:, 1])
         # fast enough to arrive, at most what a kick can give
         least = 0.06 * length + 0.5
         speed = least + (2.7 - least) * np.clip(self.difficulty + 0.4 * (u[:, 4] - 0.5), 0.0, 1.0)
         velocity = np.where(shot[:, None], speed[:, None] * aim / length[:, None], 0.0)
-        core.place_ball(worlds, ball, velocity)
-        core.place_player(worlds, 1, np.stack([np.full(n, -50.0), 2.0 * (2 * u[:, 5] - 1)], axis=1), 0.0)
+        pitch.place_ball(*ball.T, *velocity.T, worlds=worlds)
+        pitch.place_player(1, -50.0, 2.0 * (2 * u[:, 5] - 1), 0.0, worlds=worlds)
         behind = ball + np.stack([np.full(n, 0.7), np.zeros(n)], axis=1)
         away = np.stack([-20.0 + 10.0 * u[:, 6], 25.0 * np.sign(u[:, 7] - 0.5)], axis=1)
-        core.place_player(worlds, 12, np.where(shot[:, None], away, behind), 180.0)
+        pitch.place_player(12, *np.where(shot[:, None], away, behind).T, math.pi, worlds=worlds)
         second = np.stack([ball[:, 0] + 3.0, np.clip(ball[:, 1] + 12.0 * np.sign(u[:, 8] - 0.5), -30.0, 30.0)], axis=1)
-        core.place_player(worlds, 13, np.where(shot[:, None], away + [6.0, 0.0], second), 180.0)
+        pitch.place_player(13, *np.where(shot[:, None], away + [6.0, 0.0], second).T, math.pi, worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Saved or not."""
-        w = core.sim.world
-        goal = core.crossed_goal_line(right=False)
-        caught = (w["counts"][:, 0, Count.CATCH] > core.memory[:, _CATCHES]) & core.kickable(1)
-        core.memory[:, _CATCHES] = w["counts"][:, 0, Count.CATCH]
+        w = pitch.sim.world
+        goal = pitch.crossed_goal_line(right=False)
+        caught = (w["counts"][:, 0, Count.CATCH] > pitch.memory[:, _CATCHES]) & pitch.kickable(1)
+        pitch.memory[:, _CATCHES] = w["counts"][:, 0, Count.CATCH]
         ball = w["pos"][:, 0]
-        away = (ball[:, 0] > -52.5 + 36.0) | (np.abs(ball[:, 1]) > 34.0) | (ball[:, 0] < -52.585)
+        away = (ball[:, 0] > -HALF_LENGTH + 36.0) | (np.abs(ball[:, 1]) > HALF_WIDTH) | (ball[:, 0] < -pitch.packed["out_x"])
         saved = (caught | away) & ~goal
-        status = np.select([goal, saved], [CONCEDED, SAVED], 0)
-        late = (core.cycle >= self.max_cycles) & (status == 0)
-        reward = (saved.astype(np.float64) - goal)[:, None]
-        return Outcome(reward, status > 0, saved | late, status, {"saved": reward})
+        status = np.select([goal, saved], [int(Status.GOAL), int(Status.SAVED)], 0)
+        reward = (saved.astype(np.float64) - goal)[:, None] * pitch.sides
+        success = pitch.of_sides(saved | (pitch.late & ~goal), goal)
+        return Outcome(reward, status > 0, success, status, {"saved": reward})

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task, within
+from ...simulator.state import LEFT, RIGHT, Count, PlayMode
+from ..pitch import Pitch, wrapped
+from .base import Outcome, Status, Task, within
 
-if TYPE_CHECKING:
-    from ..core import SoccerCore
-
-GOAL, CAPTURED, OUT_OF_BOUNDS = 1, 2, 3
 _CAPTURE, _CATCHES = 0, 1
 
 
@@ -46,7 +42,8 @@ class HalfField(Task):
     End
     ---
     GOAL; CAPTURED_BY_DEFENSE: the goalie holds the ball, or a defender and no attacker could kick it for `capture` cycles in a row;
-    OUT_OF_BOUNDS: it left the half; OUT_OF_TIME after `max_cycles`.
+    OUT_OF_BOUNDS: it left the half; OUT_OF_TIME after `max_cycles`. A goal is the
+    success of the attackers, every other end that of the defence.
 
     References
     ----------
@@ -60,25 +57,26 @@ class HalfField(Task):
     controlled: str = "left"
     others: str | tuple[str, str] = "medium"
     max_cycles: int = 500
-    statuses: tuple[str, ...] = ("IN_GAME", "GOAL", "CAPTURED_BY_DEFENSE", "OUT_OF_BOUNDS", "OUT_OF_TIME")
+    statuses: tuple[Status, ...] = (Status.GOAL, Status.CAPTURED_BY_DEFENSE, Status.OUT_OF_BOUNDS, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("goal",)
     ball_x: tuple[float, float] = (0.0, 26.0)
     ball_y: float = within(27.0, 0.0, 34.0)
     capture: int = within(3, 1, 1000)
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Draw ball, attackers and defenders."""
         n = len(worlds)
-        core.sim.world["mode"][worlds] = PlayMode.play_on
-        u = core.draw(worlds, 2 + 3 * (self.left + self.right))
+        pitch.sim.world["mode"][worlds] = PlayMode.play_on
+        u = pitch.draw(worlds, 2 + 3 * (self.left + self.right))
         ball = np.stack([self.ball_x[0] + (self.ball_x[1] - self.ball_x[0]) * u[:, 0], self.ball_y * (2 * u[:, 1] - 1)], axis=1)
-        core.place_ball(worlds, ball)
+        pitch.place_ball(*ball.T, worlds=worlds)
         for k in range(self.left):
             a, b, c = u[:, 2 + 3 * k], u[:, 3 + 3 * k], u[:, 4 + 3 * k]
             near = 1.5 if k == 0 else 6.0
             x = np.clip(ball[:, 0] - near - (3.0 if k == 0 else 6.0) * a + (0.0 if k == 0 else 6.0), -5.0, 45.0)
             y = np.clip(ball[:, 1] + (2 * b - 1) * (1.0 if k == 0 else 16.0), -32.0, 32.0)
-            facing = np.degrees(np.arctan2(ball[:, 1] - y, ball[:, 0] - x)) + 20 * (c - 0.5)
-            core.place_player(worlds, 1 + k, np.stack([x, y], axis=1), facing)
+            facing = wrapped(np.arctan2(ball[:, 1] - y, ball[:, 0] - x) + np.radians(20.0) * (c - 0.5))
+            pitch.place_player(1 + k, x, y, facing, worlds=worlds)
         for k in range(self.right):
             j = 2 + 3 * (self.left + k)
             a, b = u[:, j], u[:, j + 1]
@@ -89,30 +87,27 @@ class HalfField(Task):
                 x = ball[:, 0] + share * (48.0 - ball[:, 0])
                 y = (1 - share) * ball[:, 1] + (2 * b - 1) * 10.0
                 place = np.stack([x, np.clip(y, -32.0, 32.0)], axis=1)
-            facing = np.degrees(np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0]))
-            core.place_player(worlds, 12 + k, place, facing)
-        core.memory[worlds, _CATCHES] = 0
+            facing = np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0])
+            pitch.place_player(12 + k, *place.T, facing, worlds=worlds)
+        pitch.memory[worlds, _CATCHES] = 0
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Goal, capture, out of bounds."""
-        w = core.sim.world
-        goal = core.crossed_goal_line(right=True)
-        held = np.zeros(core.worlds, bool)
-        ours = np.zeros(core.worlds, bool)
-        for k in range(self.right):
-            held |= core.kickable(12 + k)
-        for k in range(self.left):
-            ours |= core.kickable(1 + k)
-        core.memory[:, _CAPTURE] = np.where(held & ~ours, core.memory[:, _CAPTURE] + 1, 0)
-        caught = w["counts"][:, 11, Count.CATCH] > core.memory[:, _CATCHES] if self.right_goalie else np.zeros(core.worlds, bool)
-        captured = caught & held | (core.memory[:, _CAPTURE] >= self.capture)
+        w = pitch.sim.world
+        goal = pitch.crossed_goal_line(right=True)
+        ours, held = pitch.kickable_by(LEFT), pitch.kickable_by(RIGHT)
+        pitch.memory[:, _CAPTURE] = np.where(held & ~ours, pitch.memory[:, _CAPTURE] + 1, 0)
+        caught = w["counts"][:, 11, Count.CATCH] > pitch.memory[:, _CATCHES] if self.right_goalie else np.zeros(pitch.worlds, bool)
+        captured = caught & held | (pitch.memory[:, _CAPTURE] >= self.capture)
         if self.right_goalie:
-            core.memory[:, _CATCHES] = w["counts"][:, 11, Count.CATCH]
+            pitch.memory[:, _CATCHES] = w["counts"][:, 11, Count.CATCH]
         ball = w["pos"][:, 0]
-        out = (ball[:, 0] < -1.0) | (ball[:, 0] > 52.5 + 0.085) | (np.abs(ball[:, 1]) > 34.085)
-        status = np.select([goal, captured, out], [GOAL, CAPTURED, OUT_OF_BOUNDS], 0)
-        reward = goal[:, None] * core.sides
-        return Outcome(reward, status > 0, goal, status, {"goal": reward})
+        out = (ball[:, 0] < -1.0) | (ball[:, 0] > pitch.packed["out_x"]) | (np.abs(ball[:, 1]) > pitch.packed["out_y"])
+        ends = int(Status.GOAL), int(Status.CAPTURED_BY_DEFENSE), int(Status.OUT_OF_BOUNDS)
+        status = np.select([goal, captured, out], ends, 0)
+        over = status > 0
+        reward = goal[:, None] * pitch.sides
+        return Outcome(reward, over, pitch.of_sides(goal, (over | pitch.late) & ~goal), status, {"goal": reward})
 
 
 def hfo(attackers: int, defenders: int) -> HalfField:

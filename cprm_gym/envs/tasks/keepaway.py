@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ...simulator.state import PlayMode
-from .base import Outcome, Task, within
-
-if TYPE_CHECKING:
-    from ..core import SoccerCore
+from ...simulator.state import LEFT, RIGHT, PlayMode
+from ..pitch import Pitch
+from .base import Outcome, Status, Task, within
 
 _TAKEN = 0
 
@@ -45,8 +43,8 @@ class Keepaway(Task):
 
     End
     ---
-    TAKEN: a taker could kick the ball for 4 cycles, not counting those in which a keeper could too; OUT: it left the square. Reaching
-    `max_cycles` counts as success.
+    TAKEN: a taker could kick the ball for 4 cycles, not counting those in which a keeper could too; OUT_OF_BOUNDS: it left the
+    square: the takers' success. OUT_OF_TIME: `max_cycles` are reached, the keepers' success.
 
     References
     ----------
@@ -59,7 +57,9 @@ class Keepaway(Task):
     controlled: str = "left"
     others: str | tuple[str, str] = ("keep_hand", "take")
     max_cycles: int = 1000
-    statuses: tuple[str, ...] = ("IN_GAME", "TAKEN", "OUT", "OUT_OF_TIME")
+    metric: str = "duration"
+    statuses: tuple[Status, ...] = (Status.TAKEN, Status.OUT_OF_BOUNDS, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("cycles",)
     size: float = within(20.0, 5.0, 60.0)
     takes: int = within(4, 1, 1000)
     automatic: bool = True
@@ -85,12 +85,12 @@ class Keepaway(Task):
             return action
         return np.where(mask[..., names.index("receive")], names.index("receive"), action)
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Keepers at three corners, takers at the fourth (specification/simulator.md 7.13); who stands where is drawn."""
-        n, half = len(worlds), self.size / 2
-        core.sim.world["mode"][worlds] = PlayMode.play_on
-        u = core.draw(worlds, 1 + 2 * (self.left + self.right))
-        core.place_ball(worlds, np.tile([-half + 4.0, -half + 4.0], (n, 1)))
+        half = self.size / 2
+        pitch.sim.world["mode"][worlds] = PlayMode.play_on
+        u = pitch.draw(worlds, 1 + 2 * (self.left + self.right))
+        pitch.place_ball(-half + 4.0, -half + 4.0, worlds=worlds)
         corners = np.array([[-half, -half], [half, -half], [half, half]])
         first = (u[:, 0] * min(3, self.left)).astype(int)
         for k in range(self.left):
@@ -101,31 +101,27 @@ class Keepaway(Task):
                 place = corner + inside
             else:
                 place = np.stack([2 * a - 1, 2 * b - 1], axis=1)
-            self._face_ball(core, worlds, 1 + k, place)
+            self._face_ball(pitch, worlds, 1 + k, place)
         for k in range(self.right):
             a, b = u[:, 1 + 2 * (self.left + k)], u[:, 2 + 2 * (self.left + k)]
-            self._face_ball(core, worlds, 12 + k, np.stack([-half + 3.0 * a, half - 3.0 * b], axis=1))
+            self._face_ball(pitch, worlds, 12 + k, np.stack([-half + 3.0 * a, half - 3.0 * b], axis=1))
 
     @staticmethod
-    def _face_ball(core: SoccerCore, worlds: np.ndarray, player: int, place: np.ndarray) -> None:
-        ball = core.sim.world["pos"][worlds, 0]
-        core.place_player(worlds, player, place, np.degrees(np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0])))
+    def _face_ball(pitch: Pitch, worlds: np.ndarray, player: int, place: np.ndarray) -> None:
+        ball = pitch.sim.world["pos"][worlds, 0]
+        pitch.place_player(player, *place.T, np.arctan2(ball[:, 1] - place[:, 1], ball[:, 0] - place[:, 0]), worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Taken, out, or on it goes."""
-        taker = np.zeros(core.worlds, bool)
-        keeper = np.zeros(core.worlds, bool)
-        for k in range(self.right):
-            taker |= core.kickable(12 + k)
-        for k in range(self.left):
-            keeper |= core.kickable(1 + k)
-        taken = core.memory[:, _TAKEN]
-        core.memory[:, _TAKEN] = np.where(taker, taken + 1, np.where(keeper, 0, taken))
-        lost = core.memory[:, _TAKEN] >= self.takes
-        out = (np.abs(core.sim.world["pos"][:, 0]) >= self.size / 2).any(axis=1)
-        status = np.select([lost, out], [1, 2], 0)
-        reward = np.ones(core.worlds)[:, None] * core.sides
-        return Outcome(reward, status > 0, np.zeros(core.worlds, bool), status, {"cycles": reward})
+        keeper, taker = pitch.kickable_by(LEFT), pitch.kickable_by(RIGHT)
+        taken = pitch.memory[:, _TAKEN]
+        pitch.memory[:, _TAKEN] = np.where(taker, taken + 1, np.where(keeper, 0, taken))
+        lost = pitch.memory[:, _TAKEN] >= self.takes
+        out = (np.abs(pitch.sim.world["pos"][:, 0]) >= self.size / 2).any(axis=1)
+        status = np.select([lost, out], [int(Status.TAKEN), int(Status.OUT_OF_BOUNDS)], 0)
+        over = status > 0
+        reward = np.ones(pitch.worlds)[:, None] * pitch.sides
+        return Outcome(reward, over, pitch.of_sides(pitch.late & ~over, over), status, {"cycles": reward})
 
 
 def keepaway(keepers: int, takers: int, size: float) -> Keepaway:

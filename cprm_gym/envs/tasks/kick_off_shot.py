@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...simulator.parameters import Rules
 from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task
-
-if TYPE_CHECKING:
-    from ..core import SoccerCore
+from ..pitch import Pitch
+from .base import Outcome, Status, Task
 
 _OUT = np.array(
     [PlayMode.kick_in_r, PlayMode.goal_kick_r, PlayMode.corner_kick_r, PlayMode.free_kick_r, PlayMode.offside_l, PlayMode.free_kick_fault_l,
@@ -20,7 +17,7 @@ _OUT = np.array(
 )  # fmt: skip
 
 _LAST = 0
-"""Column of ``core.memory``: who kicked last; columns 1 and 2: the kicks of both."""
+"""Column of ``pitch.memory``: who kicked last; columns 1 and 2: the kicks of both."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class KickOffShot(Task):
 
     Rewards
     -------
-    1 for a goal of the agent.
+    1 for a goal of the agent; -1 for opponents, if there are any.
 
     Start
     -----
@@ -50,7 +47,7 @@ class KickOffShot(Task):
 
     End
     ---
-    GOAL; MATES_GOAL: the team-mate kicked last; OUT: the ball went out or a fault was called; OUT_OF_TIME after `max_cycles`.
+    GOAL; MATES_GOAL: the team-mate kicked last; OUT_OF_BOUNDS: the ball went out or a fault was called; OUT_OF_TIME after `max_cycles`.
 
     References
     ----------
@@ -64,36 +61,38 @@ class KickOffShot(Task):
     others: str | tuple[str, str] = "medium"
     max_cycles: int = 600
     rules: Rules = Rules.ALL
-    statuses: tuple[str, ...] = ("IN_GAME", "GOAL", "MATES_GOAL", "OUT", "OUT_OF_TIME")
+    statuses: tuple[Status, ...] = (Status.GOAL, Status.MATES_GOAL, Status.OUT_OF_BOUNDS, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("goal",)
     wait: int = 20
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Both players near the centre, before the kick-off."""
-        u = core.draw(worlds, 2)
-        core.place_ball(worlds, np.zeros((len(worlds), 2)))
-        core.place_player(worlds, 1, np.stack([-3.0 - 4.0 * u[:, 0], 2.0 * (2 * u[:, 1] - 1)], axis=1), 0.0)
-        self._place_mate(core, worlds)
+        u = pitch.draw(worlds, 2)
+        pitch.place_ball(0.0, 0.0, worlds=worlds)
+        pitch.place_player(1, -3.0 - 4.0 * u[:, 0], 2.0 * (2 * u[:, 1] - 1), 0.0, worlds=worlds)
+        self._place_mate(pitch, worlds)
 
-    def _place_mate(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def _place_mate(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """The team-mate behind the halfway line, on either side."""
-        u = core.draw(worlds, 3)
+        u = pitch.draw(worlds, 3)
         side = np.sign(u[:, 0] - 0.5)
-        core.place_player(worlds, 2, np.stack([-8.0 - 6.0 * u[:, 1], side * (5.0 + 4.0 * u[:, 2])], axis=1), 0.0)
+        pitch.place_player(2, -8.0 - 6.0 * u[:, 1], side * (5.0 + 4.0 * u[:, 2]), 0.0, (0.0, 0.0), worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """The goal, or a call that gives the ball away; the kick-off is given when its time comes."""
-        due = np.flatnonzero(core.cycle == self.wait)
+        due = np.flatnonzero(pitch.cycle == self.wait)
         if len(due):
-            self._place_mate(core, due)
-            core.sim.trainer.start(worlds=due)
-        kicks = core.sim.world["counts"][:, :2, Count.KICK]
+            self._place_mate(pitch, due)
+            pitch.sim.trainer.start(worlds=due)
+        kicks = pitch.sim.world["counts"][:, :2, Count.KICK]
         for player in (1, 2):
-            kicked = kicks[:, player - 1] > core.memory[:, player]
-            core.memory[:, _LAST] = np.where(kicked, player, core.memory[:, _LAST])
-            core.memory[:, player] = kicks[:, player - 1]
-        scored = core.goals_scored()[:, 0] > 0
-        goal = scored & (core.memory[:, _LAST] == 1)
-        lost = np.isin(core.sim.world["mode"], _OUT)
-        status = np.select([goal, scored, lost], [1, 2, 3], 0)
-        reward = goal.astype(np.float64)[:, None].repeat(len(core.agents), axis=1)
-        return Outcome(reward, status > 0, goal, status, {"goal": reward})
+            kicked = kicks[:, player - 1] > pitch.memory[:, player]
+            pitch.memory[:, _LAST] = np.where(kicked, player, pitch.memory[:, _LAST])
+            pitch.memory[:, player] = kicks[:, player - 1]
+        scored = pitch.goals_scored()[:, 0] > 0
+        goal = scored & (pitch.memory[:, _LAST] == 1)
+        lost = np.isin(pitch.sim.world["mode"], _OUT)
+        status = np.select([goal, scored, lost], [int(Status.GOAL), int(Status.MATES_GOAL), int(Status.OUT_OF_BOUNDS)], 0)
+        over = status > 0
+        reward = goal[:, None] * pitch.sides
+        return Outcome(reward, over, pitch.of_sides(goal, (over | pitch.late) & ~goal), status, {"goal": reward})

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...simulator.parameters import Rules, ServerParameters
 from ..kernels import pitch as kernels
+from ..pitch import Pitch
 from ..players.scripted import FORMATION
-from .base import Outcome, Task
-
-if TYPE_CHECKING:
-    from ..core import SoccerCore
+from .base import Outcome, Status, Task
 
 FULL_TIME = ServerParameters(auto_mode=True, kick_off_wait=30)
 """The kick-off after half-time comes by itself, after 3 seconds in which the players go to their places."""
@@ -45,7 +42,7 @@ class Soccer(Task):
 
     End
     ---
-    Terminated when the referee ends the match; truncated after `max_cycles`.
+    FULL_TIME when the referee ends the match, success of the side with more goals; OUT_OF_TIME after `max_cycles`.
 
     References
     ----------
@@ -61,22 +58,23 @@ class Soccer(Task):
     others: str | tuple[str, str] = "medium"
     max_cycles: int = 9000
     rules: Rules = Rules.ALL
-    statuses: tuple[str, ...] = ("IN_GAME", "TIME_UP", "OUT_OF_TIME")
+    statuses: tuple[Status, ...] = (Status.FULL_TIME, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("goal",)
     parameters: ServerParameters = field(default_factory=lambda: FULL_TIME)
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Formation, then the kick-off procedure."""
         for side, count in ((1, self.left), (-1, self.right)):
             for unum in range(1, count + 1):
                 x, y = FORMATION[unum - 1]
-                position = np.tile([side * x, side * y], (len(worlds), 1))
-                core.place_player(worlds, unum if side == 1 else 11 + unum, position, 0.0 if side == 1 else 180.0)
-        core.place_ball(worlds, np.zeros((len(worlds), 2)))
-        core.sim.trainer.start(worlds=worlds)
+                body = 0.0 if side == 1 else np.pi
+                pitch.place_player(unum if side == 1 else 11 + unum, side * x, side * y, body, worlds=worlds)
+        pitch.place_ball(0.0, 0.0, worlds=worlds)
+        pitch.sim.trainer.start(worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Goals since the cycle before, from each agent's side."""
-        reward = np.empty((core.worlds, len(core.agents)))
-        over, won = np.empty(core.worlds, np.bool_), np.empty(core.worlds, np.bool_)
-        kernels.match_outcome(core.sim.world, core.goals_scored(), core.sides, reward, over, won)
-        return Outcome(reward, over, won, over.astype(np.int64), {"goal": reward})
+        shape = (pitch.worlds, len(pitch.players))
+        reward, over, won = np.empty(shape), np.empty(pitch.worlds, np.bool_), np.empty(shape, np.bool_)
+        kernels.match_outcome(pitch.sim.world, pitch.goals_scored(), pitch.sides, reward, over, won)
+        return Outcome(reward, over, won, over * int(Status.FULL_TIME), {"goal": reward})

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...simulator.parameters import Rules
 from ...simulator.state import Count, PlayMode
-from .base import Outcome, Task
+from ..pitch import Pitch
+from .base import Outcome, Status, Task
 from .kick_off_shot import _OUT
-
-if TYPE_CHECKING:
-    from ..core import SoccerCore
 
 _LAST, _PASSES, _KICKS_1, _KICKS_2 = 0, 1, 2, 3
 
@@ -36,7 +33,8 @@ class PassAndAdvance(Task):
 
     Rewards
     -------
-    1 for a goal after at least `passes` passes, shared; a goal before that ends the episode without reward.
+    1 for a goal after at least `passes` passes, shared (-1 for opponents, if there are any); a goal before that ends the episode
+    without reward.
 
     Start
     -----
@@ -44,7 +42,7 @@ class PassAndAdvance(Task):
 
     End
     ---
-    GOAL, TOO_EARLY (a goal without enough passes), OUT, OUT_OF_TIME after `max_cycles`.
+    GOAL, TOO_EARLY (a goal without enough passes), OUT_OF_BOUNDS (or a fault), OUT_OF_TIME after `max_cycles`.
 
     References
     ----------
@@ -57,32 +55,33 @@ class PassAndAdvance(Task):
     controlled: str = "left"
     max_cycles: int = 1000
     rules: Rules = Rules.ALL
-    statuses: tuple[str, ...] = ("IN_GAME", "GOAL", "TOO_EARLY", "OUT", "OUT_OF_TIME")
+    statuses: tuple[Status, ...] = (Status.GOAL, Status.TOO_EARLY, Status.OUT_OF_BOUNDS, Status.OUT_OF_TIME)
+    terms: tuple[str, ...] = ("goal",)
     passes: int = 3
 
-    def setup(self, core: SoccerCore, worlds: np.ndarray) -> None:
+    def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """The two abreast in their half, the ball at the feet of the first."""
-        u = core.draw(worlds, 4)
-        core.sim.world["mode"][worlds] = PlayMode.play_on
+        u = pitch.draw(worlds, 4)
+        pitch.sim.world["mode"][worlds] = PlayMode.play_on
         x, apart = -40.0 + 10.0 * u[:, 0], 10.0 + 6.0 * u[:, 1]
         middle = 6.0 * (2 * u[:, 2] - 1)
-        core.place_player(worlds, 1, np.stack([x, middle - apart / 2], axis=1), 0.0)
-        core.place_player(worlds, 2, np.stack([x, middle + apart / 2], axis=1), -45.0)
-        core.place_ball(worlds, np.stack([x + 3.0 + 2.0 * u[:, 3], middle - apart / 2], axis=1))
+        pitch.place_ball(x + 3.0 + 2.0 * u[:, 3], middle - apart / 2, worlds=worlds)
+        pitch.place_player(1, x, middle - apart / 2, 0.0, worlds=worlds)
+        pitch.place_player(2, x, middle + apart / 2, -np.pi / 4, worlds=worlds)
 
-    def outcome(self, core: SoccerCore) -> Outcome:
+    def outcome(self, pitch: Pitch) -> Outcome:
         """Counts passes; a goal counts when there were enough."""
-        kicks = core.sim.world["counts"][:, :2, Count.KICK]
-        memory = core.memory
+        kicks = pitch.sim.world["counts"][:, :2, Count.KICK]
+        memory = pitch.memory
         for player, column in ((1, _KICKS_1), (2, _KICKS_2)):
             kicked = kicks[:, player - 1] > memory[:, column]
             memory[:, _PASSES] += kicked & (memory[:, _LAST] == 3 - player)
             memory[:, _LAST] = np.where(kicked, player, memory[:, _LAST])
             memory[:, column] = kicks[:, player - 1]
-        scored = core.goals_scored()[:, 0] > 0
+        scored = pitch.goals_scored()[:, 0] > 0
         enough = memory[:, _PASSES] >= self.passes
-        lost = np.isin(core.sim.world["mode"], _OUT)
-        status = np.select([scored & enough, scored, lost], [1, 2, 3], 0)
-        won = status == 1
-        reward = won.astype(np.float64)[:, None].repeat(len(core.agents), axis=1)
-        return Outcome(reward, status > 0, won, status, {"goal": reward})
+        lost = np.isin(pitch.sim.world["mode"], _OUT)
+        status = np.select([scored & enough, scored, lost], [int(Status.GOAL), int(Status.TOO_EARLY), int(Status.OUT_OF_BOUNDS)], 0)
+        won, over = status == Status.GOAL, status > 0
+        reward = won[:, None] * pitch.sides
+        return Outcome(reward, over, pitch.of_sides(won, (over | pitch.late) & ~won), status, {"goal": reward})

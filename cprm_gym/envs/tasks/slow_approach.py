@@ -7,6 +7,7 @@ behaviour gets wrong left to the agent (theta is the direction of the ball relat
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -17,6 +18,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from ...errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
+from ..infos import marked
+from ..options import checked_reset
+from .base import Status
 
 ACCELERATE, TURN = 0, 1
 NOISES = 8
@@ -95,10 +99,24 @@ class SlowWorlds:
         self._next: np.ndarray = np.full(worlds, BLOCK)
         self._rows = np.arange(worlds)
 
-    def seed(self, seed: int) -> None:
-        """Streams of all worlds."""
-        self._generators = [np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,))) for k in range(self.worlds)]
-        self._next[:] = BLOCK
+    def seed(self, seed: int | Sequence[int | None]) -> None:
+        """Streams of all worlds; with a seed for each, world k is world 0 of its own, and None lets it go on.
+
+        Raises
+        ------
+        ParameterError
+            For another number of seeds, or a world without a seed that has none yet.
+        """
+        if isinstance(seed, (int, np.integer)):
+            self._generators = [np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,))) for k in range(self.worlds)]
+            self._next[:] = BLOCK
+            return
+        if len(seed) != self.worlds or (not self._generators and None in seed):
+            raise ParameterError(f"seed: expected {self.worlds} whole numbers, got {list(seed)!r:.60}")
+        old = self._generators or [np.random.default_rng(0)] * self.worlds
+        new = [None if one is None else np.random.default_rng(np.random.SeedSequence(one, spawn_key=(0,))) for one in seed]
+        self._generators = [o if n is None else n for o, n in zip(old, new)]
+        self._next[[one is not None for one in seed]] = BLOCK
 
     def _draw(self, worlds: np.ndarray) -> np.ndarray:
         """(n, NOISES) numbers in [-1, 1) of the given worlds."""
@@ -232,7 +250,7 @@ def _parameters(options: dict[str, Any], max_episode_steps: int | None) -> SlowA
         if name not in names:
             raise ParameterError(f"task 'SlowApproach' has no option {name!r}.{did_you_mean(name, names)} Options: {', '.join(names)}.")
     if max_episode_steps is not None:
-        options = {**options, "max_cycles": max_episode_steps}
+        options = {"max_cycles": max_episode_steps, **options}
     return SlowApproach(**options)
 
 
@@ -289,6 +307,7 @@ class SlowApproachEnv(gymnasium.Env[np.ndarray, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Start an episode."""
+        checked_reset(options, ())
         super().reset(seed=seed)
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**31))
@@ -298,7 +317,7 @@ class SlowApproachEnv(gymnasium.Env[np.ndarray, Any]):
         everyone = np.arange(1)
         self.core.reset(everyone)
         self.core.start_noise(everyone)
-        return self.core.observe()[0], {"status": "IN_GAME", "is_success": False, "cycle": 0}
+        return self.core.observe()[0], {"status": 0, "is_success": False, "cycle": 0, "reward_reached": 0.0}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Play one cycle.
@@ -316,8 +335,8 @@ class SlowApproachEnv(gymnasium.Env[np.ndarray, Any]):
         reached = bool(self.core.d[0] < self.parameters.epsilon_d)
         late = not reached and int(self.core.cycle[0]) >= self.parameters.max_cycles
         self._running = not (reached or late)
-        status = "SUCCESS" if reached else "OUT_OF_TIME" if late else "IN_GAME"
-        info = {"status": status, "is_success": reached, "cycle": int(self.core.cycle[0]), "reward_terms": {"reached": float(reached)}}
+        status = int(Status.SUCCESS if reached else Status.OUT_OF_TIME if late else Status.IN_GAME)
+        info = {"status": status, "is_success": reached, "cycle": int(self.core.cycle[0]), "reward_reached": float(reached)}
         return self.core.observe()[0], float(reached), reached, late, info
 
     def render(self) -> str | None:  # type: ignore[override]
@@ -361,17 +380,21 @@ class SlowApproachVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, Any, np.ndarr
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start episodes: in all worlds, or in those of ``options["reset_mask"]``."""
-        if isinstance(seed, list):
-            raise UnknownName("seed: one number seeds all worlds (world k depends on the number and k); a list of seeds was given")
-        super().reset(seed=seed)
-        mask = None if not options else options.get("reset_mask")
+        mask = checked_reset(options, ("reset_mask",)).get("reset_mask")
+        super().reset(seed=None if isinstance(seed, list) else seed)
         if seed is None and not self._seeded:
             seed = int(self.np_random.integers(2**31))
         if seed is not None:
             self.core.seed(seed)
         self._seeded = True
         self._begin(np.arange(self.num_envs) if mask is None else np.flatnonzero(mask))
-        return self.core.observe(), {}
+        return self.core.observe(), self._infos(np.zeros(self.num_envs, bool), np.zeros(self.num_envs, bool))
+
+    def _infos(self, reached: np.ndarray, late: np.ndarray) -> dict[str, Any]:
+        status = np.where(reached, int(Status.SUCCESS), np.where(late, int(Status.OUT_OF_TIME), 0))
+        cycle = self.core.cycle.copy()
+        values = {"status": status, "is_success": reached.copy(), "cycle": cycle, "reward_reached": reached.astype(np.float64)}
+        return marked(np.ones(self.num_envs, bool), values)
 
     def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset."""
@@ -388,12 +411,13 @@ class SlowApproachVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, Any, np.ndarr
         late = ~reached & (self.core.cycle >= self.parameters.max_cycles)
         self._over = reached | late
         observation = self.core.observe()
-        info: dict[str, Any] = {"is_success": reached.copy(), "_is_success": np.ones(self.num_envs, bool)}
+        info = self._infos(reached, late)
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
             final, over = np.empty(self.num_envs, object), self._over.copy()
             for i in np.flatnonzero(over):
                 final[i] = observation[i].copy()
-            info.update(final_obs=final, _final_obs=over, final_info={"is_success": reached.copy(), "_is_success": over}, _final_info=over)
+            last = {name: over if name.startswith("_") else values.copy() for name, values in info.items()}
+            info.update(final_obs=final, _final_obs=over, final_info=last, _final_info=over)
             self._begin(np.flatnonzero(over))
             observation = self.core.observe()
         return observation, reached.astype(np.float64), reached, late, info

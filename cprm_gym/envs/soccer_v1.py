@@ -1,11 +1,11 @@
-"""``soccer_v0``: tasks with one or more agents as PettingZoo environments (Parallel and AEC).
+"""``soccer_v1``: tasks with one or more agents as PettingZoo environments (Parallel and AEC).
 
 Agents are named ``left_1 ... left_11, right_1 ... right_11`` and stay for the whole episode.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -16,10 +16,10 @@ from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from ..errors import CommandError, CprmError, UnknownName
-from .core import SoccerCore
-from .faces import FPS, RENDER_MODES, Pictured, chosen_render_mode, chosen_task
-from .observations import SCHEMA_VERSION
-from .rewards import RewardOption
+from . import infos as of_infos
+from .core import SoccerCore, Step
+from .options import RENDER_MODES, EnvOptions, checked_reset, chosen_render_mode
+from .rendering import FPS, Pictured
 from .tasks.base import Task
 
 STATE_OBJECT = 7
@@ -29,24 +29,20 @@ STATE_OBJECT = 7
 class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[misc]
     """2D soccer for several agents, one command each per cycle of 100 ms.
 
-    An agent's info holds ``status`` (of ``task.statuses``), ``is_success``, the named parts of his reward in ``reward_terms``, the
-    version of the observations in ``schema``, and with macros what he can do now in ``action_mask``.
+    Infos: `cprm_gym.envs.infos`. ``reset(options=...)`` takes ``start`` (where ball and players shall be, `Pitch.start_at`) and ``state``
+    (of `save_state`).
 
     Parameters
     ----------
     task : str or Task
         What is played; by default a match.
-    controlled : str or sequence of str, optional
-        Who acts: ``all``, ``left``, ``right``, agent names, or several of them.
-    action_mode : str
-        ``hybrid`` (default), ``full`` (with say, attention and point), ``discrete``, ``box`` or ``macro``.
-    max_cycles : int, optional
-        Cycles per episode; the task's own if not given.
+    render_mode : str, optional
+        ``human``, ``rgb_array`` or ``ansi``.
     copy : bool
         Every observation is the agent's to keep (default). ``False`` returns the same dicts of arrays every time, overwritten by the next
         step, which then takes a quarter less time for 22 agents.
-    render_mode, debug_info, others, include, observation, flatten, reward, reward_gamma, **options
-        As for `cprm_gym.envs.single.SoccerEnv`.
+    **options
+        As for `EnvOptions`, and fields of the task.
 
     Raises
     ------
@@ -55,41 +51,14 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012
-        "name": "soccer_v0", "render_modes": list(RENDER_MODES), "render_fps": FPS, "is_parallelizable": True,
+        "name": "soccer_v1", "render_modes": list(RENDER_MODES), "render_fps": FPS, "is_parallelizable": True,
     }  # fmt: skip
 
-    def __init__(
-        self,
-        task: str | Task = "Soccer",
-        controlled: str | Sequence[str] | None = None,
-        action_mode: str = "hybrid",
-        max_cycles: int | None = None,
-        render_mode: str | None = None,
-        debug_info: bool = False,
-        copy: bool = True,
-        others: str | Sequence[str] | None = None,
-        include: str | Sequence[str] = (),
-        observation: str = "raw",
-        flatten: bool = False,
-        reward: RewardOption = None,
-        reward_gamma: float = 0.99,
-        **options: Any,
-    ) -> None:
-        self.task = chosen_task(task, max_cycles, options)
+    def __init__(self, task: str | Task = "Soccer", render_mode: str | None = None, copy: bool = True, **options: Any) -> None:
         self.render_mode = chosen_render_mode(render_mode)
-        self.max_cycles = self.task.max_cycles
-        self.core = SoccerCore(
-            self.task,
-            1,
-            controlled=controlled,
-            view=action_mode,
-            others=others,
-            include=include,
-            observation=observation,
-            flatten=flatten,
-            reward=reward,
-            reward_gamma=reward_gamma,
-        )
+        self.options = EnvOptions.of({"task": task, **options})
+        self.core = SoccerCore(self.options, 1)
+        self.task = self.core.task
         if not self.core.agents:
             raise UnknownName("controlled: nobody chosen; somebody has to act")
         self.possible_agents = list(self.core.agents)
@@ -98,10 +67,18 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         # each with a random stream of its own
         self.action_spaces = {a: deepcopy(self.core.view.space) for a in self.possible_agents}
         self.state_space = state_space()
-        self.debug_info = debug_info
         self._seed_source = np.random.default_rng()
         self._seeded = False
-        self._views = None if copy else self._divided(self.core.observation)
+        self._views = None if copy or not self.core.preset.plain else self._divided(self.core.observation)
+
+    @property
+    def max_cycles(self) -> int:
+        """Cycles until an episode is out of time; wrappers and tests may shorten it."""
+        return self.core.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self.core.max_cycles = cycles
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Space of the agent's observations; the same object every time."""
@@ -117,14 +94,21 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         return agent
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-        """Start an episode; a seed fixes everything that follows."""
-        if seed is None and not self._seeded:
+        """Start an episode; a seed fixes everything that follows.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown option.
+        """
+        chosen = checked_reset(options, ("start", "state"))
+        if seed is None and not self._seeded and "state" not in chosen:
             seed = int(self._seed_source.integers(2**31))
+        self.core.reset(seed, **chosen)
         self._seeded = True
         self.agents = self.possible_agents[:]
-        self.core.reset(seed)
         self._show()
-        return self._observations(), self._infos(0, False)
+        return self._observations(), self._infos(None)
 
     def step(
         self, actions: dict[str, Any]
@@ -155,15 +139,11 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
             self._blame(chosen)
             raise
         terminated = bool(step.terminated[0])
-        # wrappers and tests may shorten an episode by setting max_cycles
-        truncated = bool(step.truncated[0]) or (not terminated and int(self.core.cycle[0]) >= self.max_cycles)
+        truncated = bool(step.truncated[0])
         rewards = dict(zip(self.agents, step.reward[0].tolist()))
         terminations = dict.fromkeys(rewards, terminated)
         truncations = dict.fromkeys(rewards, truncated)
-        infos = self._infos(-1 if truncated else int(step.status[0]), bool(step.success[0]))
-        for name, values in step.terms.items():
-            for info, value in zip(infos.values(), values[0].tolist()):
-                info["reward_terms"][name] = value
+        infos = self._infos(step)
         if terminated or truncated:
             self.agents = []
         self._show()
@@ -203,19 +183,25 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
                 row[name] = value
         return dict(zip(self.possible_agents, rows))
 
-    def _infos(self, status: int, success: bool) -> dict[str, dict[str, Any]]:
-        """An info for each agent; `status` as an index into ``task.statuses``, whose last one means out of time."""
-        word = self.task.statuses[status]
-        infos: dict[str, dict[str, Any]] = {
-            a: {"status": word, "is_success": success, "schema": SCHEMA_VERSION, "reward_terms": {}} for a in self.possible_agents
-        }
-        if self.core.action_mask is not None:
-            for info, mask in zip(infos.values(), self.core.action_mask[0].astype(np.int8)):
-                info["action_mask"] = mask
-        if self.debug_info:
-            for info in infos.values():
-                info["truth"] = self.core.sim.world["pos"][0].copy()
-        return infos
+    def _infos(self, step: Step | None) -> dict[str, dict[str, Any]]:
+        """An info for each agent."""
+        return dict(zip(self.possible_agents, of_infos.of_agents(self.core, step, self.options.debug_info)))
+
+    def save_state(self) -> dict[str, np.ndarray]:
+        """The running episode as arrays; `load_state` and ``reset(options={"state": ...})`` go on from it, ``np.savez`` keeps it."""
+        return {**self.core.save_state(), "over": np.array([not self.agents])}
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state of `save_state`, of an environment with the same options.
+
+        Raises
+        ------
+        ParameterError
+            When it is the state of another one.
+        """
+        self.core.load_state(state)
+        self.agents = [] if bool(state["over"][0]) else self.possible_agents[:]
+        self._seeded = True
 
     def state(self) -> np.ndarray:
         """The true state for centralised critics, float32 (`state_space`).
