@@ -87,6 +87,9 @@ class _Rows(NamedTuple):
 class FilterBank:
     """Filters of W agents, each with its own relations.
 
+    One class because all of it moves agents between the same cohorts: to let one turn, begin anew, step or be read means to find, split
+    and join the cohorts that the others are in.
+
     Parameters
     ----------
     grounding : Grounding

@@ -5,15 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 from weakref import ref
 
 import numpy as np
 
 from ...grounding.slices import GroundSlice
-
-if TYPE_CHECKING:
-    from .slice_info import SliceInfo
 
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
@@ -47,7 +44,7 @@ class TableStore:
     """
 
     def __init__(self) -> None:
-        self.infos: Recent[tuple[GroundSlice, frozenset[str]], SliceInfo] = Recent(256)
+        self.infos: Recent[tuple[GroundSlice, frozenset[str]], Any] = Recent(256)  # of SliceInfo, which imports this file
         self.tables: dict[int, np.ndarray] = {}
         self._numbers: dict[bytes, int] = {}
         self._seen: dict[int, tuple[Any, int]] = {}
