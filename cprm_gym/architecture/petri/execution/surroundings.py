@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,11 +10,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....errors import NetError, UnknownName, did_you_mean, unknown_name
-from ..net.places import ObjectPlace
+from ..net.places import ObjectPlace, shown
 from . import kernels
 from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind
 from .program import Layout
 from .state import Objects, Values
+
+
+def numbers(value: Any, what: str) -> NDArray[np.float64]:
+    """`value` as an array of numbers.
+
+    Raises
+    ------
+    NetError
+        When it is none.
+    """
+    try:
+        return np.asarray(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise NetError(f"{what} takes numbers, got {shown(value)}") from None
 
 
 class Surroundings:
@@ -63,7 +77,7 @@ class Surroundings:
         try:
             for column, name in enumerate(layout.inputs):
                 values[:, column] = inputs[name]
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             return False
         return bool(kernels.write(self.state.row, layout.input_slots, layout.input_columns, values, self.failed))
 
@@ -96,11 +110,11 @@ class Surroundings:
                 continue
             size = layout.sizes[name]
             for attribute in wanted:
-                values = np.asarray(given[attribute], np.float64)
+                values = numbers(given[attribute], f"attribute {attribute!r} of class {name!r}")
                 if np.isinf(values).any():
                     raise NetError(f"objects of class {name!r}: attribute {attribute!r} holds an infinite number")
                 self.block(name, attribute, size)[:] = self._fit(values, size, f"attribute {attribute!r} of class {name!r}")
-            present = np.asarray(given.get("present", 1.0), np.float64)
+            present = numbers(given.get("present", 1.0), f"'present' of class {name!r}")
             self.block(name, "", size)[:] = self._fit(present, size, f"'present' of class {name!r}")
 
     def block(self, class_name: str, attribute: str, size: int) -> NDArray[np.float64]:
@@ -114,7 +128,7 @@ class Surroundings:
         return values
 
     def _write(self, data: Any, what: str, names: Sequence[str], slots: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
-        values = np.array(data, np.float64, order="C")  # a copy: one memory layout, so one compiled version
+        values = np.array(numbers(data, f"`{what}`"), order="C")  # a copy: one memory layout, so one compiled version
         if values.shape != (self.batch, len(names)):
             if values.shape != (len(names),):
                 raise NetError(f"`{what}` must have shape ({self.batch}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
@@ -128,40 +142,45 @@ class Surroundings:
 
     def _set(self, name: str, slots: Any, value: Any) -> None:
         if isinstance(value, (bool, int, float)):
-            finite = math.isfinite(value)
+            finite = abs(value) <= sys.float_info.max
         else:
-            value = np.asarray(value, np.float64)
+            value = numbers(value, repr(name))
             if value.shape not in ((), (1,), (self.batch,)):
                 raise NetError(f"{name!r} takes a number or an array of shape ({self.batch},), got {value.shape}")
             finite = bool(np.isfinite(value).all())
             value = value[:, None] if value.ndim and slots.ndim else value
         if not finite:
             places = ", ".join(repr(self.net.place_names[s]) for s in np.atleast_1d(slots))
-            raise NetError(f"{name!r} (place {places}) is {value}; a place holds finite numbers")
+            raise NetError(f"{name!r} (place {places}) is {shown(value)}; a place holds finite numbers")
         self.state.row[:, slots] = value
 
     def write(self, place: str, value: ArrayLike, which: ArrayLike | None) -> None:
         """Set the marking of a place of some copies; see `Executor.write`."""
         p = self.net.place(place)
         kind = PlaceKind(int(self.net.kind[p]))
-        rows = slice(None) if which is None else np.asarray(which)
-        values = np.asarray(value, np.float64)
+        values = numbers(value, f"place {place!r}")
+        try:
+            rows = np.arange(self.batch)[slice(None) if which is None else np.asarray(which)]
+            values = np.broadcast_to(values, rows.shape)
+        except (IndexError, ValueError):
+            wanted = f"copies {shown(which)} of {self.batch}" if which is not None else f"{self.batch} copies"
+            raise NetError(f"place {place!r}: one value or one for each of the {wanted}; got values of shape {values.shape}") from None
         if not np.isfinite(values).all():
-            raise NetError(f"place {place!r} cannot hold {value!r}; a place holds finite numbers")
+            raise NetError(f"place {place!r} cannot hold {shown(value)}; a place holds finite numbers")
         if kind == PlaceKind.MATH:
             raise NetError(f"place {place!r} is set by its math transition {self.net.net.place(place)}")
         if kind in (PlaceKind.DISCRETE, PlaceKind.OBJECT) and (values != np.floor(values)).any():
-            raise NetError(f"place {place!r} holds whole numbers, got {value!r}")
+            raise NetError(f"place {place!r} holds whole numbers, got {shown(value)}")
         if kind == PlaceKind.DISCRETE:
             capacity = int(self.net.capacity[p])
             if (values < 0).any() or (values > capacity).any():
-                raise NetError(f"place {place!r} holds 0 to {'any' if capacity == UNBOUNDED else capacity} tokens, got {value!r}")
+                raise NetError(f"place {place!r} holds 0 to {'any' if capacity == UNBOUNDED else capacity} tokens, got {shown(value)}")
         if kind == PlaceKind.OBJECT:
             owner = self.net.net.places[p]
             assert isinstance(owner, ObjectPlace)
             size = self.layout.sizes.get(owner.class_name, 0)
             if (values < -1).any() or (size and (values >= size).any()):
-                raise NetError(f"place {place!r} holds an object of {size}, -1 for none, got {value!r}")
+                raise NetError(f"place {place!r} holds an object of {size}, -1 for none, got {shown(value)}")
             self.state.held[rows, self.layout.objects.index(place)] = values.astype(np.int32)
             values = (values >= 0).astype(np.float64)
         self.state.row[rows, p] = values

@@ -260,11 +260,23 @@ def json_names(text: str) -> tuple[str, ...]:
     return tuple(_mapping(top.get("definitions"), "'definitions'"))
 
 
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """A JSON object; an entry that stands twice has no meaning."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        seen: set[str] = set()
+        double = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise NetError(f"the entry {shown(double)} stands twice in one object")
+    return found
+
+
 def _parsed(text: str) -> object:
     if len(text) > MAX_BYTES:
         raise NetError(f"{len(text):,} characters; nets of up to {MAX_BYTES:,} are read")
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_object)
+    except NetError:
+        raise
     except (ValueError, RecursionError) as error:
         raise NetError(f"not JSON: {error}") from None
 

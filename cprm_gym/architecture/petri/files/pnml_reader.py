@@ -210,9 +210,7 @@ class _Reader:
 
     def read(self, root: Node) -> None:
         """Gather everything under one ``<net>`` element."""
-        kind = root.attributes.get("type", "")
-        if not _NET_TYPES.fullmatch(kind.strip()):
-            raise self.refuse(root, f"net type {kind!r} is not a place/transition net")
+        self.check_type(root)
         self.arcs, self.references = [], {}
         self.collect(root)
         for key, (_, node) in list(self.references.items()):
@@ -221,6 +219,12 @@ class _Reader:
                 raise self.refuse(node, f"refers to {node.attributes['ref']!r}, which is of the other kind")
         for node in self.arcs:
             self.arc(node)
+
+    def check_type(self, net: Node) -> None:
+        """Refuse a ``<net>`` of another type than place/transition nets."""
+        kind = net.attributes.get("type", "")
+        if not _NET_TYPES.fullmatch(kind.strip()):
+            raise self.refuse(net, f"net type {kind[:80]!r} is not a place/transition net")
 
     def build(self, root: Node, title: str) -> PetriNet:
         """The value of what was read."""
@@ -235,7 +239,9 @@ class _Reader:
         """Gather the nodes and arcs of a net or page, and of the pages in it."""
         for node in self.words.children(parent):
             if node.tag in ("page", "net"):
-                self.subprocess |= node.tag == "net"  # WoPeD writes the net of a subprocess into its page
+                if node.tag == "net":  # WoPeD writes the net of a subprocess into its page
+                    self.check_type(node)
+                    self.subprocess = True
                 self.collect(node)
             elif node.tag == "place":
                 self.place(node)
@@ -333,6 +339,8 @@ class _Reader:
                 raise self.refuse(child, "delays of other tools have no fixed meaning; ours are in <toolspecific>")
             elif child.tag == "rate":
                 rate = self.words.real(child, "a rate", text)
+                if rate <= 0:
+                    raise self.refuse(child, f"a rate is more than 0, got {text[:80]!r}")
             elif child.tag == "type" and text.lower() not in ("", "and", "normal", "transition"):
                 raise self.refuse(child, f"transitions of type {text[:40]!r} are not read here; write one transition for each choice")
         if timed and self.rates == "refuse":
@@ -346,7 +354,7 @@ class _Reader:
             if delay or priority or timed or rate != 1.0:
                 raise self.refuse(node, f"says more than the shared transition {self.name_of(node)!r}")
             return
-        self.transitions[key] = RawTransition(node, self.prefix + self.name_of(node), delay, priority, rate if rate > 0 else 1.0)
+        self.transitions[key] = RawTransition(node, self.prefix + self.name_of(node), delay, priority, rate)
 
     def hint(self, node: Node, tag: str, default: int = 0) -> int:
         """A number that our own ``toolspecific`` on a node gives."""

@@ -609,3 +609,23 @@ def test_a_copy_that_is_not_there_is_refused():
         for copy in (2, -1, "0"):
             with pytest.raises(NetError, match="`copy` is 0 to 1, got"):
                 ask(copy)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda e: e.step({"x": 10**400}), "'x' .* is 1000"),
+        (lambda e: e.step({"x": [10**400, 1]}), r"'x' takes numbers, got \[1000"),
+        (lambda e: e.step({"x": "much"}), "'x' takes numbers, got 'much'"),
+        (lambda e: e.step({"x": object()}), "'x' takes numbers, got <object"),
+        (lambda e: e.step([["a"], ["b"]]), "`inputs` takes numbers"),
+        (lambda e: e.write("a", "one"), "place 'a' takes numbers, got 'one'"),
+        (lambda e: e.write("a", 1, which=[2]), r"place 'a': one value or one for each of the copies \[2\] of 2"),
+        (lambda e: e.write("a", [1, 2, 3]), r"one for each of the 2 copies; got values of shape \(3,\)"),
+        (lambda e: e.write("a", 10**400), "place 'a' takes numbers, got 1000"),
+    ],
+)
+def test_what_is_no_number_is_refused_in_our_own_words(act, message):
+    executor = Executor(PetriNet("n", (Place("a"), Input("x")), (Transition("t", ("a",)),)), batch=2)
+    with pytest.raises(NetError, match=message):
+        act(executor)

@@ -159,3 +159,8 @@ def test_hostile_json_is_refused_in_our_own_words(text, message):
 def test_a_command_may_have_parameters_of_any_name():
     net = net_from_json(TOP % '{"transitions": [{"name": "t", "emits": {"command": "c", "params": {"self": 1, "name": 2}}}]}')
     assert net.transition("t").emits.params == {"self": 1, "name": 2}
+
+
+def test_an_entry_that_stands_twice_is_refused():
+    with pytest.raises(NetError, match="the entry 'places' stands twice in one object"):
+        net_from_json(TOP % '{"places": [], "places": [{"kind": "place", "name": "p"}]}')

@@ -67,6 +67,8 @@ def transition(inner="", attributes=""):
         (transition("<priority><number>3</number></priority>"), "line 4, <number>: is not understood inside <priority>"),
         (transition("<timed><text>maybe</text></timed>"), "line 4, <timed>: <timed> is true or false, got 'maybe'"),
         (transition("<rate><text>nan</text></rate>"), "line 4, <rate>: a rate is a number, got 'nan'"),
+        (transition("<rate><text>0</text></rate>"), "line 4, <rate>: a rate is more than 0, got '0'"),
+        ("\n<page id='g'><net id='s' type='highlevelnet'/></page>", "line 4, <net>: net type 'highlevelnet' is not"),
         (transition("", "delay='3'"), "line 4, <transition>: the attribute delay='3'"),
         (transition("", "guard='x &gt; 1'"), "line 4, <transition>: the attribute guard='x > 1'"),
         (transition("", "priority='3'"), "line 4, <transition>: priority='3' has no meaning here"),
