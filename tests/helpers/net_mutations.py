@@ -124,6 +124,11 @@ def mutated_text(rng: random.Random, texts: list[str], words: tuple[str, ...]) -
     return text
 
 
+def hostile(rng: random.Random) -> object:
+    """A value that fits hardly anywhere."""
+    return copy.deepcopy(rng.choice(VALUES))
+
+
 def mutated_value(rng: random.Random, documents: list[str]) -> str:
     """One of the JSON documents with one to three of its values replaced, renamed, dropped or doubled."""
     data = json.loads(rng.choice(documents))
@@ -137,7 +142,7 @@ def mutated_value(rng: random.Random, documents: list[str]) -> str:
             continue
         accident = rng.randrange(4)
         if accident == 0:
-            holder[key] = copy.deepcopy(rng.choice(VALUES))
+            holder[key] = hostile(rng)
         elif accident == 1 and isinstance(holder, dict):
             holder[rng.choice((f"{key}x", "name", "places", "modules", "select", "emits"))] = holder.pop(key)
         elif accident == 2:
@@ -145,7 +150,5 @@ def mutated_value(rng: random.Random, documents: list[str]) -> str:
         elif isinstance(holder, list):
             holder.append(json.loads(json.dumps(rng.choice(holder))))
         else:
-            holder[rng.choice(("fuse", "ports", "sets", "tests", "delay", "servers", "answers", "where", "k", "capacity"))] = rng.choice(
-                VALUES
-            )
+            holder[rng.choice(("fuse", "ports", "sets", "tests", "delay", "servers", "answers", "where", "k", "capacity"))] = hostile(rng)
     return json.dumps(data)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....errors import NetError, UnknownName, did_you_mean, unknown_name
-from ..net.places import ObjectPlace, shown
+from ..net.checks import shown
+from ..net.places import ObjectPlace
 from . import kernels
 from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind
 from .program import Layout
