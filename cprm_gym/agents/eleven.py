@@ -53,11 +53,11 @@ class Eleven:
 
     Attributes
     ----------
-    agents : tuple of str
+    names : tuple of str
         Names of the players.
-    minds : tuple of SoccerAgent
+    agents : tuple of SoccerAgent
     rows : tuple of slice
-        Which players each mind decides for.
+        Which players each agent decides for.
 
     Raises
     ------
@@ -68,18 +68,18 @@ class Eleven:
     def __init__(self, task: Task, side: str = "left", together: bool = False) -> None:
         if side not in ("left", "right"):
             raise unknown_name("side", side, ("left", "right"))
-        self.agents = tuple(name for name in agent_names(task.left, task.right) if name.startswith(side))
-        apart = [slice(i, i + 1) for i in range(len(self.agents))]
+        self.names = tuple(name for name in agent_names(task.left, task.right) if name.startswith(side))
+        apart = [slice(i, i + 1) for i in range(len(self.names))]
         goalie = task.left_goalie if side == "left" else task.right_goalie
         if together and goalie in (0, 1):
             first = 1 if goalie else 0
-            self.rows = (*apart[:first], slice(first, len(self.agents))) if len(self.agents) > first else tuple(apart)
+            self.rows = (*apart[:first], slice(first, len(self.names))) if len(self.names) > first else tuple(apart)
         else:
             self.rows = tuple(apart)
         cprm = outfielder_cprm(Body.of(task))
         assert cprm.model is not None
         shared = {"engine": ExactEngine(), "grounding": Grounding(cprm.model, cprm.objects)}
-        self.minds = tuple(make_controller(task, self.agents[rows.start], **shared) for rows in self.rows)
+        self.agents = tuple(make_controller(task, self.names[rows.start], **shared) for rows in self.rows)
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes.
@@ -92,21 +92,21 @@ class Eleven:
         worlds : (N,) bool array, optional
             Which worlds begin anew; all if not given.
         """
-        for i, mind in enumerate(self.minds):
+        for i, agent in enumerate(self.agents):
             part = self.view(observation, i)
-            copies = self.rows[i].stop - self.rows[i].start
-            mind.reset(part, seed + i, None if worlds is None else np.repeat(np.asarray(worlds, bool), copies))
+            batch = self.rows[i].stop - self.rows[i].start
+            agent.reset(part, seed + i, None if worlds is None else np.repeat(np.asarray(worlds, bool), batch))
 
-    def view(self, observation: Observation, mind: int) -> Observation:
-        """What a mind is given: the observations of its own players, (N * players, ...)."""
-        rows = self.rows[mind]
+    def view(self, observation: Observation, agent: int) -> Observation:
+        """What an agent is given: the observations of its own players, (N * players, ...)."""
+        rows = self.rows[agent]
         parts = {key: np.asarray(value)[:, rows] for key, value in observation.items()}
         return {key: value.reshape(-1, *value.shape[2:]) for key, value in parts.items()}
 
     def act(self, observation: Observation) -> Action:
         """Actions of all players, (N, A, ...)."""
         worlds = len(observation["level"])
-        actions = [mind.act(self.view(observation, i)) for i, mind in enumerate(self.minds)]
+        actions = [agent.act(self.view(observation, i)) for i, agent in enumerate(self.agents)]
         return {
             key: np.concatenate([action[key].reshape(worlds, -1, *action[key].shape[1:]) for action in actions], axis=1)
             for key in actions[0]

@@ -47,9 +47,9 @@ class Course:
     ----------
     cycle_ms, deadline_ms : float
         Length of a cycle, and the time after its beginning up to which an action counts.
-    minds : tuple of str
+    agents : tuple of str
         Who decides: ``left_1``, or ``left_2 ... left_11`` for a batch.
-    wall, cpu : (cycles, minds) float arrays
+    wall, cpu : (cycles, agents) float arrays
         Time of each decision, ms, from what was perceived to the action; `cpu` is that of the whole process.
     late : (cycles, players) bool array
         Whose action was not sent.
@@ -64,7 +64,7 @@ class Course:
 
     cycle_ms: float
     deadline_ms: float
-    minds: tuple[str, ...]
+    agents: tuple[str, ...]
     wall: np.ndarray
     cpu: np.ndarray
     late: np.ndarray
@@ -136,7 +136,7 @@ class Match:
         self.task = make_task("Soccer11v11")
         self.eleven = Eleven(self.task, "left", together)
         self.core = SoccerCore(self.task, 1, controlled="left", others=("hold", opponent), include=("memory",), seed=seed)
-        self._idle = self._actions([None] * len(self.eleven.minds))
+        self._idle = self._actions([None] * len(self.eleven.agents))
         self._begin(seed + 1)
         for _ in range(practice):
             self._step(self.eleven.act(self.core.observation))
@@ -162,8 +162,8 @@ class Match:
 
         The garbage collector is as it was afterwards.
         """
-        minds, players = len(self.eleven.minds), len(self.eleven.agents)
-        wall, cpu, late = np.zeros((cycles, minds)), np.zeros((cycles, minds)), np.zeros((cycles, players), bool)
+        agents, players = len(self.eleven.agents), len(self.eleven.names)
+        wall, cpu, late = np.zeros((cycles, agents)), np.zeros((cycles, agents)), np.zeros((cycles, players), bool)
         collect, server = np.zeros(cycles), np.zeros(cycles)
         done, skipped, over = 0, 0, False
         was_on = gc.isenabled()
@@ -174,9 +174,9 @@ class Match:
             begin = self.clock()
             while done < cycles and not over:
                 chosen: list[Action | None] = []
-                for i, (mind, rows) in enumerate(zip(self.eleven.minds, self.eleven.rows)):
+                for i, (agent, rows) in enumerate(zip(self.eleven.agents, self.eleven.rows)):
                     start, used = self.clock(), time.process_time()
-                    action = mind.act(self.eleven.view(self.core.observation, i))
+                    action = agent.act(self.eleven.view(self.core.observation, i))
                     cpu[done, i] = 1e3 * (time.process_time() - used)
                     now = self.clock()
                     wall[done, i] = 1e3 * (now - start)
@@ -198,7 +198,7 @@ class Match:
             if was_on:
                 gc.enable()
         left, right = (int(goals) for goals in self.core.sim.world["score"][0])
-        names = tuple(_name(self.eleven.agents[rows]) for rows in self.eleven.rows)
+        names = tuple(_name(self.eleven.names[rows]) for rows in self.eleven.rows)
         return Course(self.cycle_ms, self.deadline_ms, names, wall[:done], cpu[:done], late[:done], skipped, collect[:done], server[:done],
                       (left, right))  # fmt: skip
 
@@ -224,7 +224,7 @@ def table(course: Course) -> str:
     wall, cpu = course.together
     lines = [f"{'ms':26}{'wall':>8}{'99 %':>8}{'worst':>8}{'CPU':>10}{'99 %':>8}{'worst':>8}"]
     lines.append(_row("all decisions of a cycle", wall, cpu))
-    lines += [_row(name, course.wall[:, i], course.cpu[:, i]) for i, name in enumerate(course.minds)]
+    lines += [_row(name, course.wall[:, i], course.cpu[:, i]) for i, name in enumerate(course.agents)]
     lines += [_row("server and opponents", course.server), _row("garbage collector", course.collect)]
     spare = [
         f"{what} median {1.0 - np.median(values) / course.cycle_ms:.1%}, 99 % {1.0 - np.percentile(values, 99) / course.cycle_ms:.1%}"

@@ -209,7 +209,7 @@ def test_the_registry_gives_the_eleven_for_every_match():
     for task in ("Soccer", "Soccer5v5", "Soccer11v11"):
         assert AGENTS[task] == "eleven"
         assert registered(make_task(task), "right_1").cprm.name == "goalie"
-        assert registered(make_task(task), "left_4").cprm is OUTFIELDER
+        assert registered(make_task(task), "left_4").cprm == OUTFIELDER
 
 
 def test_the_goalie_is_number_one_and_an_unknown_side_is_refused():
@@ -217,7 +217,7 @@ def test_the_goalie_is_number_one_and_an_unknown_side_is_refused():
     assert isinstance(make_controller(MATCH, "right_7"), OutfieldAgent)
     eleven = Eleven(MATCH, "right", together=True)
     assert [rows.stop - rows.start for rows in eleven.rows] == [1, 10]
-    assert eleven.agents[0] == "right_1"
+    assert eleven.names[0] == "right_1"
     with pytest.raises(UnknownName, match="unknown side 'middle'"):
         Eleven(MATCH, "middle")
 
@@ -250,7 +250,7 @@ def test_the_eleven_kicks_off_plays_on_and_holds_one_thing_to_do_each():
     assert modes[0, 0] == PlayMode.kick_off_l
     assert (modes[60:, 0] == PlayMode.play_on).any()
     assert core.sim.world["counts"][0, 1:11, Count.KICK].sum() > 0
-    read = eleven.minds[1].controller.executor.read
+    read = eleven.agents[1].controller.executor.read
     modules = ("setup", "walk", "run", "go", "receive", "passing", "quick", "taking", "boot", "drive", "shoot")
     outcomes = [f"{m}.{place}" for m in modules for place in OUTFIELDER_NET.modules[m].ports.outcomes]
     doing = ("decide", "acted", "with_ball", "hands_off", *(f"{m}.ongoing" for m in modules), *outcomes)

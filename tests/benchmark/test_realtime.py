@@ -40,7 +40,7 @@ def test_in_time_every_action_is_sent():
     assert (course.cpu > 0).all()
     assert course.misses == 0
     assert commands(match) > 6
-    assert course.minds == ("left_1", "left_2 ... left_11")
+    assert course.agents == ("left_1", "left_2 ... left_11")
 
 
 def test_late_actions_are_counted_and_their_players_do_nothing():
@@ -77,8 +77,8 @@ def test_the_server_waits_for_the_next_cycle_and_goes_on_without_those_who_take_
 def test_the_garbage_collector_rests_while_somebody_decides_and_is_as_before_afterwards():
     match = Match(together=True, fast=True, practice=0)
     running = []
-    act = match.eleven.minds[0].act
-    match.eleven.minds[0].act = lambda observation: (running.append(gc.isenabled()), act(observation))[1]
+    act = match.eleven.agents[0].act
+    match.eleven.agents[0].act = lambda observation: (running.append(gc.isenabled()), act(observation))[1]
     course = match.play(3)
     assert running == [False] * 3
     assert gc.isenabled()
@@ -90,7 +90,7 @@ def test_the_match_begins_with_the_kick_off_after_practice():
     match = Match(together=True, fast=True, practice=5)
     assert match.core.cycle[0] == 0
     assert match.core.sim.world["time"][0] == 0
-    assert (match.eleven.minds[1].controller.executor.cycle == 0).all()
+    assert (match.eleven.agents[1].controller.executor.cycle == 0).all()
 
 
 def test_wrong_opponents_and_times_are_refused():

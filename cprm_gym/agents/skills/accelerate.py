@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ...architecture.petri import Command, Input, Math, PetriNet, Transition
 from ..body import Body, of_body
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 FAST = 0.75
 """Share of the top speed at which he is fast; what he feels of it is what the decay has left."""
@@ -37,7 +37,7 @@ def accelerate(body: Body) -> PetriNet:
             Input("speed", observes="body.speed"), Math("off_course", "abs(bearing)"),
         ),
         transitions=(
-            *life(),
+            *standard_transitions(),
             Transition("come_close", ("ready", "ongoing"), ("close",), inhibitors={"distance": CLOSE}, priority=7),
             Transition("stray", ("ready", "ongoing"), ("strayed",), tests={"off_course": OFF_COURSE, "distance": CLOSE}, priority=6),
             Transition("reach_speed", ("ready", "ongoing"), ("distant",),

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Transition
 from ..body import Body, of_body
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 THERE = 1.0
 """Metres within which he has arrived."""
@@ -45,7 +45,7 @@ def advance(body: Body) -> PetriNet:
                  f"{body.dash(1.0)} if stamina > {body.stamina(FRESH)} else {body.dash(0.5)})"),
         ),
         transitions=(
-            *life(),
+            *standard_transitions(),
             Transition("arrive", ("ready", "ongoing"), ("arrived",), inhibitors={"distance": THERE}, priority=7),
             Transition("turn", ("ready",), ("acted",), tests={"off_course": COURSE}, emits=Command("turn", moment="moment"), priority=3),
             Transition("dash", ("ready",), ("acted",), inhibitors={"off_course": COURSE},

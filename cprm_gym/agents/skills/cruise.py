@@ -15,7 +15,7 @@ from ...architecture.petri import Command, Input, Math, PetriNet, Transition
 from ..body import Body, of_body
 from .accelerate import CLOSE
 from .advance import FRESH
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 OFF_AXIS = 8.0
 """Degrees at which a small turn corrects the course."""
@@ -41,7 +41,7 @@ def cruise(body: Body) -> PetriNet:
             Math("power", f"{body.dash(POWER)} if stamina > {body.stamina(FRESH)} else {body.dash(0.5)}"),
         ),
         transitions=(
-            *life(),
+            *standard_transitions(),
             Transition("come_close", ("ready", "ongoing"), ("close",), inhibitors={"distance": CLOSE}, priority=7),
             Transition("stray", ("ready", "ongoing"), ("strayed",), tests={"off_axis": OFF_COURSE, "distance": CLOSE}, priority=6),
             Transition("correct", ("ready",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="moment"), priority=3),

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Transition
 from ..body import Body, number, of_body
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 SURE = 0.907
 """Share of the kickable ring up to which he trusts himself to kick; the rest is what the eye may err."""
@@ -58,7 +58,7 @@ def kick(body: Body) -> PetriNet:
             Math("leaves", "speed * (to_x * next_x + to_y * next_y) / (way * next_distance)"),
         ),
         transitions=(
-            *life(pace=False),
+            *standard_transitions(pace=False),
             Transition("miss", ("ready", "ongoing"), ("failed",), tests={"distance": body.within(SURE)}, priority=7),
             Transition("kick", ("ready",), ("acted",), inhibitors={"distance": body.within(SURE)},
                        emits=Command("kick", power="power", direction="kick_direction"), priority=3),

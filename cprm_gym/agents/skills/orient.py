@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ...architecture.petri import Command, Input, Math, PetriNet, Place, Transition
 from ..body import Body, of_body
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 AHEAD = 5.0
 """Degrees within which the ball counts as ahead."""
@@ -37,7 +37,7 @@ def orient(body: Body) -> PetriNet:
             Math("moment", body.turn("(bearing if age < 10 else 60)")),
         ),
         transitions=(
-            *life(counters=("turns",)),
+            *standard_transitions(counters=("turns",)),
             Transition("face", ("ready", "ongoing"), ("facing",), inhibitors={"off_axis": AHEAD, "age": 1}, sets={"turns": 0}, priority=7),
             Transition("give_up", ("ready", "ongoing"), ("failed",), tests={"turns": TURNS}, sets={"turns": 0}, priority=6),
             Transition("turn", ("ready",), ("acted", "turns"), tests={"off_axis": AHEAD}, emits=Command("turn", moment="moment"),

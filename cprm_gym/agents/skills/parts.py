@@ -24,7 +24,9 @@ def interface_places(ports: Ports, *inside: str) -> tuple[Place, ...]:
     return tuple(Place(name, capacity=1) for name in (*ports.entries, *ports.exits, *inside))
 
 
-def life(states: Sequence[str] = ("ready", "acted"), counters: Sequence[str] = (), pace: bool = True) -> tuple[Transition, ...]:
+def standard_transitions(
+    states: Sequence[str] = ("ready", "acted"), counters: Sequence[str] = (), pace: bool = True
+) -> tuple[Transition, ...]:
     """The transitions that every skill has.
 
     Parameters

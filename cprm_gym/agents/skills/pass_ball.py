@@ -19,7 +19,7 @@ from __future__ import annotations
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..body import Body, of_body
 from .kick import SURE, kick
-from .parts import interface, interface_places, life, within_module
+from .parts import interface, interface_places, standard_transitions, within_module
 
 DRIFTED = 0.715
 """Metres beyond his reach at which the ball has drifted away."""
@@ -74,7 +74,7 @@ def pass_ball(body: Body) -> PetriNet:
               **{f"{kick}.{inner}": own for kick in ("kick", "trap")
                  for inner, own in zip(("distance", "direction", "speed_ahead", "speed_aside"), _BALL)}},
         transitions=(
-            *life(("ready", "acted", "watching", "settling"), ("turns", "seeks")),
+            *standard_transitions(("ready", "acted", "watching", "settling"), ("turns", "seeks")),
             *within_module("kick", ("kicked", "aborted"), "kicking"),
             *within_module("trap", ("kicked", "aborted"), "trapping", ("turns", "seeks")),  # in reach when they begin, so they do not fail
             Transition("drift", ("ready", "ongoing"), ("failed",), tests={"distance": round(body.reach + DRIFTED, 6)},

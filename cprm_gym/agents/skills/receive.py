@@ -16,7 +16,7 @@ from __future__ import annotations
 from ...architecture.petri import Command, Input, Math, PetriNet, Place, Transition
 from ..body import Body, number, of_body
 from .go_to_ball import CLOSE
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 ASIDE = 0.307
 """Share of the kickable ring in which the ball may pass beside him."""
@@ -73,7 +73,7 @@ def receive(body: Body) -> PetriNet:
             Math("face_moment", body.turn("direction")),
         ),
         transitions=(
-            *life(counters=("astray",)),
+            *standard_transitions(counters=("astray",)),
             Transition("take", ("ready", "ongoing"), ("received",), inhibitors={"distance": body.within(CLOSE), "age": 3},
                        sets={"astray": 0}, priority=7),
             Transition("miss", ("ready", "ongoing"), ("missed",), tests={"age": STALE}, sets={"astray": 0}, priority=6),

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Transition
 from ..body import Body, of_body
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 PLACED = 0.6
 """Metres from the place within which he is there (he is not sure of his own place to a few decimetres)."""
@@ -38,7 +38,7 @@ def setup(body: Body) -> PetriNet:
             Math("off_axis", "abs(bearing) if ball_age < 10 else 0"),
         ),
         transitions=(
-            *life(),
+            *standard_transitions(),
             Transition("play", ("ready", "ongoing"), ("set",), inhibitors={"waiting": 1}, priority=7),
             Transition("place", ("ready",), ("acted",), tests={"waiting": 1, "away": PLACED},
                        emits=Command("move", x="place_x", y="place_y"),

@@ -16,7 +16,7 @@ from ...architecture.petri import Command, Input, Math, PetriNet, Transition
 from ..body import Body, number, of_body
 from . import accelerate
 from .go_to_ball import CLOSE
-from .parts import interface, interface_places, life
+from .parts import interface, interface_places, standard_transitions
 
 BESIDE = 0.521
 """Share of the kickable ring at which he wants to stand."""
@@ -47,7 +47,7 @@ def slow(body: Body) -> PetriNet:
                  f"{body.dash(-1.0)}, {body.dash(1.0)})"),
         ),
         transitions=(
-            *life(),
+            *standard_transitions(),
             Transition("stop_there", ("ready", "ongoing"), ("there",), inhibitors={"distance": body.within(CLOSE), "speed": STILL},
                        priority=7),
             Transition("lose", ("ready", "ongoing"), ("strayed",), tests={"distance": 2 * accelerate.CLOSE}, priority=6),
