@@ -175,6 +175,8 @@ def analyze(
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
             raise CprmError(f"--rates {rates!r}: allowed are 'refuse' and 'plain'")
+        if which is not None and _is_name(net):
+            raise CprmError(f"--net {which!r}: {net} ships as one net; --net names one of several in a file")
         budget = Budget(memory=int(memory * 2**20), seconds=seconds)
         try:
             found = shipped_net(net) if _is_name(net) else _net_in_file(net, which, "plain" if rates == "plain" else "refuse")

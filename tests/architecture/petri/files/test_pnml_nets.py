@@ -49,6 +49,8 @@ def test_the_command_line_names_one_of_several_nets(tmp_path):
     done = CliRunner().invoke(app, ["analyze", str(path), "--net", "b", "--json"])
     assert '"name": "b"' in done.output
     assert CliRunner().invoke(app, ["analyze", str(path)]).exit_code == 2
+    done = CliRunner().invoke(app, ["analyze", "go_to_ball", "--net", "b"])
+    assert (done.exit_code, "go_to_ball ships as one net; --net names one of several in a file" in done.output) == (2, True)
 
 
 def test_nets_that_share_places_and_transitions_are_one_net():

@@ -1,9 +1,10 @@
 """PNML: nothing is read as something else; what is not understood is refused with its element and line."""
 
 import pytest
+from paths import SHARED
 
 from cprm_gym.architecture.petri import PetriNet, Place, Transition
-from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml
+from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
 from cprm_gym.errors import FormatError, FormatWarning
 
 PLACE = "<place id='p'><initialMarking><text>2</text></initialMarking></place>"
@@ -125,3 +126,13 @@ def test_names_that_are_words_of_our_language_or_alike_when_cut_become_legal():
     names = ["and", "x" * 300, "x" * 301]
     body = "".join(f"<place id='p{k}'><name><text>{name}</text></name></place>" for k, name in enumerate(names))
     assert [p.name for p in parse_pnml(document(body)).places] == ["and_", "x" * 180, "x" * 180 + "_1"]
+
+
+FAULTS = sorted((SHARED / "cases" / "faults" / "pnml").glob("*.pnml"))
+
+
+@pytest.mark.skipif(not FAULTS, reason="data of ../shared absent")
+@pytest.mark.parametrize("file", FAULTS, ids=lambda path: path.stem)
+def test_files_that_were_read_as_something_else_are_refused_with_file_element_and_line(file):
+    with pytest.raises(FormatError, match=rf"{file.name}, line \d+, <\w+>: "):
+        read_pnml(file)
