@@ -68,7 +68,7 @@ class DeepFilter(Filter):
         situation = settings.grounding.situation(relations, objects, state.relations if state.step else None)
         info = filtering.slice_info(settings, state, settings.grounding.ground(situation, first=state.step == 0))
         readings = filtering.read(info, state.batch, evidence, soft)
-        self.state, posterior = filtering.advance(settings, state, readings, situation)
+        self.state, posterior = filtering.advance(settings, state, readings, situation, info)
         self._remembered.append((readings, info.names, situation, state.fresh))
         return self.deepen() if len(self._remembered) >= self.every else posterior
 

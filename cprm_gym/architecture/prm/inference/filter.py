@@ -192,7 +192,7 @@ class Filter:
         situation = settings.grounding.situation(relations, objects, state.relations if state.step else None)
         info = filtering.slice_info(settings, state, settings.grounding.ground(situation, first=state.step == 0))
         readings = filtering.read(info, state.batch, evidence, soft)
-        self.state, posterior = filtering.advance(settings, state, readings, situation)
+        self.state, posterior = filtering.advance(settings, state, readings, situation, info)
         return posterior
 
     def predict(self, steps: int = 1, relations: Any = None, given: Mapping[str, Any] | None = None) -> Posterior:
@@ -290,9 +290,7 @@ class Filter:
                 except NeedsVariable as need:
                     engine.note(need.kind)
                     break
-                state = state._replace(
-                    belief=belief, step=state.step + 1, relations=situation, static=info.static_variables, owners=info.slice.owners
-                )
+                state = state._replace(belief=belief, step=state.step + 1, relations=situation, info=info)
         return engine.compiled - compiled
 
     def project(self, clusters: Sequence[Sequence[str]]) -> np.ndarray:

@@ -133,6 +133,7 @@ class FilterBank:
                 filtering.indexed(self.settings, grounding.ground(relations), {})
         self._exchangeable = self._divisible and not any(c.references for c in grounding.model.classes) and not grounding.static
         self._rows_in: Recent[SliceInfo, _Rows] = Recent(256)
+        self._renamings: Recent[Any, tuple[Situation, SliceInfo, tuple[tuple[str, str], ...]]] = Recent(1024)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
@@ -230,7 +231,7 @@ class FilterBank:
 
     def _form(self, state: FilterState) -> Any:
         """What two beliefs must share to be one."""
-        return self.settings.engine.form(state.belief), state.relations, state.step == 0, tuple(state.static), state.owners, state.late
+        return self.settings.engine.form(state.belief), state.relations, state.step == 0, state.late
 
     # ------------------------------------------------------------------------------------------------- steps
 
@@ -267,7 +268,7 @@ class FilterBank:
             situation = grounding.situation(tuples, None, state.relations if state.step else None)
             info = filtering.slice_info(settings, state, grounding.ground(situation, first=state.step == 0))
             readings = self._readings(info, hard, others, agents)
-            state, posterior = filtering.advance(settings, state, readings, situation)
+            state, posterior = filtering.advance(settings, state, readings, situation, info)
             answers.append((agents, posterior))
             after.append(_Cohort(agents, state))
         for agents, posterior in answers:
@@ -463,9 +464,17 @@ class FilterBank:
         """A state in which objects have other names."""
         if state.step == 0:
             return state
+        assert state.info is not None
+        key = state.info, state.relations, tuple(names.items())
+        settled, info, pairs = self._renamings.fetch(key, lambda: self._renaming(state, names))
+        belief = self.settings.engine.renamed(state.belief, info, pairs)
+        return state._replace(belief=belief, relations=settled, history=(), info=info)
+
+    def _renaming(self, state: FilterState, names: Mapping[str, str]) -> tuple[Situation, SliceInfo, tuple[tuple[str, str], ...]]:
+        """What holds under other names, the slice with them, and old and new name of each variable."""
+        assert state.info is not None
         situation = self._renamed_situation(state.relations, names)
-        old: SliceInfo = state.belief.layout.info
-        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in old.variables.values()}
+        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in state.info.variables.values()}
         # what entered with the slice is nothing to the next one; the common form lets beliefs be joined
         settled = Situation(situation.relations, situation.objects)
         info = filtering.indexed(self.settings, self.grounding.ground(settled), {})
@@ -474,8 +483,7 @@ class FilterBank:
         strange = set(name_of.values()) ^ set(info.names)
         if strange:
             raise ModelError(f"a belief cannot be renamed: {', '.join(sorted(strange)[:3])}")
-        belief = self.settings.engine.renamed(state.belief, info, name_of)
-        return state._replace(belief=belief, relations=settled, history=(), owners=info.slice.owners)
+        return settled, info, tuple(name_of.items())
 
     def _renamed_situation(self, situation: Situation, names: Mapping[str, str]) -> Situation:
         relations = tuple(_rename_tuple(r, names) for r in situation.relations)

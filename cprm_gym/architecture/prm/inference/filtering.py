@@ -69,10 +69,8 @@ class FilterState(NamedTuple):
         What held in the last slice.
     exact : bool
         No step has approximated anything.
-    static : dict of str to GroundVariable
-        Static variables that were drawn.
-    owners : frozenset of str
-        Objects and relation tuples of the last slice.
+    info : SliceInfo or None
+        The last slice.
     late : frozenset of str
         Static variables that only the second slice told of.
     """
@@ -85,8 +83,7 @@ class FilterState(NamedTuple):
     history: tuple[Past, ...] = ()
     relations: Any = ()
     exact: bool = True
-    static: Mapping[str, GroundVariable] = {}
-    owners: frozenset[str] = frozenset()
+    info: SliceInfo | None = None
     late: frozenset[str] = frozenset()
 
     @property
@@ -169,14 +166,15 @@ def join(settings: FilterSettings, states: list[FilterState]) -> FilterState:
 
 def slice_info(settings: FilterSettings, state: FilterState, ground: GroundSlice) -> SliceInfo:
     """The next slice as engines see it."""
-    names = settings.static | state.late
-    if state.step and not names and not state.static:
+    names, before = settings.static | state.late, state.info
+    if before is not None and not names and not before.static_variables:
         return indexed(settings, ground, {})
-    if state.step == 0:
+    if before is None:
         names = names | {p for cpd in ground.cpds for p, lag in cpd.parents if lag == STATIC}
     static = {n: ground.variables[n] for n in sorted(names & ground.variables.keys())}
-    for name, variable in state.static.items():
-        gone = bool(variable.object_name) and variable.object_name in state.owners and variable.object_name not in ground.owners
+    for name, variable in before.static_variables.items() if before is not None else ():
+        assert before is not None
+        gone = bool(variable.object_name) and variable.object_name in before.slice.owners and variable.object_name not in ground.owners
         if name not in ground.variables and not gone:
             static[name] = variable
     return indexed(settings, ground, static)
@@ -256,7 +254,9 @@ def as_in_last_step(state: FilterState, info: SliceInfo) -> Readings:
 # ----------------------------------------------------------------------------------------------------- one slice
 
 
-def advance(settings: FilterSettings, state: FilterState, readings: Readings, relations: Any) -> tuple[FilterState, Posterior]:
+def advance(
+    settings: FilterSettings, state: FilterState, readings: Readings, relations: Any, info: SliceInfo | None = None
+) -> tuple[FilterState, Posterior]:
     """Go on by one slice.
 
     Parameters
@@ -268,6 +268,8 @@ def advance(settings: FilterSettings, state: FilterState, readings: Readings, re
         Rows in the order of `next_slice`.
     relations : grounding's own kind
         What holds in the slice, as ``grounding.situation`` gives it.
+    info : SliceInfo, optional
+        The slice that these make, if it is known already.
 
     Returns
     -------
@@ -281,7 +283,8 @@ def advance(settings: FilterSettings, state: FilterState, readings: Readings, re
     CostError
         A component is too large for exact inference.
     """
-    info = slice_info(settings, state, settings.grounding.ground(relations, first=state.step == 0))
+    if info is None:
+        info = slice_info(settings, state, settings.grounding.ground(relations, first=state.step == 0))
     state, info, readings, result = _carry_on(settings, state, info, readings)
     if state.fresh.any():
         result = _with_beginners(settings, state, result, readings, state.fresh, relations)
@@ -298,8 +301,7 @@ def advance(settings: FilterSettings, state: FilterState, readings: Readings, re
         (*state.history[1 - settings.window :], past) if settings.window > 1 else (past,),
         relations,
         state.exact and result.exact,
-        result.info.static_variables,
-        info.slice.owners,
+        info,
         state.late,
     )
     return after, Posterior(result, state.step, after.log_likelihood, after.exact, impossible, relations)
@@ -328,8 +330,8 @@ def made_again(settings: FilterSettings, state: FilterState, need: NeedsVariable
     if need.static:
         if state.step != 1:
             raise ModelError(f"static variable {need.name!r} is used for the first time in slice {state.step}; name it in `static`")
-        state = state._replace(late=state.late | {need.name}, static={**state.static, need.name: info.variables[need.name]})
         info = indexed(settings, info.slice, {**info.static_variables, need.name: info.variables[need.name]})
+        state = state._replace(late=state.late | {need.name}, info=info)
     else:
         settings.engine.note(need.kind)
     result = settings.engine.advance(past.before, info, past.readings)

@@ -143,6 +143,8 @@ def shares(batch: int, threads: int, flops: float) -> list[tuple[int, int]]:
     flops : float
         Operations for one agent.
     """
+    if threads == 1:
+        return [(0, batch)]
     threads = int(min(threads, batch, max(1.0, batch * flops / WORTH_A_THREAD)))
     edges = [round(k * batch / threads) for k in range(threads + 1)]
     return list(itertools.pairwise(edges))

@@ -8,7 +8,7 @@ apart and joined. What it cannot do it refuses by name.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import numpy as np
@@ -250,8 +250,8 @@ class Engine(ABC):
         """The belief of the agents of several beliefs of one form."""
         self._cannot("keeps beliefs that cannot be joined")
 
-    def renamed(self, belief: Any, info: SliceInfo, name_of: Mapping[str, str]) -> Any:
-        """The belief with other names for its variables; `info` is a slice with the new ones."""
+    def renamed(self, belief: Any, info: SliceInfo, pairs: tuple[tuple[str, str], ...]) -> Any:
+        """The belief with other names for its variables, old and new of each; `info` is a slice with the new ones."""
         self._cannot("keeps beliefs that cannot be renamed")
 
     # ------------------------------------------------------------------------------------------------- beliefs as factors

@@ -12,7 +12,7 @@ Murphy, Dynamic Bayesian Networks, 2002, section 3; dissertation sections 2.3.3 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
@@ -227,9 +227,9 @@ class ExactEngine(Engine):
     def join(self, beliefs: Sequence[FactoredBelief]) -> FactoredBelief:
         return join(beliefs)
 
-    def renamed(self, belief: FactoredBelief, info: SliceInfo, name_of: Mapping[str, str]) -> FactoredBelief:
-        key = belief.layout, info, tuple(name_of.items())
-        return self._renamings.fetch(key, lambda: renaming(self.compiler.layouts, belief.layout, info, name_of)).of(belief)
+    def renamed(self, belief: FactoredBelief, info: SliceInfo, pairs: tuple[tuple[str, str], ...]) -> FactoredBelief:
+        key = belief.layout, info, pairs
+        return self._renamings.fetch(key, lambda: renaming(self.compiler.layouts, belief.layout, info, dict(pairs))).of(belief)
 
     def factored(self, belief: FactoredBelief) -> FactoredBelief:
         return belief
