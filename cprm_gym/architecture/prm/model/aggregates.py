@@ -6,7 +6,7 @@ parents, and never a table over n parents.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar
 
 import numpy as np
@@ -33,9 +33,15 @@ class Aggregate:
 
     @property
     def text(self) -> str:
-        """Name of the variable it becomes, ``exists(opponents.near_ball=yes)``."""
-        state = getattr(self, "state", "")
-        return f"{self.verb}({self.path}{'=' + state if state else ''})"
+        """Name of the variable it becomes, ``exists(opponents.near_ball=yes)``; every parameter that is not the default is in it."""
+        state, parameters = "", ""
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name == "state":
+                state = f"={value}"
+            elif f.name != "path" and value != f.default:
+                parameters += f", {f.name}={value}"
+        return f"{self.verb}({self.path}{state}{parameters})"
 
     def moved(self, path: str) -> Aggregate:
         """The same aggregate over another path."""

@@ -283,7 +283,7 @@ def test_any_cause_is_noisy_or():
 def test_an_aggregate_over_many_objects_is_a_chain_of_small_tables():
     ground, _ = crowd(Count("players.x", "yes", 3), 40)
     assert max(cpd.table.size for cpd in ground.cpds) <= 4 * 2 * 4
-    assert "judge.count(players.x=yes)#12" in ground.variables
+    assert "judge.count(players.x=yes, at_most=3)#12" in ground.variables
 
 
 def test_what_is_given_has_no_cpd_and_takes_its_default():
