@@ -104,13 +104,14 @@ def tasks_page() -> str:
     from cprm_gym.envs import actions, observations, presets
     from cprm_gym.envs.tasks import TASKS
 
-    whole = observations.observation_space((), observations.INCLUDES)
+    whole = observations.observation_space((), tuple(part for part in observations.INCLUDES if part != "action_mask"))
     parts = [
         "# Tasks, column by column",
         "Made from the code when this site is built. How tasks are made and wrapped: [environments](../environments.md).",
         "## What every agent observes",
         "The presets `raw` and `memory` are a dict of float32 arrays, `full` the same without noise and limits of sight.",
         space_table(whole),
+        "With the macro view, `action_mask` (one int8 for each macro, 1 where it can be done) is in the info, and here too if asked for.",
         "### `body`",
         columns(observations.BodyFeature, whole["body"]),  # type: ignore[arg-type]
         "### `ball`, the rows of `players` and of `landmarks`",

@@ -14,7 +14,6 @@ They are there from the reset on. A vector environment has arrays of them, (W, .
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,8 +68,3 @@ def now_of_worlds(core: SoccerCore, debug_info: bool, copy: bool = True) -> dict
     if debug_info:
         infos["truth"] = core.sim.world["pos"].copy()
     return infos
-
-
-def marked(worlds: np.ndarray, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of the worlds in Gymnasium's form: each followed by the array that says for which of them it counts."""
-    return {key: value for name, given in values.items() for key, value in ((name, given), (f"_{name}", worlds))}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError, UnknownName, did_you_mean, unknown_name
+from ..errors import ParameterError, UnknownName, unknown_name
 from .actions import VIEWS
 from .observations import INCLUDES
 from .presets import check_preset
@@ -152,19 +152,3 @@ def chosen_render_mode(mode: str | None) -> str | None:
     if mode is not None and mode not in RENDER_MODES:
         raise UnknownName(f"render_mode {mode!r}: allowed are {', '.join(RENDER_MODES)} or None")
     return mode
-
-
-def checked_reset(options: Mapping[str, Any] | None, known: Sequence[str]) -> dict[str, Any]:
-    """The options of a reset.
-
-    Raises
-    ------
-    ParameterError
-        For one that there is not; the message lists those that there are.
-    """
-    if options is None:
-        return {}
-    for name in options:
-        if name not in known:
-            raise ParameterError(f"reset: unknown option {name!r}.{did_you_mean(str(name), known)} Options: {', '.join(known)}.")
-    return dict(options)

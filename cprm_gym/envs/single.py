@@ -13,9 +13,9 @@ import numpy as np
 from ..errors import CprmError, UnknownName
 from . import infos
 from .core import SoccerCore, batch_of_one, select_agents
-from .options import RENDER_MODES, EnvOptions, checked_reset, chosen_render_mode
+from .options import RENDER_MODES, EnvOptions, chosen_render_mode
 from .rendering import FPS, Pictured
-from .tasks.base import Task
+from .tasks.base import Task, checked_reset
 
 
 class SoccerEnv(Pictured, gymnasium.Env[Any, Any]):

@@ -18,9 +18,9 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from ..errors import CommandError, CprmError, UnknownName
 from . import infos as of_infos
 from .core import SoccerCore, Step
-from .options import RENDER_MODES, EnvOptions, checked_reset, chosen_render_mode
+from .options import RENDER_MODES, EnvOptions, chosen_render_mode
 from .rendering import FPS, Pictured
-from .tasks.base import Task
+from .tasks.base import Task, checked_reset
 
 STATE_OBJECT = 7
 """Numbers per object in `SoccerParallelEnv.state`: x, y, vx, vy, body, neck, stamina (0 where a ball has none)."""

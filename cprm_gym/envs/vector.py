@@ -13,10 +13,10 @@ from gymnasium.vector.utils import batch_space
 from ..errors import CprmError, ParameterError, UnknownName
 from . import infos
 from .core import SoccerCore
-from .options import checked_reset
 from .rendering import FPS
 from .single import ego_options
-from .tasks.base import Task
+from .tasks.base import Task, checked_reset
+from .tasks.base import marked as marked_worlds
 
 NOW = ("action_mask", "truth")
 """Infos that belong to the observation, not to the cycle that led to it."""
@@ -109,7 +109,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self.core.reset(seed, mask, **chosen)
         self._seeded = self._running = True
         self._over[slice(None) if mask is None else mask] = False
-        return self._observation(), infos.marked(self._everywhere, infos.of_worlds(self.core, None, self.options.debug_info, self._copy))
+        return self._observation(), marked_worlds(self._everywhere, infos.of_worlds(self.core, None, self.options.debug_info, self._copy))
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Play one cycle in every world, with the chosen autoreset.
@@ -135,15 +135,15 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
                 values[starting] = 0
             info |= infos.now_of_worlds(self.core, self.options.debug_info, self._copy)
         over = terminated | truncated
-        marked = infos.marked(self._everywhere, info)
+        marked = marked_worlds(self._everywhere, info)
         if self.autoreset_mode == AutoresetMode.SAME_STEP and over.any():
             final = np.empty(self.num_envs, object)
             for i in np.flatnonzero(over):
                 final[i] = self._observation_of(int(i))
             last = {name: values.copy() for name, values in info.items()}
             self.core.reset(None, over)
-            marked |= infos.marked(self._everywhere, infos.now_of_worlds(self.core, self.options.debug_info, self._copy))
-            marked |= infos.marked(over, {"final_obs": final, "final_info": infos.marked(over, last)})
+            marked |= marked_worlds(self._everywhere, infos.now_of_worlds(self.core, self.options.debug_info, self._copy))
+            marked |= marked_worlds(over, {"final_obs": final, "final_info": marked_worlds(over, last)})
             over = np.zeros(self.num_envs, bool)
         self._over = over
         return self._observation(), reward, terminated, truncated, marked

@@ -6,7 +6,7 @@ on many worlds at once, and see them as a `Pitch`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from math import inf
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import ParameterError
+from ...errors import ParameterError, did_you_mean
 from ...simulator.parameters import Rules, ServerParameters
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ..pitch import Pitch
@@ -157,3 +157,27 @@ class Task:
 
     def features(self, pitch: Pitch, out: np.ndarray) -> None:
         """Write the ``task`` part of the observation, (W, A, len(task_features)); by default there is none."""
+
+
+# --- forms that Gymnasium gives resets and infos
+
+
+def checked_reset(options: Mapping[str, Any] | None, known: Sequence[str]) -> dict[str, Any]:
+    """The options of a reset.
+
+    Raises
+    ------
+    ParameterError
+        For one that there is not; the message lists those that there are.
+    """
+    if options is None:
+        return {}
+    for name in options:
+        if name not in known:
+            raise ParameterError(f"reset: unknown option {name!r}.{did_you_mean(str(name), known)} Options: {', '.join(known)}.")
+    return dict(options)
+
+
+def marked(worlds: np.ndarray, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of the worlds in Gymnasium's form: each followed by the array that says for which of them it counts."""
+    return {key: value for name, given in values.items() for key, value in ((name, given), (f"_{name}", worlds))}

@@ -18,9 +18,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from ...errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
-from ..infos import marked
-from ..options import checked_reset
-from .base import Status
+from .base import Status, checked_reset, marked
 
 ACCELERATE, TURN = 0, 1
 NOISES = 8
