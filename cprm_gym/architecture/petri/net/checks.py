@@ -26,7 +26,12 @@ def shown(value: object) -> str:
     return text if len(text) <= 160 else text[:160] + "..."
 
 
-_SHORT = reprlib.Repr()
+class _Short(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        return shown(x)
+
+
+_SHORT = _Short()
 _SHORT.maxother = _SHORT.maxlong = _SHORT.maxstring = 80
 
 
@@ -38,6 +43,11 @@ def check_name(name: object, what: str) -> None:
         raise NetError(f"the name of a {what} is 1 to 200 printable characters without spaces around them, got {name[:80]!r}")
     if name in FUNCTIONS or name in CONSTANTS or name in WORDS:
         raise NetError(f"{name!r} is a word of the expression language and cannot name a {what}")
+
+
+def is_word(value: object, words: tuple[str, ...]) -> bool:
+    """Whether `value` is one of the words, whatever else it may be."""
+    return isinstance(value, str) and value in words
 
 
 def whole_number(value: object, what: str, least: int) -> int:

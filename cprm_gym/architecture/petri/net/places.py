@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ....errors import NetError
-from .checks import check_expression, check_name, real_number, shown, whole_number
+from .checks import check_expression, check_name, is_word, real_number, shown, whole_number
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Selection:
     def __post_init__(self) -> None:
         check_name(self.class_name, "class")
         check_expression(self.best, f"selection of a {self.class_name}: best")
-        if self.where != "":
+        if not is_word(self.where, ("",)):
             check_expression(self.where, f"selection of a {self.class_name}: where")
         object.__setattr__(self, "k", whole_number(self.k, "selection: k", 1))
         if not isinstance(self.minimize, bool):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ....errors import NetError
-from .checks import place_name, place_names, shown, whole_number
+from .checks import is_word, place_name, place_names, shown, whole_number
 from .values import FrozenMap
 
 
@@ -74,7 +74,7 @@ class Ports:
                 if outcome not in self.outcomes:
                     raise NetError(f"ports: `answers` of {interrupt!r} names {outcome!r}, which is neither done nor an error")
         object.__setattr__(self, "answers", FrozenMap(answers))
-        if self.idle_interrupts not in ("consumed", "kept"):
+        if not is_word(self.idle_interrupts, ("consumed", "kept")):
             raise NetError(f"ports: `idle_interrupts` is 'consumed' or 'kept', got {shown(self.idle_interrupts)}")
 
     @property

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ....errors import NetError
-from .checks import shown, whole_number
+from .checks import is_word, shown, whole_number
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,6 @@ class Semantics:
     def __post_init__(self) -> None:
         allowed = {"capacity": ("strong", "weak"), "persistence": ("intermediate", "atomic"), "choice": ("declared", "random")}
         for key, values in allowed.items():
-            if getattr(self, key) not in values:
+            if not is_word(getattr(self, key), values):
                 raise NetError(f"semantics: `{key}` is {' or '.join(map(repr, values))}, got {shown(getattr(self, key))}")
         object.__setattr__(self, "max_firings", whole_number(self.max_firings, "semantics: `max_firings`", 1))

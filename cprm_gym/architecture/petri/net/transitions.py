@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ....errors import NetError
-from .checks import MAX_WEIGHT, check_name, place_name, real_number, shown, whole_number
+from .checks import MAX_WEIGHT, check_name, is_word, place_name, real_number, shown, whole_number
 from .values import FrozenMap
 
 ArcSpec = Mapping[str, float] | tuple[str, ...]
@@ -134,7 +134,7 @@ class Transition:
             raise NetError(f"{where}: `sets` takes a mapping from place to tokens, got {shown(sets)}")
         if emits is not None and not isinstance(emits, Command):
             raise NetError(f"{where}: `emits` takes a Command, got {shown(emits)}")
-        if memory not in ("enabling", "age", "resampling"):
+        if not is_word(memory, ("enabling", "age", "resampling")):
             raise NetError(f"{where}: `memory` is 'enabling', 'age' or 'resampling', got {shown(memory)}")
         if isinstance(servers, bool) or not (isinstance(servers, int) and (servers == INFINITE or 1 <= servers <= 64)):
             raise NetError(f"{where}: `servers` is 1 to 64 or INFINITE, got {shown(servers)}")

@@ -131,6 +131,7 @@ P = Place("p")
         (lambda: Transition("t", delay=10**5000), "got a whole number of 16610 bits"),
         (lambda: Transition("t", priority=10**5000), "got a whole number of 16610 bits"),
         (lambda: Transition("t", tests={"p": 10**5000}), "got a whole number of 16610 bits"),
+        (lambda: PetriNet("n", places=([10**5000],)), r"got \[a whole number of 16610 bits\]"),
         (lambda: Place("x" * 10**6), "1 to 200 printable characters"),
         (lambda: compile_net("net.json"), "a net is a PetriNet, got 'net.json'"),
     ],
