@@ -3,7 +3,15 @@
 Importing the package registers the environments (``gymnasium.make("cprm/GoToBall-v1")``) and loads nothing else: the names below are loaded
 when they are first used.
 
-==================================================  ========================================================================="""
+==================================================  ================================================================================
+`PetriNet`, `Place`, `Transition`, `Executor`       write a behaviour and run it (`cprm_gym.architecture.petri`)
+`Model`, `Filter`                                   write what is believed and keep it up to date (`cprm_gym.architecture.prm`)
+`CPRM`                                              both, coupled (`cprm_gym.architecture`)
+`load_net`, `analyze`, `check_contract`             read a net of any format; what it can do; whether a module keeps its contract
+`soccer_v1`, `make_task`                            PettingZoo environments; a task by name (`cprm_gym.envs`)
+`CprmError`                                         every error that this package raises on purpose
+==================================================  ================================================================================
+"""
 
 from __future__ import annotations
 
