@@ -11,7 +11,8 @@ from cprm_gym.simulator import pitch
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import PlayerType
 
-ROOMS = ("cprm_gym/agents", "baselines/cprm_baselines")
+ROOMS = ("cprm_gym/agents", "baselines/cprm_baselines", "cprm_gym/envs", "cprm_gym/wrappers")
+TEAM, PICTURE = "cprm_gym/envs/players/kernels/team.py", "cprm_gym/envs/rendering.py"
 NAMES = {f.name for cls in (ServerParameters, PlayerType) for f in dataclasses.fields(cls)}
 USUAL = {"stamina_max": 8000.0, "dash_power_rate": 0.006, "1 - ball_decay": 0.06, "-log(ball_decay)": 0.0619, "reach of the leg": 1.085,
          "player_size + ball_size": 0.385, "half of goal_width": 7.01, "reach of the leg, less an error": 0.98}  # fmt: skip
@@ -29,6 +30,16 @@ ALLOWED = {
     ("cprm_gym/agents/outfielder/model.py", "0.06"): "an edge of bins",
     ("cprm_gym/agents/outfielder/percepts.py", "1.2"): "m / cycle of a ball that he drives, as its way is judged",
     ("cprm_gym/agents/demos.py", "34"): "a colour",
+    (TEAM, "34"): "metres of a long pass",
+    (TEAM, "1.2"): "speed of a push and of a pass that arrives",
+    (TEAM, "0.06"): "how much nearer to the middle a farther pass goes",
+    ("cprm_gym/envs/players/scripted.py", "36"): "a place in the formation",
+    ("cprm_gym/envs/players/scripted.py", "34"): "a place in the formation",
+    (PICTURE, "1.05"): "metres of a player as drawn",
+    (PICTURE, "34"): "a colour",
+    (PICTURE, "105"): "a colour",
+    (PICTURE, "36"): "a colour",
+    ("cprm_gym/envs/tasks/goalie.py", "36"): "metres from the goal line at which the ball counts as kept out",
 }
 """(file, literal) -> why it stands there: equal by chance."""
 

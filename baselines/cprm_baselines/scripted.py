@@ -13,7 +13,7 @@ from cprm_gym.envs.controller import Action, Observation, no_action
 from cprm_gym.envs.core import player_number
 from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.players.kernels import team
-from cprm_gym.envs.players.memory import MEMORY
+from cprm_gym.envs.players.memory import MEMORY, embody
 from cprm_gym.envs.players.scripted import FORMATION, STRENGTHS
 from cprm_gym.envs.tasks import Task
 from cprm_gym.simulator.state import PLAYERS, WORLD, CommandKind
@@ -36,6 +36,7 @@ class ScriptedController:
         self.row = player_number(agent) - 1
         self.goalie = self.row % 11 + 1 == (task.left_goalie if self.row < 11 else task.right_goalie)
         self.counts = np.array([task.left, task.right])
+        self.parameters = task.parameters
         self.catch_ban = task.parameters.catch_ban_cycle
         self.strength = np.array([STRENGTHS[strength]])
 
@@ -44,6 +45,7 @@ class ScriptedController:
         count = len(observation["level"])
         if worlds is None:
             self.worlds, self.records = np.zeros(count, WORLD), np.zeros((count, PLAYERS), MEMORY)
+            embody(self.records, self.parameters)
             self.commands = np.repeat(NO_COMMAND, count * PLAYERS).reshape(count, PLAYERS)
             self.worlds["enabled"][:, self.row] = True
             self.worlds["goalie"][:, self.row] = self.goalie

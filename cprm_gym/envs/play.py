@@ -108,7 +108,7 @@ class Film:
             imageio = import_module("imageio.v2")
         except ImportError:
             raise CprmError("films need imageio: pip install 'cprm-gym[render]'") from None
-        self.viewer = Viewer("rgb_array", region=core.task.region)
+        self.viewer = Viewer("rgb_array", region=core.task.region, goal_width=core.parameters.goal_width)
         self._temporary = hidden_beside(self.path, ending)
         options: dict[str, Any] = {"fps": fps, "macro_block_size": 2} if ending == ".mp4" else {"duration": 1000 / fps, "loop": 0}
         self._film = imageio.get_writer(self._temporary, **options)

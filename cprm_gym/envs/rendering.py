@@ -14,7 +14,21 @@ from typing import Any
 import numpy as np
 
 from ..errors import CprmError
-from ..simulator.pitch import PITCH_LENGTH, PITCH_MARGIN, PITCH_WIDTH
+from ..simulator.parameters import ServerParameters
+from ..simulator.pitch import (
+    CENTRE_RADIUS,
+    GOAL_AREA_LENGTH,
+    GOAL_AREA_Y,
+    GOAL_DEPTH,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    PENALTY_AREA_LENGTH,
+    PENALTY_Y,
+    PITCH_LENGTH,
+    PITCH_MARGIN,
+    PITCH_WIDTH,
+    post_centre,
+)
 from ..simulator.state import PlayMode
 
 LENGTH, WIDTH, MARGIN = PITCH_LENGTH, PITCH_WIDTH, PITCH_MARGIN
@@ -28,6 +42,10 @@ BOARD = 30
 """Height of the score board, pixels."""
 TRAIL = 20
 """Ball positions kept for the trail."""
+SPOT = HALF_LENGTH - 11.0
+"""|x| of the penalty spots, m."""
+DISC = 1.05
+"""Radius at which players are drawn, m; larger than they are."""
 CONE = {1: math.radians(60), 2: math.radians(120), 3: math.radians(180)}
 
 APRON = 4.0
@@ -60,6 +78,8 @@ class Viewer:
     region : (float, float)
         Half length and half width of where the game takes place, m (`Task.region`). If it is smaller than the pitch, the picture shows
         it from nearby and what is outside lies in the shade.
+    goal_width : float
+        Of the server, m.
 
     Raises
     ------
@@ -67,8 +87,11 @@ class Viewer:
         When pygame-ce is needed and not installed.
     """
 
-    def __init__(self, mode: str, fps: int = 10, region: tuple[float, float] = PITCH) -> None:
+    def __init__(
+        self, mode: str, fps: int = 10, region: tuple[float, float] = PITCH, goal_width: float = ServerParameters().goal_width
+    ) -> None:
         self.mode = mode
+        self.goal_width = goal_width
         self.region = region
         zoom = zoom_to(region)
         self._scale = SCALE * SMOOTH * zoom
@@ -172,33 +195,36 @@ class Viewer:
         surface.fill(_GRASS)
         for i in range(-1, 11):
             if i % 2:
-                left = self._at(-LENGTH / 2 + i * 10.5, -WIDTH / 2 - MARGIN)
-                pygame.draw.rect(surface, _GRASS_2, (*left, 10.5 * k, (WIDTH + 2 * MARGIN) * k))
+                left = self._at(-LENGTH / 2 + i * LENGTH / 10, -WIDTH / 2 - MARGIN)
+                pygame.draw.rect(surface, _GRASS_2, (*left, LENGTH / 10 * k, (WIDTH + 2 * MARGIN) * k))
         line = max(2, int(0.14 * self._unit))
+
+        post_x, post_y = post_centre(ServerParameters(goal_width=self.goal_width))
 
         def box(x: float, y: float, width: float, height: float) -> None:
             pygame.draw.rect(surface, _LINE, (*self._at(x, y), width * k + line, height * k + line), line)
 
-        box(-52.5, -34.0, 105.0, 68.0)
-        pygame.draw.line(surface, _LINE, self._at(0, -34), self._at(0, 34), line)
-        pygame.draw.circle(surface, _LINE, self._at(0, 0), 9.15 * k, line)
+        box(-HALF_LENGTH, -HALF_WIDTH, LENGTH, WIDTH)
+        pygame.draw.line(surface, _LINE, self._at(0, -HALF_WIDTH), self._at(0, HALF_WIDTH), line)
+        pygame.draw.circle(surface, _LINE, self._at(0, 0), CENTRE_RADIUS * k, line)
         pygame.draw.circle(surface, _LINE, self._at(0, 0), 0.3 * k)
         for side in (-1, 1):
-            for depth, half in ((16.5, 20.16), (5.5, 9.16)):
-                box(-52.5 if side < 0 else 52.5 - depth, -half, depth, 2 * half)
-            spot = self._at(side * 41.5, 0)
+            for depth, half in ((PENALTY_AREA_LENGTH, PENALTY_Y), (GOAL_AREA_LENGTH, GOAL_AREA_Y)):
+                box(-HALF_LENGTH if side < 0 else HALF_LENGTH - depth, -half, depth, 2 * half)
+            spot = self._at(side * SPOT, 0)
             pygame.draw.circle(surface, _LINE, spot, 0.3 * k)
-            arc = math.acos(5.5 / 9.15)
-            points = [self._at(side * 41.5 - side * 9.15 * math.cos(a), 9.15 * math.sin(a)) for a in np.linspace(-arc, arc, 24)]
+            arc = math.acos((SPOT - (HALF_LENGTH - PENALTY_AREA_LENGTH)) / CENTRE_RADIUS)
+            turns = np.linspace(-arc, arc, 24)
+            points = [self._at(side * (SPOT - CENTRE_RADIUS * math.cos(a)), CENTRE_RADIUS * math.sin(a)) for a in turns]
             pygame.draw.lines(surface, _LINE, False, points, line)
-            goal = self._at(-52.5 - 2.44 if side < 0 else 52.5, -7.01)
-            pygame.draw.rect(surface, (205, 215, 208), (*goal, 2.44 * k, 14.02 * k))
-            pygame.draw.rect(surface, _DARK, (*goal, 2.44 * k, 14.02 * k), line)
-            for x in (-34.0, 34.0):
-                for post in (self._at(side * 52.44, 7.07), self._at(side * 52.44, -7.07)):
+            goal = self._at(-HALF_LENGTH - GOAL_DEPTH if side < 0 else HALF_LENGTH, -self.goal_width / 2)
+            pygame.draw.rect(surface, (205, 215, 208), (*goal, GOAL_DEPTH * k, self.goal_width * k))
+            pygame.draw.rect(surface, _DARK, (*goal, GOAL_DEPTH * k, self.goal_width * k), line)
+            for x in (-HALF_WIDTH, HALF_WIDTH):
+                for post in (self._at(side * post_x, post_y), self._at(side * post_x, -post_y)):
                     pygame.draw.circle(surface, _DARK, post, 0.25 * k)
-                corner = self._at(side * 52.5, x)
-                start = {(-1, -34.0): 270, (-1, 34.0): 0, (1, -34.0): 180, (1, 34.0): 90}[(side, x)]
+                corner = self._at(side * HALF_LENGTH, x)
+                start = {(-1, -1): 270, (-1, 1): 0, (1, -1): 180, (1, 1): 90}[(side, 1 if x > 0 else -1)]
                 rect = pygame.Rect(0, 0, 2 * k, 2 * k)
                 rect.center = (int(corner[0]), int(corner[1]))
                 pygame.draw.arc(surface, _LINE, rect, math.radians(start), math.radians(start + 90), line)
@@ -277,7 +303,7 @@ class Viewer:
         colour = (_LEFT_KEEPER if goalie else _LEFT) if player <= 11 else (_RIGHT_KEEPER if goalie else _RIGHT)
         if world["tackle_cycles"][i] > 0 or world["foul_cycles"][i] > 0:
             colour = (int(0.55 * colour[0]), int(0.55 * colour[1]), int(0.55 * colour[2]))
-        radius, metre = 1.05, k / self._scale
+        radius, metre = DISC, k / self._scale
         look = self._at(x + 1.9 * metre * math.cos(face), y + 1.9 * metre * math.sin(face))
         pygame.draw.line(surface, _LINE, self._at(x, y), look, max(2, int(0.16 * k)))
         pygame.draw.circle(surface, _DARK, self._at(x, y), radius * k)
@@ -350,7 +376,7 @@ class Pictured:
         if self.render_mode is None:
             return None
         if self._viewer is None:
-            self._viewer = Viewer(self.render_mode, fps=FPS, region=self.core.task.region)
+            self._viewer = Viewer(self.render_mode, fps=FPS, region=self.core.task.region, goal_width=self.core.parameters.goal_width)
         return self._viewer.draw(self.core.sim.world[0])
 
     def _show(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import CommandError
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ...simulator.senses import See
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS
@@ -48,7 +49,7 @@ class Macros:
     """
 
     def __init__(
-        self, simulator: Simulator, players: np.ndarray, counts: tuple[int, int], region: tuple[float, float] = (52.5, 34.0),
+        self, simulator: Simulator, players: np.ndarray, counts: tuple[int, int], region: tuple[float, float] = (HALF_LENGTH, HALF_WIDTH),
         full_state: bool = False,
     ) -> None:  # fmt: skip
         self.simulator = simulator

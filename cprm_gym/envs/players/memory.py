@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...simulator.packing import pack
+from ...simulator.parameters import ServerParameters
+from ...simulator.player_types import PlayerParameters, PlayerType
 from ...simulator.senses import See, new_landmarks
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS
@@ -26,13 +29,23 @@ MEMORY = np.dtype(
         ("taker", "i4"),                # cycles for which he leaves the ball alone: he took the set play
         ("clock", "i4"),                # cycles that he has played, by which he times his runs
         ("left", "u1"),                 # his team is the left one
+        # what the server has told him of the world and of his own type (`kernels.memory.embody`)
+        ("kind", "i4"),                 # his type + 1; 0 while he has been told nothing
+        ("contact", "f8"), ("reach", "f8"), ("sure", "f8"), ("near", "f8"), ("margin", "f8"), ("size", "f8"),
+        ("kick_rate", "f8"), ("power", "f8"), ("decay", "f8"), ("inertia", "f8"), ("dash_rate", "f8"), ("stride", "f8"),
+        ("stamina_max", "f8"), ("catch_reach", "f8"), ("ball_decay", "f8"), ("ball_speed", "f8"), ("ball_accel", "f8"),
+        ("goal_half", "f8"), ("moment_low", "f8"), ("moment_high", "f8"), ("neck_low", "f8"), ("neck_high", "f8"),
+        ("tackle_dist", "f8"), ("tackle_width", "f8"), ("tackle_exponent", "f8"),
     ],
     align=True,
 )  # fmt: skip
 """One player's picture of the pitch; metres, radians, cycles."""
 
-INERTIA_MOMENT = 5.0
-"""Of the default type (specification/simulator.md 4.1); the own type's differs a little, which the next look corrects."""
+
+def embody(records: np.ndarray, parameters: ServerParameters) -> None:
+    """Tell players without a simulator, (W, 22) records, what a default player of a server with these parameters is."""
+    packed = pack(parameters, PlayerParameters(), [PlayerType.default(parameters)])
+    kernels.embody_all(records, packed)
 
 
 class Memories:
@@ -76,12 +89,12 @@ class Memories:
         worlds : (n,) int array, optional
             Which worlds; all if not given.
         """
+        chosen = self._all if worlds is None else worlds
         if self.full_state:
-            kernels.know(self.simulator.world, self._all if worlds is None else worlds, self.records, self.active, body)
+            kernels.know(self.simulator.world, self.simulator.packed, chosen, self.records, self.active, body)
             return
         marks = self.simulator.landmarks(self._landmarks)
-        chosen = self._all if worlds is None else worlds
         kernels.update(
-            self.simulator.world, chosen, self.records, sent, self.active, INERTIA_MOMENT, see.fresh, see.ball, see.ball_level,
+            self.simulator.world, self.simulator.packed, chosen, self.records, sent, self.active, see.fresh, see.ball, see.ball_level,
             see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
         )  # fmt: skip

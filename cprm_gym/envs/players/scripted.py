@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...errors import UnknownName, unknown_name
+from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ...simulator.senses import See
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS, CommandKind, Stream
@@ -56,8 +57,8 @@ class ScriptedPlayers:
     """
 
     def __init__(
-        self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int], region: tuple[float, float] = (52.5, 34.0),
-        full_state: bool = False,
+        self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int],
+        region: tuple[float, float] = (HALF_LENGTH, HALF_WIDTH), full_state: bool = False,
     ) -> None:  # fmt: skip
         for player, name in policies.items():
             if name not in POLICIES:

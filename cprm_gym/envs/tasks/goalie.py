@@ -43,7 +43,7 @@ class Goalie(Task):
 
     End
     ---
-    SAVED: caught, or 25 m in front of the goal line or over another line; GOAL; OUT_OF_TIME after `max_cycles`. Without
+    SAVED: caught, or 36 m in front of the goal line or over another line; GOAL; OUT_OF_TIME after `max_cycles`. Without
     a goal it is the goalie's success, with one the attackers'.
 
     References
@@ -65,7 +65,7 @@ class Goalie(Task):
 
     def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Draw a shot or a shooter."""
-        n = len(worlds)
+        n, p = len(worlds), self.parameters
         pitch.sim.world["mode"][worlds] = PlayMode.play_on
         u = pitch.draw(worlds, 10)
         shot = u[:, 0] < self.shots
@@ -75,8 +75,8 @@ class Goalie(Task):
         aim = np.stack([np.full(n, -HALF_LENGTH), (2 * u[:, 3] - 1) * 6.0], axis=1) - ball
         length = np.hypot(aim[:, 0], aim[:, 1])
         # fast enough to arrive, at most what a kick can give
-        least = 0.06 * length + 0.5
-        speed = least + (2.7 - least) * np.clip(self.difficulty + 0.4 * (u[:, 4] - 0.5), 0.0, 1.0)
+        least = (1.0 - p.ball_decay) * length + 0.5
+        speed = least + (min(p.ball_accel_max, p.ball_speed_max) - least) * np.clip(self.difficulty + 0.4 * (u[:, 4] - 0.5), 0.0, 1.0)
         velocity = np.where(shot[:, None], speed[:, None] * aim / length[:, None], 0.0)
         pitch.place_ball(*ball.T, *velocity.T, worlds=worlds)
         pitch.place_player(1, -50.0, 2.0 * (2 * u[:, 5] - 1), 0.0, worlds=worlds)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...simulator.pitch import HALF_WIDTH
 from ...simulator.state import LEFT, RIGHT, Count, PlayMode
 from ..pitch import Pitch, wrapped
 from .base import Outcome, Status, Task, within
@@ -60,7 +61,7 @@ class HalfField(Task):
     statuses: tuple[Status, ...] = (Status.GOAL, Status.CAPTURED_BY_DEFENSE, Status.OUT_OF_BOUNDS, Status.OUT_OF_TIME)
     terms: tuple[str, ...] = ("goal",)
     ball_x: tuple[float, float] = (0.0, 26.0)
-    ball_y: float = within(27.0, 0.0, 34.0)
+    ball_y: float = within(27.0, 0.0, HALF_WIDTH)
     capture: int = within(3, 1, 1000)
 
     def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:

@@ -18,9 +18,12 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from ...errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
+from ...simulator.player_types import PlayerType
 from .base import Status, checked_reset, marked
 
 ACCELERATE, TURN = 0, 1
+REACH = PlayerType().kickable_area
+"""Of the server's default player, m."""
 NOISES = 8
 """Random numbers of a cycle: omega, a, x, y; theta, s, d; one spare. A start takes the same number."""
 BLOCK = 256
@@ -62,8 +65,8 @@ class SlowApproach:
     a_min: float = -0.6
     a_max: float = 0.6
     theta_max: float = math.pi
-    epsilon_d: float = 1.085
-    d_start: tuple[float, float] = (1.085, 12.0)
+    epsilon_d: float = REACH
+    d_start: tuple[float, float] = (REACH, 12.0)
     s_start: tuple[float, float] = (0.0, 1.0)
     max_cycles: int = 400
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 import math
 
 from . import kernel
-from .memory import BALL_DECAY, PLAYERS, norm
+from .memory import PLAYERS, norm
 from .motion import (
-    BALL_SIZE,
-    KICK_POWER_RATE,
-    MARGIN,
     NARROW,
-    PLAYER_SIZE,
     chase,
     clear,
     kick_to,
@@ -30,8 +26,8 @@ from .team import LOST, rank_to_ball
 KEEP_RANDOM, KEEP_HOLD, KEEP_HAND, TAKE = 0, 1, 2, 3
 PRESSED = 3.0
 """Metres within which a taker makes the hand-coded keeper think of passing."""
-HOLD_NEAR, HOLD_FAR = 0.65, 0.75
-"""Metres from his middle at which a player keeps the ball."""
+HOLD_NEAR, HOLD_FAR = 0.38, 0.52
+"""Shares of the kickable ring at which a player keeps the ball."""
 AWAY = 2.2
 """Metres from an opponent at which the ball is out of danger."""
 COMING = 0.075
@@ -71,7 +67,7 @@ def receive(m, c, me, count, half_x, half_y, fresh):
 def openness(m, me, count, x, y):
     """How good (x, y) is to receive the ball: far from opponents and team-mates, with a clear way, neither near nor far."""
     distance = math.sqrt((x - m.ball_x) ** 2 + (y - m.ball_y) ** 2)
-    value = min(nearest_opponent(m, x, y), 8.0) + 1.5 * min(lane(m, x, y, pass_speed(distance, ARRIVING)), 3.0)
+    value = min(nearest_opponent(m, x, y), 8.0) + 1.5 * min(lane(m, x, y, pass_speed(m, distance, ARRIVING)), 3.0)
     if distance < 7.0:
         value -= 1.5 * (7.0 - distance)
     for k in range(count):
@@ -86,7 +82,7 @@ def openness(m, me, count, x, y):
 def pass_to(m, c, k):
     """Pass to player `k` of the own team."""
     d = math.sqrt((m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2)
-    kick_to(m, c, m.px[k], m.py[k], pass_speed(d, ARRIVING))
+    kick_to(m, c, m.px[k], m.py[k], pass_speed(m, d, ARRIVING))
 
 
 @kernel
@@ -96,7 +92,7 @@ def best_receiver(m, me, count):
     for k in range(count):
         if k != me and m.age[k] <= 10:
             d = math.sqrt((m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2)
-            value = lane(m, m.px[k], m.py[k], pass_speed(d, ARRIVING)) + 0.15 * min(nearest_opponent(m, m.px[k], m.py[k]), 10.0)
+            value = lane(m, m.px[k], m.py[k], pass_speed(m, d, ARRIVING)) + 0.15 * min(nearest_opponent(m, m.px[k], m.py[k]), 10.0)
             if d < 3.0:
                 value -= 3.0
             if value > room:
@@ -119,9 +115,9 @@ def scan(m, c, me, count):
 def kick_limit(m, x, y, bx, by):
     """The largest change of the ball's velocity by one kick with the ball at (x, y) and the player at (bx, by), m / cycle."""
     dx, dy = x - bx, y - by
-    gap = math.sqrt(dx * dx + dy * dy) - PLAYER_SIZE - BALL_SIZE
+    gap = math.sqrt(dx * dx + dy * dy) - m.contact
     aside = abs(norm(math.atan2(dy, dx) - m.body))
-    return 100.0 * KICK_POWER_RATE * (1.0 - 0.25 * aside / PI - 0.25 * gap / MARGIN)
+    return m.power * m.kick_rate * (1.0 - 0.25 * aside / PI - 0.25 * gap / m.margin)
 
 
 @kernel
@@ -135,9 +131,9 @@ def threat(m, j, x, y, bx, by, come):
     py += share * dy
     ox, oy = px - bx, py - by
     gap = math.sqrt(ox * ox + oy * oy)
-    if 0.0 < gap < 2.0 * PLAYER_SIZE:
+    if 0.0 < gap < 2.0 * m.size:
         # the body keeps him off
-        px, py = bx + 2.0 * PLAYER_SIZE * ox / gap, by + 2.0 * PLAYER_SIZE * oy / gap
+        px, py = bx + 2.0 * m.size * ox / gap, by + 2.0 * m.size * oy / gap
     return max(0.0, AWAY - math.sqrt((x - px) ** 2 + (y - py) ** 2)) ** 2
 
 
@@ -163,11 +159,11 @@ def hold(m, c):
     best_x, best_y, best = m.ball_x, m.ball_y, -1e9
     for k in range(48):
         angle = (k % 24) * PI / 12.0
-        radius = HOLD_NEAR if k < 24 else HOLD_FAR
+        radius = m.contact + (HOLD_NEAR if k < 24 else HOLD_FAR) * m.margin
         x, y = bx + radius * math.cos(angle), by + radius * math.sin(angle)
         vx, vy = x - m.ball_x, y - m.ball_y
         kick = math.sqrt((vx - m.ball_vx) ** 2 + (vy - m.ball_vy) ** 2)
-        stop = BALL_DECAY * math.sqrt(vx * vx + vy * vy)
+        stop = m.ball_decay * math.sqrt(vx * vx + vy * vy)
         value = -0.1 * kick - 10.0 * (max(0.0, kick - limit) + max(0.0, stop - kick_limit(m, x, y, bx, by)))
         value -= exposure(m, x, y, bx, by)
         if value > best:

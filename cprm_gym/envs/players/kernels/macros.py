@@ -12,8 +12,6 @@ from . import kernel
 from .keepers import hold, receive
 from .memory import D2R, NEVER, norm
 from .motion import (
-    CATCH_REACH,
-    GOAL_HALF,
     GOAL_X,
     ball_distance,
     chase,
@@ -47,7 +45,7 @@ def applicable(w, m, i, mates, opponents, mask):
     mask[HOLD] = with_ball
     mask[DEFEND_GOAL] = not with_ball
     mask[CATCH_BALL] = (
-        w.goalie[i] == 1 and w.mode == PLAY_ON and w.catch_ban[i] == 0 and m.ball_age <= 1 and ball_distance(m) < CATCH_REACH + 0.3
+        w.goalie[i] == 1 and w.mode == PLAY_ON and w.catch_ban[i] == 0 and m.ball_age <= 1 and ball_distance(m) < m.catch_reach + 0.3
     )
     mask[RECEIVE] = not with_ball
     own = i % 11
@@ -83,14 +81,14 @@ def perform(w, m, c, i, macro, mates, formation, half_x, half_y, fresh):
         dribble(m, c, 2)
     elif macro == SHOOT:
         y, _ = best_shot(m)
-        kick_to(m, c, GOAL_X + 1.0, y, 3.0)
+        kick_to(m, c, GOAL_X + 1.0, y, m.ball_speed)
     elif macro == HOLD:
         hold(m, c)
     elif macro == DEFEND_GOAL:
         gx = -GOAL_X
         dx, dy = m.ball_x - gx, m.ball_y
         d = max(0.5, math.sqrt(dx * dx + dy * dy))
-        y = min(GOAL_HALF, max(-GOAL_HALF, 3.0 * dy / d))
+        y = min(m.goal_half, max(-m.goal_half, 3.0 * dy / d))
         if run_to(m, c, gx + 3.0 * max(0.3, dx / d), y, 100.0, 0.4):
             turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
     elif macro == CATCH_BALL:
@@ -104,7 +102,7 @@ def perform(w, m, c, i, macro, mates, formation, half_x, half_y, fresh):
         k = macro - FIRST_PASS
         other = k if k < me else k + 1
         dx, dy = m.px[other] - m.ball_x, m.py[other] - m.ball_y
-        kick_to(m, c, m.px[other], m.py[other], pass_speed(math.sqrt(dx * dx + dy * dy), 1.1))
+        kick_to(m, c, m.px[other], m.py[other], pass_speed(m, math.sqrt(dx * dx + dy * dy), 1.1))
     else:
         mark(m, c, 11 + macro - FIRST_PASS - mates)
     look_to(m, c, m.ball_x, m.ball_y)

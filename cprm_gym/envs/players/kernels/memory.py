@@ -11,6 +11,15 @@ import math
 import numpy as np
 
 from ....simulator.landmarks import LANDMARK_POSITIONS
+from ....simulator.player_types import (
+    T_DASH_POWER_RATE,
+    T_INERTIA_MOMENT,
+    T_KICK_POWER_RATE,
+    T_KICKABLE_MARGIN,
+    T_PLAYER_DECAY,
+    T_PLAYER_SIZE,
+    T_PLAYER_SPEED_MAX,
+)
 from ....simulator.senses import BodyColumn
 from ....simulator.state import CommandKind
 from . import kernel
@@ -25,8 +34,15 @@ STAMINA, EFFORT = int(BodyColumn.STAMINA), int(BodyColumn.EFFORT)
 SPEED, SPEED_DIRECTION = int(BodyColumn.SPEED), int(BodyColumn.SPEED_DIRECTION)
 HEAD, TACKLED, CHARGED = int(BodyColumn.HEAD_ANGLE), int(BodyColumn.TACKLE_EXPIRES), int(BodyColumn.FOUL_CHARGED)
 TURN, KICK = int(CommandKind.TURN), int(CommandKind.KICK)
-BALL_DECAY, PLAYER_DECAY = 0.94, 0.4
 D2R = PI / 180.0
+SURE = 0.85
+"""Share of the kickable ring within which the ball is kickable however the eye errs."""
+NEAR = 0.593
+"""Share of it at which somebody who runs meets the ball."""
+STRIDE = 0.95
+"""Share of his top speed that a running player makes in a cycle."""
+CATCH_SLACK = 0.05
+"""Metres less than the catchable area is long at which a goalie catches."""
 LINE_NORMAL = np.array([0.0, PI, 0.0, -0.5 * PI, 0.5 * PI])
 """Outward direction of no line, left, right, top, bottom, as seen from inside, in the server's frame."""
 
@@ -35,6 +51,35 @@ LINE_NORMAL = np.array([0.0, PI, 0.0, -0.5 * PI, 0.5 * PI])
 def norm(a):
     """An angle in (-pi, pi]."""
     return a - 2.0 * PI * math.ceil((a - PI) / (2.0 * PI))
+
+
+@kernel
+def embody(m, p, kind):
+    """What follows for a player of type `kind` from the parameters."""
+    m.kind = kind + 1
+    m.size, m.margin = p.types[kind, T_PLAYER_SIZE], p.types[kind, T_KICKABLE_MARGIN]
+    m.contact = m.size + p.ball_size
+    m.reach = m.contact + m.margin
+    m.sure = m.contact + SURE * m.margin
+    m.near = m.contact + NEAR * m.margin
+    m.kick_rate, m.power = p.types[kind, T_KICK_POWER_RATE], p.maxpower
+    m.decay, m.inertia = p.types[kind, T_PLAYER_DECAY], p.types[kind, T_INERTIA_MOMENT]
+    m.dash_rate = p.types[kind, T_DASH_POWER_RATE]
+    m.stride = STRIDE * min(p.types[kind, T_PLAYER_SPEED_MAX], p.max_dash_power * m.dash_rate / (1.0 - m.decay))
+    m.stamina_max = p.stamina_max
+    m.catch_reach = max(m.contact, p.catchable_area_l - CATCH_SLACK)
+    m.ball_decay, m.ball_speed, m.ball_accel = p.ball_decay, p.ball_speed_max, p.ball_accel_max
+    m.goal_half = 0.5 * p.goal_width
+    m.moment_low, m.moment_high, m.neck_low, m.neck_high = p.minmoment, p.maxmoment, p.minneckang, p.maxneckang
+    m.tackle_dist, m.tackle_width, m.tackle_exponent = p.tackle_dist, p.tackle_width, p.tackle_exponent
+
+
+@kernel
+def embody_all(memory, packed):
+    """The same for the default type, for every player of every world."""
+    for n in range(memory.shape[0]):
+        for i in range(PLAYERS):
+            embody(memory[n, i], packed[0], 0)
 
 
 @kernel
@@ -93,28 +138,28 @@ def face_from_marks(m, side, marks, levels):
 
 @kernel
 def own_kick(m, sent):
-    """What the own kick did to the ball's velocity (specification/simulator.md 4.2, default type), if it was in reach as remembered."""
+    """What the own kick did to the ball's velocity (specification/simulator.md 4.2, own type), if it was in reach as remembered."""
     dx, dy = m.ball_x - m.x, m.ball_y - m.y
     distance = math.sqrt(dx * dx + dy * dy)
-    if m.ball_age > 2 or distance > 1.085:
+    if m.ball_age > 2 or distance > m.reach:
         return
     aside = abs(norm(math.atan2(dy, dx) - m.body))
-    rate = 0.027 * max(0.0, 1.0 - 0.25 * aside / PI - 0.25 * (distance - 0.385) / 0.7)
+    rate = m.kick_rate * max(0.0, 1.0 - 0.25 * aside / PI - 0.25 * (distance - m.contact) / m.margin)
     angle = m.body + sent.b * D2R
-    push = min(2.7, rate * min(100.0, max(0.0, sent.a)))
+    push = min(m.ball_accel, rate * min(m.power, max(0.0, sent.a)))
     m.ball_vx += push * math.cos(angle)
     m.ball_vy += push * math.sin(angle)
 
 
 @kernel
-def predict(m, body, sent, inertia):
+def predict(m, body, sent):
     """Carry the picture on by one cycle: own turn and way, the ball's roll, everybody's age."""
     before = m.body
     if sent.kind == KICK and m.free:
         own_kick(m, sent)
     if sent.kind == TURN and m.free:
-        moment = min(180.0, max(-180.0, sent.a)) * D2R
-        before = norm(before + moment / (1.0 + inertia * math.sqrt(m.vx * m.vx + m.vy * m.vy)))
+        moment = min(m.moment_high, max(m.moment_low, sent.a)) * D2R
+        before = norm(before + moment / (1.0 + m.inertia * math.sqrt(m.vx * m.vx + m.vy * m.vy)))
     m.body = before
     m.neck = body[HEAD]
     m.face = norm(m.body + m.neck)
@@ -123,12 +168,13 @@ def predict(m, body, sent, inertia):
     heading = m.face + body[SPEED_DIRECTION]
     m.vx, m.vy = body[SPEED] * math.cos(heading), body[SPEED] * math.sin(heading)
     # the speed told is what is left after the decay; the way of the cycle was longer
-    m.x += m.vx / PLAYER_DECAY
-    m.y += m.vy / PLAYER_DECAY
+    if m.decay > 0.0:
+        m.x += m.vx / m.decay
+        m.y += m.vy / m.decay
     m.ball_x += m.ball_vx
     m.ball_y += m.ball_vy
-    m.ball_vx *= BALL_DECAY
-    m.ball_vy *= BALL_DECAY
+    m.ball_vx *= m.ball_decay
+    m.ball_vy *= m.ball_decay
     m.ball_age = min(NEVER, m.ball_age + 1)
     for j in range(PLAYERS):
         m.age[j] = min(NEVER, m.age[j] + 1)
@@ -150,9 +196,9 @@ def take_ball(m, row, level):
     else:
         m.ball_vx, m.ball_vy = 0.0, 0.0
     speed = math.sqrt(m.ball_vx * m.ball_vx + m.ball_vy * m.ball_vy)
-    if speed > 3.0:
-        m.ball_vx *= 3.0 / speed
-        m.ball_vy *= 3.0 / speed
+    if speed > m.ball_speed:
+        m.ball_vx *= m.ball_speed / speed
+        m.ball_vy *= m.ball_speed / speed
     m.ball_x, m.ball_y, m.ball_age = x, y, 0
 
 
@@ -201,7 +247,7 @@ def place_player(m, k, row):
 
 @kernel
 def update(
-    worlds, chosen, memory, sent, active, inertia, fresh, ball, ball_level, players, players_level, marks, mark_levels,
+    worlds, packed, chosen, memory, sent, active, fresh, ball, ball_level, players, players_level, marks, mark_levels,
     lines, line_ids, body,
 ):  # fmt: skip
     """One cycle of everybody's memory in the chosen worlds.
@@ -217,7 +263,9 @@ def update(
             m = memory[n, i]
             side = 1.0 if i < 11 else -1.0
             me = i % 11
-            predict(m, body[n, i], sent[n, i], inertia)
+            if m.kind != w.type[i] + 1:
+                embody(m, packed[0], w.type[i])
+            predict(m, body[n, i], sent[n, i])
             if fresh[n, i]:
                 if localise(m, side, marks[n, i], mark_levels[n, i], lines[n, i], line_ids[n, i]):
                     m.located = 1
@@ -231,7 +279,7 @@ def update(
 
 
 @kernel
-def know(worlds, chosen, memory, active, body):
+def know(worlds, packed, chosen, memory, active, body):
     """The truth in everybody's memory, in the own team's frame."""
     for c in range(chosen.shape[0]):
         n = chosen[c]
@@ -241,6 +289,8 @@ def know(worlds, chosen, memory, active, body):
                 continue
             m = memory[n, i]
             side = 1.0 if i < 11 else -1.0
+            if m.kind != w.type[i] + 1:
+                embody(m, packed[0], w.type[i])
             turned = 0.0 if side > 0 else PI
             m.x, m.y = side * w.pos[i + 1, 0], side * w.pos[i + 1, 1]
             m.vx, m.vy = side * w.vel[i + 1, 0], side * w.vel[i + 1, 1]
@@ -268,7 +318,7 @@ def forget(memory, chosen):
             m.free = 1
             m.x, m.y, m.vx, m.vy = -20.0, 0.0, 0.0, 0.0
             m.body, m.neck, m.face = 0.0, 0.0, 0.0
-            m.stamina, m.effort = 8000.0, 1.0
+            m.stamina, m.effort = m.stamina_max, 1.0
             m.ball_x, m.ball_y, m.ball_vx, m.ball_vy = 0.0, 0.0, 0.0, 0.0
             m.ball_age = NEVER
             m.search = 0

@@ -1,33 +1,25 @@
 """Kernels that write one command: turn, run, look, kick, pass, shoot, catch; all from a player's own memory.
 
-``m`` is a MEMORY record, ``c`` a COMMAND record that these functions fill. Formulas: specification/simulator.md 4, default player type.
+``m`` is a MEMORY record, ``c`` a COMMAND record that these functions fill. Formulas: specification/simulator.md 4; the numbers of
+the player's type and of the server stand in ``m``.
 """
 
 from __future__ import annotations
 
 import math
 
+from ....simulator.pitch import HALF_LENGTH
 from ....simulator.state import CommandKind
 from . import kernel
-from .memory import BALL_DECAY, D2R, norm
+from .memory import D2R, norm
 
 PI = math.pi
 NONE, DASH, TURN, KICK = int(CommandKind.NONE), int(CommandKind.DASH), int(CommandKind.TURN), int(CommandKind.KICK)
 TACKLE, CATCH, MOVE = int(CommandKind.TACKLE), int(CommandKind.CATCH), int(CommandKind.MOVE)
 NAN = float("nan")
-REACH = 1.085
-"""Kickable distance between the centres of player and ball, m."""
-SURE = 0.98
-"""The same, less what the eye may err."""
-MARGIN, PLAYER_SIZE, BALL_SIZE = 0.7, 0.3, 0.085
-KICK_POWER_RATE = 0.027
-BALL_SPEED_MAX = 3.0
-CATCH_REACH = 1.15
-GOAL_X, GOAL_HALF = 52.5, 7.01
+GOAL_X = HALF_LENGTH
 NARROW, NORMAL = 1, 2
 """View widths: the narrow view comes every cycle, the normal one every second (specification/simulator.md 4.7)."""
-STRIDE = 0.95
-"""Metres that a running player makes in a cycle."""
 
 
 @kernel
@@ -53,17 +45,17 @@ def speed_of(m):
 @kernel
 def turn_to(m, c, angle):
     """Turn the body to a direction of the pitch, with the moment that the inertia asks for."""
-    moment = norm(angle - m.body) / D2R * (1.0 + 5.0 * speed_of(m))
+    moment = norm(angle - m.body) / D2R * (1.0 + m.inertia * speed_of(m))
     c.kind = TURN
-    c.a = min(180.0, max(-180.0, moment))
+    c.a = min(m.moment_high, max(m.moment_low, moment))
 
 
 @kernel
 def thrifty(m, power):
     """`power`, less when stamina is short: below the threshold effort and recovery would suffer (specification/simulator.md 5)."""
-    if m.stamina < 2600.0:
+    if m.stamina < 0.325 * m.stamina_max:
         return min(power, 25.0)
-    if m.stamina < 3600.0:
+    if m.stamina < 0.45 * m.stamina_max:
         return min(power, 60.0)
     return power
 
@@ -89,7 +81,7 @@ def run_to(m, c, x, y, power, slack):
         return False
     c.kind = DASH
     # the last metre is not overrun
-    needed = (distance - speed_of(m) * 0.4) / 0.6 * 100.0
+    needed = (distance - speed_of(m) * m.decay) / m.dash_rate
     c.a = thrifty(m, max(10.0, min(power, needed)))
     c.b = 0.0
     return False
@@ -100,9 +92,9 @@ def look_to(m, c, x, y):
     """Turn the neck so that the face points to (x, y), as far as it goes, after the body command in `c`."""
     body = m.body
     if c.kind == TURN:
-        body = norm(body + c.a * D2R / (1.0 + 5.0 * speed_of(m)))
+        body = norm(body + c.a * D2R / (1.0 + m.inertia * speed_of(m)))
     wanted = norm(math.atan2(y - m.y, x - m.x) - body) / D2R
-    c.turn_neck = min(90.0, max(-90.0, wanted)) - m.neck / D2R
+    c.turn_neck = min(m.neck_high, max(m.neck_low, wanted)) - m.neck / D2R
 
 
 @kernel
@@ -114,7 +106,7 @@ def ball_distance(m):
 @kernel
 def kickable(m):
     """Whether the player believes that he can kick."""
-    return m.ball_age <= 2 and ball_distance(m) <= SURE
+    return m.ball_age <= 2 and ball_distance(m) <= m.sure
 
 
 @kernel
@@ -123,11 +115,11 @@ def kick_velocity(m, c, vx, vy):
     ax, ay = vx - m.ball_vx, vy - m.ball_vy
     wanted = math.sqrt(ax * ax + ay * ay)
     dx, dy = m.ball_x - m.x, m.ball_y - m.y
-    gap = math.sqrt(dx * dx + dy * dy) - PLAYER_SIZE - BALL_SIZE
+    gap = math.sqrt(dx * dx + dy * dy) - m.contact
     aside = abs(norm(math.atan2(dy, dx) - m.body))
-    rate = KICK_POWER_RATE * max(0.25, 1.0 - 0.25 * aside / PI - 0.25 * gap / MARGIN)
+    rate = m.kick_rate * max(0.25, 1.0 - 0.25 * aside / PI - 0.25 * gap / m.margin)
     c.kind = KICK
-    c.a = min(100.0, wanted / rate)
+    c.a = min(m.power, wanted / rate)
     c.b = norm(math.atan2(ay, ax) - m.body) / D2R
 
 
@@ -139,9 +131,9 @@ def kick_to(m, c, x, y, speed):
 
 
 @kernel
-def pass_speed(distance, arriving):
+def pass_speed(m, distance, arriving):
     """Initial speed of a ball that still rolls with `arriving` m / cycle after `distance` metres."""
-    return min(BALL_SPEED_MAX, arriving + (1.0 - BALL_DECAY) * distance)
+    return min(m.ball_speed, arriving + (1.0 - m.ball_decay) * distance)
 
 
 @kernel
@@ -149,15 +141,15 @@ def intercept(m, x, y, delay):
     """(cycles, x, y): when and where somebody at (x, y), who loses `delay` cycles at first, meets the rolling ball."""
     bx, by, vx, vy = m.ball_x, m.ball_y, m.ball_vx, m.ball_vy
     for t in range(40):
-        d = math.sqrt((bx - x) ** 2 + (by - y) ** 2) - 0.8
-        if d <= STRIDE * max(0.0, t - delay):
+        d = math.sqrt((bx - x) ** 2 + (by - y) ** 2) - m.near
+        if d <= m.stride * max(0.0, t - delay):
             return t, bx, by
         bx += vx
         by += vy
-        vx *= BALL_DECAY
-        vy *= BALL_DECAY
+        vx *= m.ball_decay
+        vy *= m.ball_decay
     d = math.sqrt((bx - x) ** 2 + (by - y) ** 2)
-    return int(delay + d / STRIDE), bx, by
+    return int(delay + d / m.stride), bx, by
 
 
 @kernel
@@ -199,7 +191,7 @@ def lane(m, x, y, speed):
             continue
         across = abs(ox * dy - oy * dx)
         time = max(0.0, along) / max(0.6, speed * 0.8)
-        room = across - 0.55 * time - 0.8
+        room = across - 0.55 * time - m.near
         if room < least:
             least = room
     return least

@@ -13,10 +13,7 @@ from ....simulator.state import CommandKind, PlayMode
 from . import kernel
 from .memory import D2R, NEVER, PLAYERS, norm
 from .motion import (
-    CATCH_REACH,
-    GOAL_HALF,
     GOAL_X,
-    STRIDE,
     ball_distance,
     chase,
     clear,
@@ -53,6 +50,8 @@ COMBINES = 5
 """More players than these make a strong team combine: runs, through passes, a back line that moves up."""
 PERIOD, RUN = 45, 27
 """A forward whose team has the ball runs behind the defence for the first 27 of every 45 cycles, and waits before it for the others."""
+FAR = 0.9
+"""Share of the ball's top speed of a kick that clears."""
 LOST = 6
 """Cycles without seeing the ball after which it is searched for."""
 
@@ -107,7 +106,7 @@ def best_pass(m, me, count, strength):
         distance = math.sqrt(dx * dx + dy * dy)
         if distance < 4.0 or distance > 30.0 or (strength >= 2 and m.px[k] > line and m.px[k] > 0.0):
             continue
-        room = lane(m, m.px[k], m.py[k], pass_speed(distance, 1.0))
+        room = lane(m, m.px[k], m.py[k], pass_speed(m, distance, 1.0))
         if room < 0.3:
             continue
         score = 0.6 * dx + min(room, 4.0) + 0.7 * min(nearest_opponent(m, m.px[k], m.py[k]), 6.0) - 0.08 * distance
@@ -134,9 +133,9 @@ def through_pass(m, me, count):
             distance = math.sqrt(dx * dx + dy * dy)
             if distance < 8.0 or distance > 34.0 or x > 49.0 or x < line:
                 continue
-            speed = pass_speed(distance, 0.6)
-            running = math.sqrt((x - m.px[k]) ** 2 + (y - m.py[k]) ** 2) / STRIDE
-            spare = nearest_opponent(m, x, y) / STRIDE - running
+            speed = pass_speed(m, distance, 0.6)
+            running = math.sqrt((x - m.px[k]) ** 2 + (y - m.py[k]) ** 2) / m.stride
+            spare = nearest_opponent(m, x, y) / m.stride - running
             if spare < 0.0 or lane(m, x, y, speed) < 0.3:
                 continue
             value = 0.5 * x + spare
@@ -160,7 +159,7 @@ def best_shot(m):
     """(y, room) of the point of the goal with the clearest way to it."""
     best_y, best_room = 0.0, -100.0
     for k in range(7):
-        y = (k - 3) * (GOAL_HALF - 0.9) / 3.0
+        y = (k - 3) * (m.goal_half - 0.9) / 3.0
         room = lane(m, GOAL_X + 0.5, y, 2.6) + 0.04 * abs(y)
         if room > best_room:
             best_y, best_room = y, room
@@ -201,7 +200,7 @@ def with_ball(m, c, me, count, strength, set_play):
     y, room = best_shot(m)
     if to_goal < 11.0 or (to_goal < (24.0 if strength >= 2 else 18.0) and room > -0.6):
         if not set_play or to_goal < 24.0:
-            kick_to(m, c, GOAL_X + 1.0, y if strength >= 2 else 0.0, 3.0)
+            kick_to(m, c, GOAL_X + 1.0, y if strength >= 2 else 0.0, m.ball_speed)
             return
     if strength >= 2 and count > COMBINES:
         found, x, y, speed = through_pass(m, me, count)
@@ -215,11 +214,11 @@ def with_ball(m, c, me, count, strength, set_play):
         dx, dy = m.px[target] - m.ball_x, m.py[target] - m.ball_y
         distance = math.sqrt(dx * dx + dy * dy)
         ahead = 1.5 if strength >= 2 else 0.0
-        kick_to(m, c, m.px[target] + ahead, m.py[target], pass_speed(distance, 1.1))
+        kick_to(m, c, m.px[target] + ahead, m.py[target], pass_speed(m, distance, 1.1))
         return
     if set_play or (pressed and m.ball_x < -25.0):
         side = 1.0 if m.ball_y >= 0.0 else -1.0
-        kick_to(m, c, min(45.0, m.ball_x + 30.0), side * 22.0, 2.7)
+        kick_to(m, c, min(45.0, m.ball_x + 30.0), side * 22.0, FAR * m.ball_speed)
         return
     dribble(m, c, strength)
 
@@ -230,9 +229,9 @@ def tackle_chance(m):
     dx, dy = m.ball_x - m.x, m.ball_y - m.y
     along = dx * math.cos(m.body) + dy * math.sin(m.body)
     across = abs(dy * math.cos(m.body) - dx * math.sin(m.body))
-    if along <= 0.0:
+    if along <= 0.0 or m.tackle_dist <= 0.0:
         return 0.0
-    return max(0.0, 1.0 - ((along / 2.0) ** 6 + (across / 1.25) ** 6))
+    return max(0.0, 1.0 - ((along / m.tackle_dist) ** m.tackle_exponent + (across / m.tackle_width) ** m.tackle_exponent))
 
 
 @kernel
@@ -240,7 +239,7 @@ def keep_goal(w, m, c, me, count, strength, fresh, state):
     """The goalie: catch what comes, meet what lies free, else stand between ball and goal."""
     near = ball_distance(m)
     inside = m.ball_x < -37.0 and abs(m.ball_y) < 19.0
-    if state == PLAYING and inside and near < CATCH_REACH and m.ball_age <= 1 and w.catch_ban[me if m.left else me + 11] == 0:
+    if state == PLAYING and inside and near < m.catch_reach and m.ball_age <= 1 and w.catch_ban[me if m.left else me + 11] == 0:
         c.kind = CATCH
         c.a = norm(math.atan2(m.ball_y - m.y, m.ball_x - m.x) - m.body) / D2R
         return
@@ -251,7 +250,7 @@ def keep_goal(w, m, c, me, count, strength, fresh, state):
         target, _ = best_pass(m, me, count, strength)
         if target >= 0 and strength > 0:
             d = math.sqrt((m.px[target] - m.ball_x) ** 2 + (m.py[target] - m.ball_y) ** 2)
-            kick_to(m, c, m.px[target], m.py[target], pass_speed(d, 1.2))
+            kick_to(m, c, m.px[target], m.py[target], pass_speed(m, d, 1.2))
         else:
             kick_to(m, c, 0.0, 25.0 if m.ball_y >= 0.0 else -25.0, 2.8)
         if state == OURS:
