@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,19 +25,24 @@ class Emission:
     commands : (str, str)
     run : tuple of Step
         To the second firing.
+    decided : bool
+        False where it is not decided whether what is observed can be so; without a run.
     """
 
     first: str
     second: str
     commands: tuple[str, str]
     run: tuple[Step, ...] = ()
+    decided: bool = True
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
-        return {"first": self.first, "second": self.second, "commands": list(self.commands), "run": [s.to_json() for s in self.run]}
+        run = [s.to_json() for s in self.run]
+        return {"first": self.first, "second": self.second, "commands": list(self.commands), "run": run, "decided": self.decided}
 
     def __str__(self) -> str:
-        return f"{self.first!r} sends {self.commands[0]!r} and {self.second!r} {self.commands[1]!r} in one cycle"
+        perhaps = "" if self.decided else ", perhaps"
+        return f"{self.first!r} sends {self.commands[0]!r} and {self.second!r} {self.commands[1]!r} in one cycle{perhaps}"
 
 
 def emissions(space: TimedStateSpace, exclusive: Sequence[Sequence[str]] = (), enough: Callable[[], bool] = never) -> tuple[Emission, ...]:
@@ -51,7 +56,15 @@ def emissions(space: TimedStateSpace, exclusive: Sequence[Sequence[str]] = (), e
     enough : callable
         Whether to stop early.
     """
-    space = space.real_part
+    real = _emissions(space.real_part, exclusive, enough)
+    if space.unsure is None:
+        return real
+    known = {frozenset((e.first, e.second)) for e in real}
+    maybe = [e for e in _emissions(space, exclusive, enough) if frozenset((e.first, e.second)) not in known]
+    return (*real, *(replace(e, run=(), decided=False) for e in maybe))
+
+
+def _emissions(space: TimedStateSpace, exclusive: Sequence[Sequence[str]], enough: Callable[[], bool]) -> tuple[Emission, ...]:
     graph, tick = space.graph, space.system.tick_label
     inside = graph.labels != tick
     senders = {t: command.name for t, command in _senders(space)}
