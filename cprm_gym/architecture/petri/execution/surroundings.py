@@ -17,6 +17,8 @@ from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind
 from .program import Layout
 from .state import Objects, Values
 
+_MOST = sys.float_info.max
+
 
 def numbers(value: Any, what: str) -> NDArray[np.float64]:
     """`value` as an array of numbers.
@@ -29,7 +31,11 @@ def numbers(value: Any, what: str) -> NDArray[np.float64]:
     try:
         return np.asarray(value, np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise NetError(f"{what} takes numbers, got {shown(value)}") from None
+        raise _no_numbers(value, what) from None
+
+
+def _no_numbers(value: Any, what: str) -> NetError:
+    return NetError(f"{what} takes numbers, got {shown(value)}")
 
 
 class Surroundings:
@@ -129,7 +135,10 @@ class Surroundings:
         return values
 
     def _write(self, data: Any, what: str, names: Sequence[str], slots: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
-        values = np.array(numbers(data, f"`{what}`"), order="C")  # a copy: one memory layout, so one compiled version
+        try:
+            values = np.array(data, np.float64, order="C")  # a copy: one memory layout, so one compiled version
+        except (TypeError, ValueError, OverflowError):
+            raise _no_numbers(data, f"`{what}`") from None
         if values.shape != (self.batch, len(names)):
             if values.shape != (len(names),):
                 raise NetError(f"`{what}` must have shape ({self.batch}, {len(names)}): {', '.join(names) or 'none'}; got {values.shape}")
@@ -143,7 +152,7 @@ class Surroundings:
 
     def _set(self, name: str, slots: Any, value: Any) -> None:
         if isinstance(value, (bool, int, float)):
-            finite = abs(value) <= sys.float_info.max
+            finite = -_MOST <= value <= _MOST
         else:
             value = numbers(value, repr(name))
             if value.shape not in ((), (1,), (self.batch,)):
