@@ -38,11 +38,15 @@ if TYPE_CHECKING:
     from .grounding.grounding import Situation as Situation
     from .grounding.grounding import unroll as unroll
     from .inference.bayes_net import BayesNet as BayesNet
+    from .inference.compiled.belief import FactoredBelief as FactoredBelief
     from .inference.deep_filter import DeepFilter as DeepFilter
+    from .inference.engines.engine import Engine as Engine
     from .inference.filter import Filter as Filter
     from .inference.filter_bank import FilterBank as FilterBank
     from .inference.filter_bank import Link as Link
     from .inference.filter_bank import Role as Role
+    from .inference.filtering import FilterState as FilterState
+    from .inference.filtering import advance as advance
     from .inference.learning import Episode as Episode
     from .inference.learning import Observed as Observed
     from .inference.learning import count as count
@@ -102,9 +106,12 @@ else:
         {
             "grounding.grounding": "GroundSlice Grounding Situation unroll",
             "inference.bayes_net": "BayesNet",
+            "inference.compiled.belief": "FactoredBelief",
             "inference.deep_filter": "DeepFilter",
+            "inference.engines.engine": "Engine",
             "inference.filter": "Filter",
             "inference.filter_bank": "FilterBank Link Role",
+            "inference.filtering": "FilterState advance",
             "inference.learning": "Episode Observed count em",
             "inference.posterior": "Posterior",
             "inference.views": "View view",
