@@ -9,6 +9,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from ball_world import scene
+from bif_texts import CHILD, DOG
 from cases import load, names, static_slice
 from flat import marginal
 
@@ -162,44 +163,12 @@ def test_a_mistake_in_a_file_is_named_with_its_line(old, new, message):
         from_bif(FOREIGN.replace(old, new, 1), "x.bif")
 
 
-CHILD = """
-network child { }
-variable CO2 { type discrete [ 3 ] { Normal, Low, High }; }
-variable CO2Report { type discrete [ 2 ] { <7.5, >=7.5 }; }
-variable Age { type discrete [ 3 ] { 0-3_days, 4-10_days, 11-30_days }; property a=b ; property cprm_unit="d" ; }
-probability ( CO2 ) { table 0.8, 0.1, 0.1; }
-probability ( CO2Report | CO2 ) { (Normal) 0.9, 0.1; (Low) 0.9, 0.1; (High) 0.1, 0.9; }
-probability ( Age ) { table 0.1, 0.2, 0.7; }
-"""
-
-
 def test_states_may_be_comparisons_as_in_the_child_net():
     net = from_bif(CHILD)
     assert net.variables["CO2Report"].states == ("<7.5", ">=7.5")
     assert net.by_child["CO2Report"].table[2].tolist() == [0.1, 0.9]
     assert net.variables["Age"].unit == "d"
     same(net, from_bif(to_bif(net)))
-
-
-DOG = """
-// Bayesian network
-network "Dog-Problem" { //2 variables and 2 probability distributions
-        property "credal-set constant-density-bounded 1.1" ;
-}
-variable  "light-on" { //2 values
-        type discrete[2] {  "true"  "false" };
-        property "position = (218, 195)" ;
-}
-variable  "family-out" { //2 values
-        type discrete[2] {  "true"  "}" };
-}
-probability (  "light-on"  "family-out" ) { //2 variable(s) and 4 values
-        table 0.6 0.05 0.4 0.95 ;
-}
-probability (  "family-out" ) { //1 variable(s) and 2 values
-        table 0.15 0.85 ;
-}
-"""
 
 
 def test_the_older_dialect_has_the_child_first_no_bar_and_no_commas():
