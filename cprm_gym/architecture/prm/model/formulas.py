@@ -96,9 +96,9 @@ class Formula:
         """The text with other names, in one canonical way of writing it."""
         return unparse(self.node, lambda name: names.get(name, name))
 
-    def is_affine_in(self, name: str) -> bool:
-        """The text shows that the value is a straight line in `name` when everything else is fixed."""
-        return _degree(self.node, name) <= 1
+    def is_affine_in(self, *names: str) -> bool:
+        """The text shows that the value is a constant plus multiples of these names when everything else is fixed."""
+        return _degree(self.node, names) <= 1
 
 
 def _evaluate(node: Node, values: Mapping[str, np.ndarray]) -> np.ndarray | float:
@@ -111,13 +111,13 @@ def _evaluate(node: Node, values: Mapping[str, np.ndarray]) -> np.ndarray | floa
     return np.where(np.isfinite(out), out, np.nan)
 
 
-def _degree(node: Node, name: str) -> int:
-    """0 without the name, 1 when affine in it, 2 for anything else."""
+def _degree(node: Node, names: tuple[str, ...]) -> int:
+    """0 without the names, 1 when affine in them, 2 for anything else."""
     if node.op == "number":
         return 0
     if node.op == "name":
-        return int(node.name == name)
-    degrees = [_degree(a, name) for a in node.args]
+        return int(node.name in names)
+    degrees = [_degree(a, names) for a in node.args]
     if max(degrees) == 0:
         return 0
     if node.op in ("+", "-", "neg"):

@@ -13,6 +13,7 @@ averaged by Gauss-Legendre quadrature. Tables of bin centres are wrong: an objec
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -85,7 +86,7 @@ def spread_masses(shape: str, edges: np.ndarray, circular: bool, means: np.ndarr
     mass = np.zeros((*low.shape[:2], len(edges) - 1))
     for at in _images(edges, circular, means, sd):
         inside = np.clip(np.minimum(at[1:], high) - np.maximum(at[:-1], low), 0.0, None) / safe
-        corner = tail_integral(shape, (at - means[..., None]) / scale)
+        corner = tail_integral(shape, _over(at - means[..., None], scale))
         twice = np.diff(np.diff(corner, axis=2), axis=1)
         mass += inside - np.where(noisy, sign * twice * scale / safe, 0.0)
     if narrow.any():
@@ -115,10 +116,16 @@ def point_masses(shape: str, edges: np.ndarray, circular: bool, mean: np.ndarray
     for at in _images(edges, circular, mean, sd):
         z = at - mean[..., None]
         beyond = z > 0.0
-        outside = np.where(noisy, tail(shape, z / scale), 0.0)
+        outside = np.where(noisy, tail(shape, _over(z, scale)), 0.0)
         mass += np.diff(beyond.astype(float), axis=2) + np.diff(np.where(beyond, -outside, outside), axis=2)
     mass = np.maximum(mass, 0.0)
     return np.asarray(mass / mass.sum(axis=-1, keepdims=True))
+
+
+def _over(distance: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Distances in deviations; beyond all numbers where the deviation is next to nothing."""
+    with np.errstate(over="ignore"):
+        return np.asarray(distance / scale)
 
 
 def _images(edges: np.ndarray, circular: bool, means: np.ndarray, sd: np.ndarray) -> list[np.ndarray]:
@@ -195,11 +202,86 @@ def _weighted_mean(value: Vectorised, grid: list[tuple[np.ndarray, np.ndarray]],
     weight = np.ones(1)
     for _, w in grid:
         weight = np.multiply.outer(weight, w).ravel()
+    return _in_parts(value, flat, weight, width)
+
+
+def sum_nodes(first: float, second: float, points: Callable[[float], int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes for the mean of a function of ``first * u + second * v``, with u and v uniform on 0 to 1 and independent.
+
+    The sum has a density in the form of a trapezoid, so that one quadrature along a path of growing sums does for two.
+
+    Parameters
+    ----------
+    first, second : float
+    points : callable
+        Nodes for a stretch over which the sum changes by so much.
+
+    Returns
+    -------
+    u, v, weights : (M,) float array
+        Weights sum to 1.
+    """
+    a, b = abs(first), abs(second)
+    narrow, wide = min(a, b), max(a, b)
+    if narrow <= 1e-12 * wide:
+        narrow = 0.0
+    total = narrow + wide
+    knots = sorted({0.0, narrow, wide, total})
+    at, weights = [np.zeros(0)], [np.zeros(0)]
+    for low, high in itertools.pairwise(knots):
+        t, w = nodes(low, high, points(high - low))
+        density = np.minimum(np.minimum(t, total - t), narrow) / (narrow * wide) if narrow else np.full(len(t), 1.0 / total)
+        at.append(t)
+        weights.append(w * (high - low) * density)
+    if total == 0.0:
+        return np.full(1, 0.5), np.full(1, 0.5), np.ones(1)
+    t, lead = np.concatenate(at), a if a > 1e-12 * wide else 0.0
+    u = np.clip(t / lead, 0.0, 1.0) if lead else np.full(len(t), 0.5)
+    v = np.clip((t - lead) / b, 0.0, 1.0) if b > 1e-12 * wide else np.full(len(t), 0.5)
+    return u if first >= 0 else 1.0 - u, v if second >= 0 else 1.0 - v, np.concatenate(weights)
+
+
+def _average_over_pair(
+    value: Vectorised, mean: Formula, parents: Sequence[tuple[str, Domain]], others: list[str], pair: tuple[int, int],
+    per_bin: Sequence[int], points: Callable[[float], int], width: int,
+) -> np.ndarray:  # fmt: skip
+    """As `average_over_bins`, where two of the parents enter by a sum: one quadrature for both."""
+    domains = [dict(parents)[n] for n in others]
+    grids = [_grid(d, n) for d, n in zip(domains, per_bin)]
+    middle = {n: _middle(d)[len(d) // 2] for n, d in parents}
+    out = np.empty([*(len(d) for d in domains), width])
+    spent = 0
+    for index in np.ndindex(out.shape[:-1]):
+        here = {**middle, **{n: float(_middle(d)[k]) for n, d, k in zip(others, domains, index)}}
+        ends = {axis: (domains[axis].edges[index[axis]], domains[axis].edges[index[axis] + 1]) for axis in pair}  # type: ignore[union-attr]
+        change = []
+        for axis in pair:
+            known = {n: np.full(2, x) for n, x in here.items()} | {others[axis]: np.array(ends[axis])}
+            low, high = mean({n: known[n] for n in mean.names}, 2)
+            change.append(float(high - low))
+        *shares, weight = sum_nodes(change[0], change[1], points)
+        rest = [axis for axis in range(len(others)) if axis not in pair]
+        picks = np.meshgrid(np.arange(len(weight)), *[grids[axis][index[axis]][0] for axis in rest], indexing="ij")
+        for axis in rest:
+            weight = np.multiply.outer(weight, grids[axis][index[axis]][1])
+        columns = [np.zeros(0)] * len(others)
+        for axis, share in zip(pair, shares):
+            columns[axis] = (ends[axis][0] + (ends[axis][1] - ends[axis][0]) * share)[picks[0].ravel()]
+        for axis, pick in zip(rest, picks[1:]):
+            columns[axis] = pick.ravel()
+        spent += weight.size * width
+        if spent > MAX_VALUES:
+            raise ModelError(f"more than {MAX_VALUES} values would be computed, at most as many: set fewer `points` or bins")
+        out[index] = _in_parts(value, columns, weight.ravel(), width)
+    return out
+
+
+def _in_parts(value: Vectorised, columns: list[np.ndarray], weight: np.ndarray, width: int) -> np.ndarray:
     size = max(1, MAX_CELLS // max(1, width))
     total = np.zeros(width)
     for start in range(0, len(weight), size):
         part = slice(start, start + size)
-        total += weight[part] @ value([f[part] for f in flat])
+        total += weight[part] @ value([c[part] for c in columns])
     return total
 
 
@@ -210,7 +292,7 @@ def integrate_noise(
 
     The binned parent with the widest effect in which the mean is affine, and on which the deviation does not depend, is
     integrated in closed form; the others by Gauss-Legendre quadrature with `points` nodes a bin (0: chosen so that the
-    error stays below 1e-10 for smooth formulas).
+    error stays below 1e-10 for smooth formulas). Two of them take one quadrature together where the mean is a sum of the parents.
 
     Parameters
     ----------
@@ -277,7 +359,19 @@ def _integrated(mean_text: str, sd_text: str, shape: str, child: Bins, domains: 
         spend(centres, deviation)
         return spread_masses(shape, edges, child.circular, centres, deviation).reshape(size, count * len(child))
 
-    flat = average_over_bins(value, [d for _, d in others], per_bin, count * len(child))
+    pair = _summed_pair(mean, sd, parents, closed, [n for n, _ in others])
+    if pair is None:
+        flat = average_over_bins(value, [d for _, d in others], per_bin, count * len(child))
+    else:
+        deviation = float(sd({n: np.array([_middle(d)[len(d) // 2]]) for n, d in parents if n in sd.names}, 1)[0])
+        fixed = points or (24 if sd.names or deviation <= 0.0 else 0)
+        least = 64 if shape == "uniform" else 5  # uniform noise has kinks
+
+        def stretch(length: float) -> int:
+            return fixed or int(np.clip(np.ceil(4.5 + 1.4 * length / deviation), least, 128))
+
+        names = [n for n, _ in others]
+        flat = _average_over_pair(value, mean, parents, names, pair, per_bin, stretch, count * len(child))
     table = flat.reshape(*flat.shape[:-1], count, len(child))
     if not closed:
         return np.asarray(table[..., 0, :])
@@ -302,6 +396,17 @@ def _effect(formula: Formula, name: str, parents: Sequence[tuple[str, Domain]]) 
 def _closed_parent(mean: Formula, sd: Formula, parents: Sequence[tuple[str, Domain]]) -> str:
     fit = [n for n, d in parents if isinstance(d, Bins) and n in mean.names and n not in sd.names and mean.is_affine_in(n)]
     return max(fit, key=lambda n: _effect(mean, n, parents), default="")
+
+
+def _summed_pair(
+    mean: Formula, sd: Formula, parents: Sequence[tuple[str, Domain]], closed: str, others: list[str]
+) -> tuple[int, int] | None:
+    """The two binned parents of widest effect besides the closed one, where the mean is a sum of them all and the deviation not theirs."""
+    binned = [n for n, d in parents if isinstance(d, Bins) and n in mean.names]
+    fit = sorted((n for n in binned if n != closed and n not in sd.names), key=lambda n: -_effect(mean, n, parents))[:2]
+    if len(fit) < 2 or not mean.is_affine_in(*binned):
+        return None
+    return others.index(fit[0]), others.index(fit[1])
 
 
 def _points_for(mean: Formula, sd: Formula, others: Sequence[tuple[str, Domain]], closed: str, steps: np.ndarray) -> list[int]:
