@@ -89,7 +89,29 @@ def net_from_block(
         raise refuse(
             definition, f"the plain part was changed after this was written: {difference}; read with block=False to take the plain part"
         )
+    _check_entries(block, flat, names, refuse)
     return net
+
+
+def _check_entries(block: Node, flat: PetriNet, names: Mapping[str, str], refuse: Callable[[Node, str], FormatError]) -> None:
+    """Refuse entries that say something else than the definition beside them."""
+    arcs: dict[tuple[str, str, str], float] = {}
+    for t in flat.transitions:
+        for kind, found in (("test", t.tests), ("inhibitor", t.inhibitors), ("set", t.sets)):
+            arcs |= {(kind, t.name, place): float(value) for place, value in found.items()}
+    for node in block.children:
+        if node.tag in ("note", "definition") and node is block.first(node.tag):
+            continue
+        kind = node.attributes.get("type", "")
+        key = (kind, *(names.get(node.attributes.get(end, ""), "") for end in ("transition", "place")))
+        text = node.attributes.get("value" if kind == "set" else "threshold", "")
+        if node.tag != "arc" or key not in arcs or text not in (f"{arcs[key]}", f"{arcs[key]:.0f}"):
+            raise refuse(node, "differs from the definition of our block; read with block=False to take the plain part")
+        del arcs[key]
+    if arcs:
+        raise refuse(
+            block, f"its entry of the {' arc of '.join(next(iter(arcs))[:2])} is gone; read with block=False to take the plain part"
+        )
 
 
 def _difference(flat: PetriNet, plain: PetriNet) -> str:

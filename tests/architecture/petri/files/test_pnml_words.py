@@ -3,8 +3,9 @@
 import pytest
 from paths import SHARED
 
-from cprm_gym.architecture.petri import PetriNet, Place, Transition
+from cprm_gym.architecture.petri import Continuous, PetriNet, Place, Transition
 from cprm_gym.architecture.petri.files.pnml_reader import parse_pnml, read_pnml
+from cprm_gym.architecture.petri.files.pnml_writer import to_pnml
 from cprm_gym.errors import FormatError, FormatWarning
 
 PLACE = "<place id='p'><initialMarking><text>2</text></initialMarking></place>"
@@ -126,6 +127,24 @@ def test_names_that_are_words_of_our_language_or_alike_when_cut_become_legal():
     names = ["and", "x" * 300, "x" * 301]
     body = "".join(f"<place id='p{k}'><name><text>{name}</text></name></place>" for k, name in enumerate(names))
     assert [p.name for p in parse_pnml(document(body)).places] == ["and_", "x" * 180, "x" * 180 + "_1"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('threshold="2"', 'threshold="3"'),
+        ('type="inhibitor"', 'type="test"'),
+        ('   <arc type="inhibitor" place="p" transition="t" threshold="2"/>\n', ""),
+        ("<definition>", "<arc/><definition>"),
+        ("<definition>", "<definition>{}</definition><definition>"),
+    ],
+)
+def test_our_block_must_agree_with_itself(old, new):
+    text = to_pnml(PetriNet("n", (Place("p"), Continuous("x", 0.5)), (Transition("t", inhibitors={"p": 2}, tests={"x": 0.25}),)))
+    assert parse_pnml(text).transition("t").inhibitors == {"p": 2}
+    assert old in text
+    with pytest.raises(FormatError, match=r"is gone|differs from the definition|not a net"):
+        parse_pnml(text.replace(old, new))
 
 
 FAULTS = sorted((SHARED / "cases" / "faults" / "pnml").glob("*.pnml"))
