@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cprm_baselines.goalie_memory import MemoryGoalie
 from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 
@@ -194,6 +195,14 @@ def test_the_goalie_saves_more_than_its_net_alone_and_the_scripted_keeper():
     assert saved > play(RawGoalie(2), 120)[0].mean() + 0.03
     assert saved > play(ScriptedController(Goalie(), "left_1"), 120)[0].mean()
     assert saved > 0.6
+
+
+def test_the_same_net_on_the_memory_is_no_worse_than_with_the_model():
+    """The fair rival: what docs/performance.md says of the model's worth."""
+    memory = play(MemoryGoalie(2), 240)[0]
+    believing = play(GoalieAgent(2), 240)[0]
+    assert memory.mean() > believing.mean() - 0.02
+    assert memory.mean() > play(RawGoalie(2), 240)[0].mean() + 0.03
 
 
 def test_the_goalie_acts_alike_in_a_batch_and_alone():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from cprm_baselines.goalie_memory import MemoryGoalie
 from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 from cpu_time import timed
@@ -107,10 +108,13 @@ def main(episodes: int) -> None:
     )
     cprm = play(lambda t: GoalieAgent(t.right), task, episodes)
     show("CPRM goalie", cprm)
+    memory = play(lambda t: MemoryGoalie(t.right), task, episodes)
+    show("same net on the memory", memory)
     raw = play(lambda t: RawGoalie(t.right), task, episodes)
     show("same net on raw readings", raw)
     scripted = play(lambda t: ScriptedController(t, "left_1"), task, episodes)
     show("scripted keeper (strong)", scripted)
+    compare("CPRM - memory", cprm, memory)
     compare("CPRM - raw", cprm, raw)
     compare("CPRM - scripted", cprm, scripted)
     median, worst = single(lambda t: GoalieAgent(t.right), task)
