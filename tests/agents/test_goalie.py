@@ -17,7 +17,8 @@ from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place
 from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.tasks.goalie import CONCEDED, Goalie
+from cprm_gym.envs.tasks.base import Status
+from cprm_gym.envs.tasks.goalie import Goalie
 
 
 def alone(module):
@@ -185,7 +186,7 @@ def play(agent, worlds, seed=3, first=0):
         if len(first_actions) < 12:
             first_actions.append({key: np.array(value) for key, value in action.items()})
         done = core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
-        clean &= ~(running & (done.status == CONCEDED))
+        clean &= ~(running & (done.status == Status.GOAL))
         running &= ~(done.terminated | done.truncated)
     return clean, first_actions
 

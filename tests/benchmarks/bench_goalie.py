@@ -20,7 +20,8 @@ from cprm_gym.agents.goalie import GoalieAgent
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.pitch import Pitch
-from cprm_gym.envs.tasks.goalie import CONCEDED, Goalie
+from cprm_gym.envs.tasks.base import Status
+from cprm_gym.envs.tasks.goalie import Goalie
 
 SEED, BLOCK = 2026, 250
 
@@ -59,7 +60,7 @@ def play(make: Any, task: Goalie, episodes: int) -> dict[str, Any]:
             spent += time.process_time() - start
             decisions += count
             step = core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
-            clean &= ~(running & (step.status == CONCEDED))
+            clean &= ~(running & (step.status == Status.GOAL))
             running &= ~(step.terminated | step.truncated)
         saved.append(clean)
     return {"saved": np.concatenate(saved), "shot": np.concatenate(shot), "ms": 1e3 * spent / decisions,
