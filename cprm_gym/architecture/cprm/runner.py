@@ -128,7 +128,7 @@ class CPRMRunner:
                 alike = not cprm.clusters and cprm.period == 1
                 self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
                 self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
-                self._sight_names = tuple(s.name for s in self._sights)
+                self._sight_names = tuple(dict.fromkeys(s.name for s in self._sights))
         self._trace = trace
         self._percepts: Percepts = {}
         self._seen: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
@@ -285,7 +285,14 @@ class CPRMRunner:
                     state_of(bank.variables[sight.name], row[mask])
                 raise
         self._seen = [(sight.name, row, mask) for sight, row, mask in zip(self._sights, values, shown)]
-        return StateRows(self._sight_names, states)
+        return StateRows(self._sight_names, states if len(states) == len(self._sight_names) else self._merged(states))
+
+    def _merged(self, states: NDArray[np.int64]) -> NDArray[np.int64]:
+        """One row for each variable, where several observations are of the same: the last that sees it counts."""
+        rows = {name: np.full(self.batch, UNOBSERVED, np.int64) for name in self._sight_names}
+        for sight, row in zip(self._sights, states):
+            rows[sight.name] = np.where(row >= 0, row, rows[sight.name])
+        return np.stack(list(rows.values()))
 
     def _evaluate(self, formulas: Sequence[Formula], percepts: Percepts) -> NDArray[np.float64]:
         """(n, W) values of expressions over percepts and places."""

@@ -107,6 +107,16 @@ def test_inference_every_second_cycle_leaves_the_belief_in_between():
     assert beliefs[1::2] == beliefs[0::2]
 
 
+def test_of_two_observations_of_one_variable_the_one_that_sees_counts():
+    """The second one wiped out what the first had seen, where it saw nothing itself."""
+    from dataclasses import replace
+
+    both = (Observe("day.umbrella", "umbrella", when="looked"), Observe("day.umbrella", "1 - umbrella", when="not looked"))
+    runner = CPRMRunner(replace(COAT, observations=both), batch=2)
+    runner.step({"looked": np.array([1.0, 0.0]), "umbrella": np.array([1.0, 0.0])})
+    assert runner.executor.read("rain") == pytest.approx(filtered([True]) * 2)
+
+
 def test_a_decision_can_be_explained():
     controller = CPRMRunner(COAT, trace=True)
     controller.step({"looked": 1.0, "umbrella": 1.0})

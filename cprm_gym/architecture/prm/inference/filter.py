@@ -163,7 +163,8 @@ class Filter:
         Parameters
         ----------
         evidence : dict of name to observation, or (V, W) int array in the order of `variables`
-            State index, state name or number for all agents, or one for each; -1 or None where not observed. What is given
+            A state's name, a number (a quantity for bins, the index of a named state) or an `Index`, for all agents or one for each;
+            None, NaN or masked where not observed. The array holds state indices, -1 where not observed. What is given
             and left out takes its default.
         relations : iterable of str or tuple of str
             In force in this slice, ``"possesses(o3,ball)"``; which of them are new follows from the step before.
