@@ -354,6 +354,8 @@ NETS = (
     ("pass_ball", 0, "The skill pass_ball"),
 )
 """(net that ships, levels unfolded, caption)."""
+BELIEF_CYCLE = 8
+"""Of the demonstration: the shot is on its way."""
 
 
 def gallery_page(folder: Path) -> str:
@@ -368,7 +370,7 @@ def gallery_page(folder: Path) -> str:
                 film(folder),
                 "## Nets",
                 *nets,
-                "## Beliefs",
+                "## A belief and its model",
                 belief(folder),
                 model(folder),
             ]
@@ -383,7 +385,7 @@ def film(folder: Path) -> str:
     from cprm_gym.envs.play import Film, play
     from cprm_gym.envs.tasks import make_task
 
-    scenes = play(make_task("GoToBall", near=6.0, far=10.0, rolling=0.0), make_controller, seed=2, cycles=40)
+    scenes = play(make_task("GoToBall", near=15.0, far=25.0), make_controller, seed=2, cycles=60)
     core, _ = next(scenes)
     with Film(folder / "go_to_ball.gif", core) as record:
         record.add()
@@ -403,20 +405,17 @@ def draw_net(folder: Path, name: str, unfold: int, caption: str) -> str:
 
 
 def belief(folder: Path) -> str:
-    """What the striker believes about the ball, over the pitch."""
+    """What the goalie believes about the ball, over the pitch."""
     from imageio.v2 import imwrite
 
     from cprm_gym.agents.demos import play
     from cprm_gym.envs.rendering import Viewer
 
-    scenes = play("striker", seed=1)
-    scene = next(scenes)
-    for _ in range(12):
-        scene = next(scenes)
+    scene = next(scene for scene in play("goalie", seed=3) if scene.cycle == BELIEF_CYCLE)
     picture = Viewer("rgb_array").draw(scene.world, (scene.players[0].number,), scene.players[0].points)
-    imwrite(folder / "belief.png", np.asarray(picture))
-    caption = "Where the striker believes the ball to be, twelve cycles after the start: `cprm-gym demo striker`"
-    return f"{caption}\n\n![the striker's belief](belief.png)"
+    imwrite(folder / "belief.png", np.asarray(picture)[:, :420])
+    caption = f"Where the goalie believes the ball to be, {BELIEF_CYCLE} cycles after the start, and what he sees"
+    return f"{caption}: `cprm-gym demo goalie --seed 3`\n\n![the goalie's belief](belief.png)"
 
 
 def model(folder: Path) -> str:
