@@ -113,7 +113,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
     def step(
         self, actions: dict[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Play one cycle; every agent must act.
+        """Play one cycle; every agent must act. After the end, no actions give nothing.
 
         Raises
         ------
@@ -124,6 +124,9 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         CommandError
             When an action does not fit its space.
         """
+        if not self.agents and self._seeded and isinstance(actions, Mapping) and not actions:
+            # nobody is left to act, as wrappers that keep the agents alive say it
+            return {}, {}, {}, {}, {}
         if not self.agents:
             raise CprmError("step before reset: call reset() first; the episode has not begun or is over")
         try:
