@@ -51,7 +51,7 @@ class ScriptedController:
             self.worlds["goalie"][:, self.row] = self.goalie
         chosen = slice(None) if worlds is None else worlds
         self.worlds["catch_ban"][chosen] = 0
-        for name in ("search", "taker", "clock"):
+        for name in ("search", "taker", "kicker", "clock"):
             self.records[name][chosen] = 0
 
     def act(self, observation: Observation) -> Action:

@@ -27,6 +27,7 @@ MEMORY = np.dtype(
         ("px", "f8", (PLAYERS,)), ("py", "f8", (PLAYERS,)), ("age", "i4", (PLAYERS,)),
         ("search", "i4"),               # looks made for the ball since it was lost
         ("taker", "i4"),                # cycles for which he leaves the ball alone: he took the set play
+        ("kicker", "i4"),               # number of the player of a small team who took the set play and may not touch the ball; 0 nobody
         ("clock", "i4"),                # cycles that he has played, by which he times his runs
         ("left", "u1"),                 # his team is the left one
         # what the server has told him of the world and of his own type (`kernels.memory.embody`)

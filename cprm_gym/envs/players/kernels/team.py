@@ -46,6 +46,8 @@ FORWARD = -12.0
 """x in the formation from which on a player is a forward, m."""
 BENEFIT = 2.5
 """Metres beyond the remembered offside line up to which a team-mate is still thought to be onside."""
+AT_BALL = 2.0
+"""Metres from the ball at which somebody is about to take a set play."""
 COMBINES = 5
 """More players than these make a strong team combine: runs, through passes, a back line that moves up."""
 PERIOD, RUN = 45, 27
@@ -69,12 +71,39 @@ def situation(mode, left):
 
 
 @kernel
+def note_kicker(m, me, count, state):
+    """Remember who of a small team takes a set play: he may not touch the ball again before somebody else has.
+
+    In a large one somebody else is at the ball within the time for which the kicker leaves it alone.
+    """
+    if count > COMBINES or m.ball_age > LOST:
+        return
+    if state == OURS:
+        best, gap = -1, AT_BALL
+        for k in range(count):
+            d = math.sqrt((m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2)
+            if m.age[k] <= 20 and d < gap:
+                best, gap = k, d
+        if best < 0 and count == 2:
+            # too far off to be seen, but who else
+            best = 1 - me
+        m.kicker = best + 1
+    elif state != PLAYING:
+        m.kicker = 0
+    elif m.kicker > 0:
+        for k in range(PLAYERS):
+            if k != m.kicker - 1 and m.age[k] <= 2 and (m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2 < m.reach**2:
+                m.kicker = 0
+                return
+
+
+@kernel
 def rank_to_ball(m, me, count):
     """How many team-mates are believed to meet the ball before the player does."""
     own, _, _ = intercept(m, m.x, m.y, 0.5)
     before = 0
     for k in range(count):
-        if k != me and m.age[k] <= 20:
+        if k != me and m.age[k] <= 20 and k != m.kicker - 1:
             t, _, _ = intercept(m, m.px[k], m.py[k], 0.5)
             if t < own or (t == own and k < me):
                 before += 1
@@ -293,7 +322,10 @@ def play(w, m, c, me, count, strength, goalie, formation, fresh):
     """One player's command of one cycle."""
     clear(c)
     state = situation(w.mode, m.left == 1)
+    note_kicker(m, me, count, state)
     m.taker = max(0, m.taker - 1)
+    if m.kicker == me + 1 and state == PLAYING:
+        m.taker = max(1, m.taker)
     m.clock += 1
     if state == WAITING:
         fx, fy = min(formation[me, 0], -1.0), formation[me, 1]
