@@ -30,6 +30,7 @@ ALLOWED = {
     ("cprm_gym/agents/outfielder/model.py", "0.06"): "an edge of bins",
     ("cprm_gym/agents/outfielder/percepts.py", "1.2"): "m / cycle of a ball that he drives, as its way is judged",
     ("cprm_gym/agents/demos.py", "34"): "a colour",
+    ("cprm_gym/agents/net_view.py", "34"): "a colour",
     (TEAM, "34"): "metres of a long pass",
     (TEAM, "1.2"): "speed of a push and of a pass that arrives",
     (TEAM, "0.06"): "how much nearer to the middle a farther pass goes",
