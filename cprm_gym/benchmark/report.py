@@ -11,11 +11,14 @@ from typing import Any
 
 from rich.table import Table
 
+from ..envs.tasks import make_task
 from ..files import write_atomically
 from .plan import BlockResult, Plan
 from .statistics import wilson_interval
 
 REPORT_VERSION = 1
+SECONDS = 0.1
+"""Of a cycle."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,8 @@ class Row:
     median_cycles_to_success: float | None
     mean_reward: float | None
     error: str | None
+    mean_duration: float | None = None
+    """Seconds of an episode, success or not: the metric of keepaway; None for the tasks whose metric is success."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,8 @@ class Report:
 
     def to_markdown(self) -> str:
         """The table as Markdown."""
-        head = ["task", "controller", "episodes", "success (Wilson 95 %)", "median cycles to success", "world-cycles/s", "us per decision"]
+        head = ["task", "controller", "episodes", "success (Wilson 95 %)", "median cycles to success", "mean duration, s",
+                "world-cycles/s", "us per decision"]  # fmt: skip
         lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         lines += ["| " + " | ".join(cells) + " |" for cells in self._cells()]
         note = "" if self.complete else "\nInterrupted or failed: not every planned episode was played.\n"
@@ -82,23 +88,31 @@ class Report:
         """The table for a terminal."""
         table = Table(
             box=None, padding=(0, 1), pad_edge=False, header_style="bold underline", caption_justify="left",
-            caption="n episodes; success with its Wilson 95 % interval; median cycles to success; world-cycles simulated per second; "
+            caption="n episodes; success with its Wilson 95 % interval; median cycles to success; mean seconds of a keepaway; "
+            "world-cycles simulated per second; "
             "CPU time of the controller per decision",
         )  # fmt: skip
         for name in ("task", "controller"):
             table.add_column(name, no_wrap=True)
-        for name in ("n", "success", "95 %", "cycles", "cycles/s", "us/act"):
+        names = ("n", "success", "95 %", "cycles", *(("seconds",) if self._durations else ()), "cycles/s", "us/act")
+        for name in names:
             table.add_column(name, justify="right", no_wrap=True)
         for row, timing in zip(self.rows, self.timing):
             count = str(row.episodes) if row.episodes == row.planned else f"{row.episodes}/{row.planned}"
             if row.error is not None:
-                table.add_row(row.task, row.controller, count, "error", "", "", "", "")
+                table.add_row(row.task, row.controller, count, "error", *[""] * (len(names) - 2))
                 continue
             rate = "-" if row.success_rate is None else f"{100 * row.success_rate:.1f} %"
             interval = f"{100 * row.wilson_low:.1f} - {100 * row.wilson_high:.1f}"
-            table.add_row(row.task, row.controller, count, rate, interval, _number(row.median_cycles_to_success, ".0f"),
+            seconds = [_number(row.mean_duration, ".1f")] if self._durations else []
+            table.add_row(row.task, row.controller, count, rate, interval, _number(row.median_cycles_to_success, ".0f"), *seconds,
                           _number(timing.cycles_per_second, ",.0f"), _number(timing.controller_us_per_decision, ".1f"))  # fmt: skip
         return table
+
+    @property
+    def _durations(self) -> bool:
+        """Whether there is a task whose metric is the duration."""
+        return any(row.mean_duration is not None for row in self.rows)
 
     @property
     def errors(self) -> list[str]:
@@ -109,13 +123,14 @@ class Report:
         cells = []
         for row, timing in zip(self.rows, self.timing):
             if row.error is not None:
-                cells.append([row.task, row.controller, f"{row.episodes}/{row.planned}", f"error: {row.error}", "", "", ""])
+                cells.append([row.task, row.controller, f"{row.episodes}/{row.planned}", f"error: {row.error}", "", "", "", ""])
                 continue
             rate = "-"
             if row.success_rate is not None:
                 rate = f"{100 * row.success_rate:.1f} % ({100 * row.wilson_low:.1f} - {100 * row.wilson_high:.1f})"
             count = str(row.episodes) if row.episodes == row.planned else f"{row.episodes}/{row.planned}"
             cells.append([row.task, row.controller, count, rate, _number(row.median_cycles_to_success, ".0f"),
+                          _number(row.mean_duration, ".1f"),
                           _number(timing.cycles_per_second, ",.0f"), _number(timing.controller_us_per_decision, ".1f")])  # fmt: skip
         return cells
 
@@ -159,9 +174,10 @@ def summarise(plan: Plan, results: Iterable[BlockResult]) -> Report:
         reward = [x for r in good for x in r.reward]
         low, high = wilson_interval(sum(success), len(success))
         to_success = [c for c, s in zip(cycles, success) if s]
+        lasts = statistics.fmean(cycles) * SECONDS if cycles and make_task(task).metric == "duration" else None
         rows.append(Row(task, controller, len(success), plan.episodes, sum(success), sum(success) / len(success) if success else None,
                         low, high, statistics.median(to_success) if to_success else None,
-                        statistics.fmean(reward) if reward else None, errors[0] if errors else None))  # fmt: skip
+                        statistics.fmean(reward) if reward else None, errors[0] if errors else None, lasts))  # fmt: skip
         wall, played = sum(r.wall_seconds for r in good), sum(r.played for r in good)
         spent, decisions = sum(r.controller_seconds for r in good), sum(r.decisions for r in good)
         timing.append(Timing(task, controller, wall, played / wall if wall else None, 1e6 * spent / decisions if decisions else None))

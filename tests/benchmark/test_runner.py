@@ -493,3 +493,13 @@ def test_without_matplotlib_there_is_no_plot_but_a_report(tmp_path, monkeypatch)
     report = summarise(plan, run(plan))
     assert plot(report) is None
     assert [p.name for p in report.write(tmp_path)] == ["report.json", "report.md"]
+
+
+def test_keepaway_is_measured_by_its_duration():
+    plan = Plan(("Keepaway3v2", "GoToBall"), ("random",), 4, 1)
+    results = list(run(plan))
+    keepaway, ball = summarise(plan, results).rows
+    cycles = [c for r in results if r.block.task == "Keepaway3v2" for c in r.cycles]
+    assert keepaway.mean_duration == pytest.approx(0.1 * sum(cycles) / len(cycles))
+    assert ball.mean_duration is None
+    assert f"{keepaway.mean_duration:.1f}" in summarise(plan, results).to_markdown()
