@@ -64,7 +64,7 @@ def test_who_is_watched_and_who_has_the_ball_is_told_and_shown():
     plain, marked = (viewer.draw(scenes[-1].world, marks=marks) for marks in (None, scenes[-1].players[0].marks))
     assert (plain != marked).any()
     (scene,) = [s for s in islice(play("passers", seed=0), 0, 31) if s.cycle == 30]
-    assert [player.marks.get(partner) for player, partner in zip(scene.players, (2, 1))] == ["partner", "partner"]
+    assert all("partner" in player.marks[number].split(", ") for player, number in zip(scene.players, (2, 1)))
 
 
 def test_objects_have_the_numbers_of_their_players():
