@@ -105,6 +105,13 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> Any:
     return number if inside else None
 
 
+def _short(value: Any) -> str:
+    """`value` for a message; a whole number may have too many digits to be printed at all."""
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"a whole number of {value.bit_length()} bits"
+    return repr(value)[:80]
+
+
 def parameter_set(kind: str) -> Callable[[type[T]], type[T]]:
     """Class decorator for a frozen dataclass: unknown names and values out of range raise `ParameterError`.
 
@@ -128,7 +135,7 @@ def parameter_set(kind: str) -> Callable[[type[T]], type[T]]:
                 given = getattr(self, name)
                 value = _checked(field, given)
                 if value is None:
-                    wrong.append(f"{kind} {name!r}: takes {allowed(field)}, got {given!r}")
+                    wrong.append(f"{kind} {name!r}: takes {allowed(field)}, got {_short(given)}")
                 else:
                     object.__setattr__(self, name, value)
             if wrong:
@@ -186,7 +193,7 @@ def value_of(field: dataclasses.Field[Any], word: str, kind: str) -> Any:
             case _:
                 return float(word)
     except (KeyError, ValueError):
-        raise ParameterError(f"{kind} {field.name!r}: takes {allowed(field)}, got the text {word!r}") from None
+        raise ParameterError(f"{kind} {field.name!r}: takes {allowed(field)}, got the text {word[:80]!r}") from None
 
 
 def word_of(field: dataclasses.Field[Any], value: Any, digits: int = 6) -> str:

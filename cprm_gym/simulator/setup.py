@@ -59,7 +59,7 @@ def initial_world(packed: npt.NDArray[Any], left: int, right: int, goalies: tupl
             w["goalie"][11 * team + goalie - 1] = 1
             w["bits"][11 * team + goalie - 1] |= PlayerBit.GOALIE
     for i in range(PLAYERS):
-        w["pos"][i + 1] = 3.0 * (i % 11 + 1) * (-1.0 if i < 11 else 1.0), -37.0
+        w["pos"][i + 1] = home(i)
     w["body"][11:] = math.pi  # committed; the staged angle is 0, so that everybody faces 0 after the first step
     w["stamina"], w["capacity"], w["recovery"] = p["stamina_max"], p["stamina_capacity"], 1.0
     w["effort"] = p["types"][0, TypeColumn.EFFORT_MAX]
@@ -68,6 +68,11 @@ def initial_world(packed: npt.NDArray[Any], left: int, right: int, goalies: tupl
     w["arm_timer"] = p["point_to_duration"]
     w["view_width"], w["view_quality"], w["synchronous"] = ViewWidth.NORMAL, 1, 1
     return w
+
+
+def home(row: int) -> tuple[float, float]:
+    """Where player `row` (0..21) waits beside the pitch before he is placed, and when he has left."""
+    return 3.0 * (row % 11 + 1) * (-1.0 if row < 11 else 1.0), -37.0
 
 
 def stream_keys(seed: Seed, chosen: npt.NDArray[np.int64], first: int = 0) -> npt.NDArray[np.uint64]:

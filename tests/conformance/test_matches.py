@@ -12,6 +12,7 @@ from cprm_gym.simulator.conformance import run
 from cprm_gym.simulator.conformance.match import replay_match
 from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.replay import Recorder, replay
+from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.parameters import ServerParameters
 from cprm_gym.simulator.player_types import PlayerParameters
 from cprm_gym.simulator.protocol.commands import PlayerCommand, command_record
@@ -73,6 +74,61 @@ def test_a_recorded_game_of_the_simulator_replays_completely(noise, version, end
     assert len({frame.mode for frame in frames}) >= 2
     assert frames[-1].time == simulator.world["time"][0]
     np.testing.assert_allclose(frames[-1].players["pos"], simulator.world["pos"][0, 1:], atol=5.1e-5)
+
+
+def test_commands_of_a_trainer_are_replayed():
+    """The server's own log of a trainer who sets the mode, places everybody and changes a type."""
+    result = replay_match(Path(__file__).parent / "data" / "formats" / "v6.rcg")
+    assert result.ok, result.text()
+    assert result.mismatches == []
+    assert result.cycles == 4
+
+
+def test_who_says_goodbye_is_off_the_field_at_once(tmp_path):
+    path = tmp_path / "game.rcg"
+    simulator = play(path, 30, noise=False)
+    world = simulator.world[0]
+    clock = int(world["time"])
+    lines = (tmp_path / "game.rcl").read_text() + "".join(f"{clock},0\tRecv Reds_{unum}: (bye)\n" for unum in range(1, 12))
+    (tmp_path / "game.rcl").write_text(lines)
+    world["enabled"][:11], world["bits"][:11] = 0, 0
+    simulator.clear_commands()
+    simulator.step()
+    frames = list(GameLogReader(path))
+    with GameLogWriter.for_simulator(path, simulator) as writer:
+        for frame in frames:
+            writer.write(frame)
+        writer.record(simulator)
+    result = replay_match(path)
+    assert result.ok, result.text()
+    assert result.mismatches == []
+    assert result.cycles >= 30
+
+
+@needs_shared
+def test_a_shoot_out_that_ends_when_everybody_leaves_comes_out_as_logged():
+    result = replay_match(MATCHES / "shootout" / "helios_shootout.rcg.gz")
+    assert result.ok, result.text()
+    assert result.mismatches == []
+    assert result.cycles == 950
+
+
+def test_what_cannot_be_replayed_is_named(tmp_path):
+    """A game log without its command log, of an old version, or cut short."""
+    data = Path(__file__).parent / "data" / "formats"
+    for name in ("v6.rcg", "v4.rcg", "v2.rcg"):
+        (tmp_path / name).write_bytes((data / name).read_bytes())
+    cut = (data / "v5.rcg").read_bytes()
+    (tmp_path / "cut.rcg").write_bytes(cut[: 9 * len(cut) // 10])
+    report = run([tmp_path])
+    assert report.ok
+    why = {Path(result.path).name: result.not_replayed for result in report.results}
+    assert "no command log (.rcl) lies beside it; 5 cycles can be read" in why["v6.rcg"]
+    assert "version 4 of a game log does not keep what a replay needs" in why["v4.rcg"]
+    assert "version 2" in why["v2.rcg"]
+    assert "cut.rcg, line" in why["cut.rcg"]
+    assert "4 of the files could not be replayed" in report.text()
+    assert report.text().count("not replayed, ") == 4
 
 
 def test_a_game_with_other_physics_is_found_out(tmp_path):

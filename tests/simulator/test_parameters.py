@@ -201,3 +201,10 @@ def test_the_parameters_in_a_real_log_are_read_and_written_byte_for_byte(log):
         id, kind = PlayerType.from_text(line)
         assert id == number
         assert kind.to_text(id, digits=17) == line  # this server was patched to print its types exactly
+
+
+@pytest.mark.parametrize("value", [10**5000, "x" * 10**6, [[1]] * 10**5], ids=["number", "text", "list"])
+def test_values_of_any_size_are_refused_in_a_short_message(value):
+    with pytest.raises(ParameterError) as caught:
+        ServerParameters(half_time=value)
+    assert len(str(caught.value)) < 200

@@ -19,19 +19,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import CommandError, FormatError
+from ...errors import CprmError, FormatError
 from ..gamelog.commands import CommandLogReader, LogLine
 from ..gamelog.frames import Frame
 from ..gamelog.reader import GameLogReader
 from ..gamelog.replay import ANGLE_UNIT, load_frame
 from ..player_types import TypeColumn
 from ..protocol.commands import Parsed, PlayerCommand, command_record, parse_commands, parse_trainer
+from ..setup import home
 from ..simulator import Simulator
 from ..state import BALL, LEFT, PLAYERS, RIGHT, PlayerBit, PlayMode
 from .envelope import BOUNCE, Envelope, calm, envelope, kick_noise, struck
 from .recording import KEYS, put_back, snapshot_copy
 from .report import Check, Mismatch, Result
 from .scenario import FORCED, name_of
+from .trainer import execute_trainer, is_whole
 
 Array = npt.NDArray[Any]
 INSIDE, SAME_MODE = 0.999, 0.995
@@ -43,23 +45,19 @@ _POS, _VEL, _ANGLE = 0.5e-4, 0.5e-4, ANGLE_UNIT
 _COLLIDE = int(PlayerBit.BALL_TO_PLAYER | PlayerBit.BALL_COLLIDE | PlayerBit.PLAYER_COLLIDE)
 _FOULS = {PlayMode.foul_charge_l: LEFT, PlayMode.foul_charge_r: RIGHT}
 Clock = tuple[int, int]
+REPLAYED_VERSIONS = (5, 6, -1)
+"""Versions of game logs that keep what a replay needs."""
 
 
-def command_log_of(game_log: Path) -> Path:
-    """The command log that lies beside a game log.
-
-    Raises
-    ------
-    FormatError
-        When there is none.
-    """
+def command_log_of(game_log: Path) -> Path | None:
+    """The command log that lies beside a game log, if there is one."""
     for old, new in ((".rcg.gz", ".rcl.gz"), (".rcg", ".rcl")):
         if game_log.name.endswith(old):
             for ending in (new, ".rcl", ".rcl.gz"):
                 beside = game_log.with_name(game_log.name.removesuffix(old) + ending)
                 if beside.exists():
                     return beside
-    raise FormatError(f"{game_log}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
+    return None
 
 
 def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[str] | None = None, cycles: int | None = None) -> Result:
@@ -81,9 +79,12 @@ def replay_match(path: str | os.PathLike[str], command_log: str | os.PathLike[st
     """
     path = Path(path)
     reader = GameLogReader(path)
-    if reader.version not in (5, 6, -1):
+    if reader.version not in REPLAYED_VERSIONS:
         raise FormatError(f"{path}: version {reader.version} of a game log does not keep what a replay needs; 5, 6 and JSON do")
-    commands = CommandLogReader(command_log if command_log is not None else command_log_of(path))
+    beside = command_log if command_log is not None else command_log_of(path)
+    if beside is None:
+        raise FormatError(f"{path}: a match is replayed with its command log (the same name with .rcl or .rcl.gz), which is missing")
+    commands = CommandLogReader(beside)
     result = Result(str(path), "match")
     MatchReplay(reader, commands, result).run(cycles)
     return result
@@ -212,21 +213,33 @@ class MatchReplay:
         return bounds
 
     def _coach(self, frame: Frame, line: LogLine) -> None:
-        """Execute a coach's substitution, if the next frame shows that it was accepted."""
+        """Execute a command of the trainer, or a coach's substitution if the next frame shows that it was accepted."""
         team = (line.sender or "").removesuffix("_Coach")
-        if team not in self.names:
-            return
         try:
-            name, args = parse_trainer(line.command or "")
-        except CommandError:
+            command = parse_trainer(line.command or "")
+            if team == "Coach":
+                execute_trainer(self.simulator, command, self.names)
+                return
+        except CprmError:
+            return  # the server refused it too
+        name, args = command
+        if team not in self.names or name != "change_player_type" or len(args) != 2 or not all(map(is_whole, args)):
             return
-        if name == "change_player_type" and len(args) == 2 and all(isinstance(value, float) for value in args):
-            player, kind = 11 * self.names.index(team) + int(args[0]), int(args[1])
-            if frame.players["type"][player - 1] == kind and self.world["enabled"][player - 1]:
-                self.simulator.trainer.change_player_type(player, kind)
+        unum, kind = int(args[0]), int(args[1])
+        player = 11 * self.names.index(team) + unum
+        if 1 <= unum <= 11 and frame.players["type"][player - 1] == kind and self.world["enabled"][player - 1]:
+            self.simulator.trainer.change_player_type(player, kind)
+
+    def _leave(self, row: int) -> None:
+        """A player says goodbye: he is taken off the field at once, to where everybody waited before the match."""
+        world = self.world
+        world["enabled"][row], world["bits"][row] = 0, world["bits"][row] & int(PlayerBit.DISCARD)
+        world["pos"][row + 1], world["vel"][row + 1], world["acc"][row + 1] = home(row), 0.0, 0.0
 
     def _command(self, row: int, command: PlayerCommand) -> float:
         """Execute one command; returns the greatest noise of a kick."""
+        if command.name == "bye":
+            self._leave(row)
         record = command_record(command, LEFT if row < 11 else RIGHT, self.names)
         if record is None:
             return 0.0
@@ -241,6 +254,10 @@ class MatchReplay:
         tackled, failed = bits & int(PlayerBit.TACKLE), bits & int(PlayerBit.TACKLE_FAULT)
         world["forced_tackle"] = np.where((tackled != 0) & (failed == 0), 1, -1)
         world["forced_catch"] = np.where(bits & int(PlayerBit.CATCH_FAULT), -1, 1)
+        begins = PlayMode(frame.mode).name.startswith("penalty_setup_") and not world["pen_started"]
+        if begins:  # the ball lies before the goal that was drawn
+            world["forced_pen_side"] = LEFT if frame.ball[0] < 0.0 else RIGHT
+            world["forced_pen_taker"] = RIGHT if frame.mode == PlayMode.penalty_setup_l else LEFT
         side = _FOULS.get(frame.mode, 0) if frame.mode != world["mode"] else 0
         world["forced_foul"] = -1
         if side:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormatError
-from ..gamelog.reader import open_log
+from ..gamelog.streams import open_log, read_lines
 from ..parameters import ServerParameters
 from ..pitch import GOAL_POST_RADIUS, HALF_LENGTH
 from ..player_types import PlayerParameters, PlayerType
@@ -32,6 +32,10 @@ KEYS = tuple(f"l{unum}" for unum in range(1, 12)) + tuple(f"r{unum}" for unum in
 ROW = {key: row for row, key in enumerate(KEYS)}
 CARDS = {"none": 0, "yellow": 1, "red": 2}
 _PLAYER = ("type", "x", "y", "vx", "vy", "body", "neck", "stamina", "effort", "recovery", "capacity")
+
+
+MOST_RECORDED = 1 << 24
+"""Bytes of a recording, decompressed; it is kept in memory."""
 
 
 @dataclass(slots=True)
@@ -103,15 +107,19 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, Any]]:
+    size = 0
     with open_log(path) as stream:
-        try:
-            for number, line in enumerate(stream, 1):
+        for number, line in enumerate(read_lines(path, stream, MOST_RECORDED), 1):
+            size += len(line)
+            if size > MOST_RECORDED:
+                raise FormatError(f"{path}, line {number}: a recording of more than {MOST_RECORDED} bytes")
+            try:
                 if line.strip():
                     yield number, json.loads(line)
-        except (OSError, EOFError) as error:
-            raise FormatError(f"{path}: cannot be decompressed: {error}") from error
-        except ValueError as error:
-            raise FormatError(f"{path}, line {number}: not JSON: {error}") from error
+            except RecursionError:
+                raise FormatError(f"{path}, line {number}: JSON nested too deeply") from None
+            except ValueError as error:
+                raise FormatError(f"{path}, line {number}: not JSON: {error}") from error
 
 
 # --- states

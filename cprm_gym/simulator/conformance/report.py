@@ -77,6 +77,8 @@ class Result:
     checks : list of Check
     notes : list of str
         Explanations: what was left out, what differs and why.
+    not_replayed : str
+        Why the file could only be read; empty for those that are compared.
     """
 
     path: str
@@ -90,6 +92,7 @@ class Result:
     chance: int = 0
     checks: list[Check] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    not_replayed: str = ""
 
     @property
     def ok(self) -> bool:
@@ -125,6 +128,8 @@ class Result:
 
     def text(self) -> str:
         """The file's paragraph of the printed report."""
+        if self.not_replayed:
+            return f"---- {self.path} ({self.kind}): not replayed, {self.not_replayed}"
         lines = [f"{'ok  ' if self.ok else 'FAIL'} {self.path} ({self.kind}): {self.cycles} cycles, {self.compared} comparisons"]
         if self.chance:
             lines.append(f"     left to chance: {self.chance} objects in a cycle (a draw that the recording does not tell)")
@@ -161,6 +166,9 @@ class Report:
         count = len(self.results)
         verdict = f"{bad} {'file differs' if bad == 1 else 'files differ'}" if bad else "all as recorded"
         last = f"{count} {'file' if count == 1 else 'files'}, {cycles} cycles: {verdict}"
+        left = sum(bool(result.not_replayed) for result in self.results)
+        if left:
+            last += f"; {left} of the files could not be replayed"
         return "\n".join([result.text() for result in self.results] + [last])
 
     def to_json(self, indent: int | None = 2) -> str:

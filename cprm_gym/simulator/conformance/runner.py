@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from ...errors import FormatError
+from ..gamelog.reader import GameLogReader
 from .frequencies import catches, fouls, hearing
-from .match import replay_match
+from .match import REPLAYED_VERSIONS, command_log_of, replay_match
 from .recording import Recording, read_recording
 from .report import Check, Mismatch, Report, Result
 from .scenario import ScenarioReplay
@@ -74,7 +75,7 @@ def replay_statistics(recording: Recording, result: Result) -> None:
 
 
 def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The recordings and matches among `paths`, directories searched through (for game logs with a command log beside them).
+    """The recordings and matches among `paths`, directories searched through.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
     for given in paths:
         path = Path(given)
         if path.is_dir():
-            inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS) or _is_match(file))
+            inside = sorted(file for file in path.rglob("*") if file.name.endswith(_RECORDINGS + _MATCHES))
             if not inside:
                 raise FormatError(f"{path}: no recordings (*{', *'.join(_RECORDINGS)}) or matches (*{', *'.join(_MATCHES)}) in it")
             found += inside
@@ -98,12 +99,30 @@ def files_in(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
     return found
 
 
-def _is_match(path: Path) -> bool:
-    """Whether a file is a game log whose command log lies beside it."""
+def replay_file(path: Path) -> Result:
+    """Replay one file; a game log that cannot be replayed is read as far as it goes, and the result says why it was not replayed.
+
+    Raises
+    ------
+    FormatError
+        When it cannot be read.
+    """
     if not path.name.endswith(_MATCHES):
-        return False
-    stem = path.name[: path.name.rindex(".rcg")]
-    return any(path.with_name(stem + suffix).exists() for suffix in (".rcl", ".rcl.gz"))
+        return replay_scenario(path)
+    reader = GameLogReader(path)
+    if reader.version not in REPLAYED_VERSIONS:
+        why = f"version {reader.version} of a game log does not keep what a replay needs"
+    elif command_log_of(path) is None:
+        why = "no command log (.rcl) lies beside it"
+    else:
+        return replay_match(path)
+    cycles, damage = 0, ""
+    try:
+        for cycles, _ in enumerate(reader, 1):  # noqa: B007 - the last number is what counts
+            pass
+    except FormatError as error:
+        damage = f", then: {error}"
+    return Result(str(path), "match", not_replayed=f"{why}; {cycles} cycles can be read{damage}")
 
 
 def run(paths: Iterable[str | os.PathLike[str]], on_result: Callable[[Result, int, int], object] | None = None) -> Report:
@@ -112,7 +131,7 @@ def run(paths: Iterable[str | os.PathLike[str]], on_result: Callable[[Result, in
     Parameters
     ----------
     paths : iterable of path
-        Recordings (``.jsonl.gz``), game logs (``.rcg.gz``, whose command log ``.rcl.gz`` lies beside them), or directories.
+        Recordings (``.jsonl.gz``), game logs (``.rcg.gz``; to be replayed they need a command log ``.rcl.gz`` beside them), or directories.
     on_result : callable, optional
         Called with (result, files done, files in all) after each file.
 
@@ -124,7 +143,7 @@ def run(paths: Iterable[str | os.PathLike[str]], on_result: Callable[[Result, in
     files = files_in(paths)
     report = Report([])
     for done, path in enumerate(files, 1):
-        result = replay_match(path) if path.name.endswith(_MATCHES) else replay_scenario(path)
+        result = replay_file(path)
         report.results.append(result)
         if on_result is not None:
             on_result(result, done, len(files))

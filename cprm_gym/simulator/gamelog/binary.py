@@ -17,7 +17,8 @@ import numpy as np
 
 from ...errors import FormatError
 from ..state import LEFT, RIGHT, PlayMode
-from .frames import LOG_COUNTS, Clock, Frame, GameLogHeader, Message, Team, empty_players, player_row
+from .frames import LOG_COUNTS, Clock, Frame, GameLogHeader, Message, Pending, Team, empty_players, player_row
+from .streams import DAMAGED, undamaged
 
 SHOW, MESSAGE, DRAW, MODE, TEAM, PLAYER_TYPE, SERVER_PARAM, PLAYER_PARAM = 1, 2, 3, 5, 6, 7, 8, 9
 
@@ -110,7 +111,10 @@ class BinaryParser:
         return FormatError(f"{self.path}, byte {self._at}: {what}")
 
     def _read(self, size: int) -> bytes:
-        data = self._stream.read(size)
+        try:
+            data = self._stream.read(size)
+        except DAMAGED as error:
+            raise undamaged(self.path, error) from error
         if len(data) != size:
             raise self._error(f"ends inside a record ({len(data)} of {size} bytes)")
         self._at += size
@@ -118,7 +122,10 @@ class BinaryParser:
 
     def _kind(self) -> int | None:
         """The kind of the next record, None at the end."""
-        start = self._stream.read(2)
+        try:
+            start = self._stream.read(2)
+        except DAMAGED as error:
+            raise undamaged(self.path, error) from error
         if not start:
             return None
         if len(start) == 1:
@@ -135,7 +142,10 @@ class BinaryParser:
             elif kind == PLAYER_PARAM:
                 header.add("player_param", _unpack(_PLAYER_LAYOUT, self._read(_PLAYER_PARAM_SIZE)))
             else:
-                header.add("player_type", _unpack(_TYPE_LAYOUT, self._read(_TYPE_SIZE)))
+                try:
+                    header.add("player_type", _unpack(_TYPE_LAYOUT, self._read(_TYPE_SIZE)))
+                except ValueError as error:
+                    raise self._error(str(error)) from None
             kind = self._kind()
         self._pending = kind
 
@@ -143,13 +153,13 @@ class BinaryParser:
         """The frames in order, each with the messages written since the frame before."""
         clock = Clock()
         mode, teams = PlayMode.null, (Team(), Team())
-        messages: list[Message] = []
+        messages = Pending()
         time = 0
         old = self.header.version < 3
         kind = self._pending
         while kind is not None:
             if kind == MESSAGE:
-                messages.append(self._message(time))
+                self._add(messages, self._message(time))
             elif kind == SHOW:
                 if self.header.version == 1:
                     frame = self._old_show(self._read(2050))
@@ -158,8 +168,7 @@ class BinaryParser:
                 if not old:
                     frame.mode, (frame.left, frame.right) = mode, teams
                 time = frame.time
-                frame.stoppage, frame.messages = clock.tick(time), tuple(messages)
-                messages = []
+                frame.stoppage, frame.messages = clock.tick(time), messages.take()
                 yield frame
             elif kind == MODE and not old:
                 mode = self._mode(self._read(1)[0])
@@ -169,7 +178,13 @@ class BinaryParser:
             else:
                 raise self._error(f"record of unknown kind {kind}")
             kind = self._kind()
-        self.trailing = tuple(messages)
+        self.trailing = messages.take()
+
+    def _add(self, messages: Pending, message: Message) -> None:
+        try:
+            messages.add(message)
+        except ValueError as error:
+            raise self._error(str(error)) from None
 
     def _mode(self, number: int) -> PlayMode:
         try:

@@ -13,9 +13,9 @@ from types import TracebackType
 
 from ...errors import FormatError
 from ...files import AtomicFile
-from .reader import open_log
+from .streams import LONGEST_ITEM, beginning, open_log, read_lines
 
-_LINE = re.compile(r"(-?\d+),(\d+)\t(.*)\Z", re.DOTALL)
+_LINE = re.compile(r"(-?\d{1,10}),(\d{1,10})\t(.*)\Z", re.DOTALL)
 _RECEIVED = re.compile(r"Recv (.+?): (.*)\Z", re.DOTALL)
 _PLAYER = re.compile(r"(.+)_(\d{1,2})\Z")
 
@@ -56,6 +56,10 @@ class LogLine:
         return f"{self.time},{self.stoppage}\t{self.text}"
 
 
+def _line(found: re.Match[str], parts: list[str]) -> LogLine:
+    return LogLine(int(found[1]), int(found[2]), "\n".join(parts))
+
+
 class CommandLogReader:
     """Reads a command log lazily: iterate it for its lines, or `cycles` for the lines of one think phase at a time.
 
@@ -73,30 +77,32 @@ class CommandLogReader:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         with open_log(self.path) as stream:
-            start = stream.peek(1)[:1]
+            start = beginning(self.path, stream, 1)
         if start and not (start.isdigit() or start == b"-"):
             raise FormatError(f"{self.path}: not a command log: it begins with {start!r}, not with 'TIME,STOPPAGE'")
 
     def __iter__(self) -> Iterator[LogLine]:
         """The lines in order. A datagram that contains line breaks is one line here."""
-        open_line: LogLine | None = None
+        found: re.Match[str] | None = None
+        parts: list[str] = []
+        size = 0
         with open_log(self.path) as stream:
-            try:
-                for number, raw in enumerate(stream, 1):
-                    text = raw.decode("utf-8", "surrogateescape").removesuffix("\n").removesuffix("\r")
-                    found = _LINE.match(text)
-                    if found:
-                        if open_line is not None:
-                            yield open_line
-                        open_line = LogLine(int(found[1]), int(found[2]), found[3].rstrip("\0"))
-                    elif open_line is None:
-                        raise FormatError(f"{self.path}, line {number}: expected TIME,STOPPAGE and a tabulator, got {text[:60]!r}")
-                    else:
-                        open_line = LogLine(open_line.time, open_line.stoppage, open_line.text + "\n" + text)
-            except (OSError, EOFError) as error:
-                raise FormatError(f"{self.path}: cannot be decompressed: {error}") from error
-        if open_line is not None:
-            yield open_line
+            for number, raw in enumerate(read_lines(self.path, stream), 1):
+                text = raw.decode("utf-8", "surrogateescape").removesuffix("\n").removesuffix("\r")
+                begins = _LINE.match(text)
+                if begins is None and found is None:
+                    raise FormatError(f"{self.path}, line {number}: expected TIME,STOPPAGE and a tabulator, got {text[:60]!r}")
+                if begins is not None:
+                    if found is not None:
+                        yield _line(found, parts)
+                    found, parts, size = begins, [begins[3].rstrip("\0")], 0
+                    continue
+                size += len(text) + 1
+                if size > LONGEST_ITEM:
+                    raise FormatError(f"{self.path}, line {number}: a datagram of more than {LONGEST_ITEM} bytes")
+                parts.append(text)
+        if found is not None:
+            yield _line(found, parts)
 
     def cycles(self) -> Iterator[tuple[tuple[int, int], list[LogLine]]]:
         """``(time, stoppage)`` and the lines written at that clock, in order."""

@@ -16,6 +16,7 @@ from ..parameter_fields import ParameterSet
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
 from ..state import LEFT, PLAYERS, RIGHT, PlayMode
+from .streams import MOST_PENDING, MOST_TYPES
 
 LOG_COUNTS = (
     "kick",
@@ -59,6 +60,17 @@ PLAYER_FRAME = np.dtype(
 """One player in one frame of a game log; rows of `Frame.players` are left 1..11, right 1..11."""
 
 SIDES = {"l": LEFT, "r": RIGHT}
+_MOST = 2**31 - 1
+
+
+def whole(value: Any) -> int:
+    """A whole number that a log may hold: of 32 bits; ValueError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, str)):
+        raise ValueError(f"a whole number was expected, got {str(value)[:40]!r}")
+    number = int(value)
+    if abs(number) > _MOST:
+        raise ValueError(f"a number is at most {_MOST}, got {str(value)[:40]}")
+    return number
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +136,9 @@ class GameLogHeader:
             raise ValueError(f"names and values were expected, got {str(values)[:40]!r}")
         if kind == "player_type":
             if not isinstance(values.get("id"), int):
-                raise ValueError(f"a player type has a whole number as its id, got {values.get('id')!r}")
+                raise ValueError(f"a player type has a whole number as its id, got {str(values.get('id'))[:40]!r}")
+            if len(self.player_types) == MOST_TYPES:
+                raise ValueError(f"more than {MOST_TYPES} player types")
             self.player_types.append(values)
         else:
             setattr(self, kind, values)
@@ -163,6 +177,26 @@ def player_row(side: int, unum: int) -> int:
     if side not in (LEFT, RIGHT) or not 1 <= unum <= 11:
         raise ValueError(f"no player {unum} of side {side}")
     return unum - 1 if side == LEFT else 10 + unum
+
+
+class Pending:
+    """The messages written since the last frame; ValueError when they are more than a log can need."""
+
+    def __init__(self) -> None:
+        self._messages: list[Message] = []
+        self._size = 0
+
+    def add(self, message: Message) -> None:
+        """One more."""
+        self._size += len(message.text) + 100
+        if self._size > MOST_PENDING:
+            raise ValueError(f"more than {MOST_PENDING} bytes of messages without a cycle between them")
+        self._messages.append(message)
+
+    def take(self) -> tuple[Message, ...]:
+        """All of them; none are left."""
+        taken, self._messages, self._size = tuple(self._messages), [], 0
+        return taken
 
 
 class Clock:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import io
 import os
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from ...errors import FormatError
 from .binary import BinaryParser
 from .frames import Frame, GameLogHeader, Message
 from .json import JsonParser
+from .streams import beginning, open_log
 from .text import TextParser
 
 
@@ -65,24 +65,9 @@ class GameLogReader:
         return f"GameLogReader({str(self.path)!r}, version={self.version})"
 
 
-def open_log(path: Path) -> io.BufferedReader:
-    """The bytes of `path`, decompressed if they begin like a gzip file."""
-    try:
-        stream = open(path, "rb")  # noqa: SIM115 - the caller closes it
-        if stream.peek(2)[:2] != b"\x1f\x8b":
-            return stream
-        stream.close()
-        return io.BufferedReader(gzip.open(path, "rb"))  # type: ignore[arg-type]
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
 def _parser(path: Path, stream: io.BufferedReader) -> BinaryParser | JsonParser | TextParser:
     """The parser for the version that the first bytes of `stream` announce."""
-    try:
-        start = stream.peek(4)[:4]
-    except (OSError, EOFError) as error:
-        raise FormatError(f"{path}: cannot be decompressed: {error}") from error
+    start = beginning(path, stream, 4)
     if start[:3] == b"ULG":
         mark = start[3:4]
         if mark in (b"\x02", b"\x03"):

@@ -119,7 +119,7 @@ class Recorder:
     world : int
         Which of its worlds.
     version : int
-        Of the game log, 6 or -1 (JSON).
+        Of the game log, 5, 6 or -1 (JSON).
 
     Examples
     --------
@@ -133,7 +133,7 @@ class Recorder:
         name = Path(path)
         ending = "".join(name.suffixes[-2:]) if name.suffix == ".gz" else name.suffix
         commands = name.with_name(name.name.removesuffix(ending) + (".rcl.gz" if name.suffix == ".gz" else ".rcl"))
-        self.game_log = GameLogWriter.for_simulator(name, simulator, teams=simulator.team_names, version=version)
+        self.game_log = GameLogWriter.for_simulator(name, simulator, version=version)
         try:
             self.command_log = CommandLogWriter(commands)
         except Exception:

@@ -19,20 +19,26 @@ from .frames import (
     Frame,
     GameLogHeader,
     Message,
+    Pending,
     Team,
     empty_players,
     player_row,
+    whole,
 )
+from .streams import LONGEST_ITEM, read_lines
 
 _PAIR = re.compile(r'\(([A-Za-z_0-9]+) ("[^"]*"|[^()]*)\)')
-_MESSAGE = re.compile(r'\(msg (-?\d+) (-?\d+) "(.*)"\)\s*$', re.DOTALL)
+_MESSAGE = re.compile(r'\(msg (-?\d{1,10}) (-?\d{1,10}) "')
+_WORDS = {"true": True, "false": False}
 MODES = {mode.name: mode for mode in PlayMode}
 
 
-def parameter_value(text: str) -> int | float | str:
-    """A value of ``(name value)``: int, float, or the text between quotes."""
+def parameter_value(text: str) -> bool | int | float | str:
+    """A value of ``(name value)``: int, float, the text between quotes, or one of the words ``true`` and ``false`` of converters."""
     if text.startswith('"'):
         return text.strip('"')
+    if text in _WORDS:
+        return _WORDS[text]
     try:
         return int(text)
     except ValueError:
@@ -51,22 +57,19 @@ class TextParser:
         self.path = path
         self.trailing: tuple[Message, ...] = ()
         self.header = GameLogHeader(version)
-        self._line_number = 1
+        self._line_number = 0
         self._stream = stream
-        stream.readline()
         self._pending: str | None = None
         self._lines = self._read_lines()
+        next(self._lines)  # ULG and the version
         self._read_header()
 
     def _read_lines(self) -> Iterator[str]:
-        try:
-            for raw in self._stream:
-                self._line_number += 1
-                line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n\0")
-                if line:
-                    yield line
-        except (OSError, EOFError) as error:
-            raise self._error(f"cannot be decompressed: {error}") from error
+        for raw in read_lines(self.path, self._stream):
+            self._line_number += 1
+            line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n\0")
+            if line:
+                yield line
 
     def _error(self, what: str) -> FormatError:
         return FormatError(f"{self.path}, line {self._line_number}: {what}")
@@ -86,15 +89,14 @@ class TextParser:
         """The frames in order, each with the messages written since the frame before."""
         clock = Clock()
         mode, teams = PlayMode.null, (Team(), Team())
-        messages: list[Message] = []
+        messages = Pending()
         line = self._pending
         while line is not None:
             try:
                 if line.startswith("(show "):
                     frame = parse_show(line)
                     frame.stoppage = clock.tick(frame.time)
-                    frame.mode, (frame.left, frame.right), frame.messages = mode, teams, tuple(messages)
-                    messages = []
+                    frame.mode, (frame.left, frame.right), frame.messages = mode, teams, messages.take()
                     yield frame
                 elif line.startswith("(playmode "):
                     name = line[10:].rstrip(")").split()[1]
@@ -104,30 +106,37 @@ class TextParser:
                 elif line.startswith("(team "):
                     teams = parse_team(line)
                 elif line.startswith("(msg "):
-                    messages.append(self._message(line))
+                    messages.add(self._message(line))
                 else:
                     raise self._error(f"unknown item {line[:40]!r}; expected show, playmode, team or msg")
-            except (ValueError, IndexError, KeyError) as error:
+            except (ValueError, IndexError, KeyError, OverflowError) as error:
                 if isinstance(error, FormatError):
                     raise
                 raise self._error(f"cannot be read ({error}): {line[:60]!r}") from error
             line = next(self._lines, None)
-        self.trailing = tuple(messages)
+        self.trailing = messages.take()
 
     def _message(self, line: str) -> Message:
+        head = _MESSAGE.match(line)
+        if head is None:
+            raise self._error(f"a message has a time, a board and a text in quotes, got {line[:60]!r}")
         # the server writes whatever stands in its buffer, line breaks included
-        while (found := _MESSAGE.match(line)) is None:
+        parts, size = [line[head.end() :]], len(line)
+        while not parts[-1].rstrip().endswith('")'):
             more = next(self._lines, None)
             if more is None:
                 raise self._error("a message without its closing quote")
-            line += "\n" + more
-        return Message(int(found[1]), int(found[2]), found[3])
+            size += len(more) + 1
+            if size > LONGEST_ITEM:
+                raise self._error(f"a message of more than {LONGEST_ITEM} bytes, or one without its closing quote")
+            parts.append(more)
+        return Message(whole(head[1]), whole(head[2]), "\n".join(parts).rstrip().removesuffix('")'))
 
 
 def parse_team(line: str) -> tuple[Team, Team]:
     """``(team T NL NR SL SR [PSL PML PSR PML])`` as two teams."""
     left, right, *scores = line[6:].rstrip(")").split()[1:]
-    numbers = [int(score) for score in scores]
+    numbers = [whole(score) for score in scores]
     if len(numbers) not in (2, 6):
         raise ValueError(f"{len(numbers)} scores instead of 2 or 6")
     pen = numbers[2:] or [0, 0, 0, 0]
@@ -140,7 +149,7 @@ def parse_team(line: str) -> tuple[Team, Team]:
 def parse_show(line: str) -> Frame:
     """One ``(show T ((b) …) ((l 1) …) …)`` line; mode and teams are left to the caller."""
     head, ball, *players = line.split(" ((")
-    frame = Frame(int(head[6:]))
+    frame = Frame(whole(head[6:]))
     if not ball.startswith("b) "):
         raise ValueError(f"no ball but {ball[:20]!r}")
     frame.ball = np.array(ball[3:].rstrip(")").split(), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Writing game logs that today's viewers play: text version 6 and JSON (specification/protocol.md 11.1)."""
+"""Writing game logs that today's viewers play: text versions 5 and 6 and JSON (specification/protocol.md 11.1)."""
 
 from __future__ import annotations
 
@@ -38,6 +38,8 @@ _COUNTS = [
 ]
 _SIDES = "l", "r"
 POSITION_STEP, ANGLE_STEP = 1e-4, 1e-3
+JSON = -1
+"""The version number of JSON logs."""
 
 
 class HasWorlds(Protocol):
@@ -46,6 +48,7 @@ class HasWorlds(Protocol):
     parameters: ServerParameters
     player_parameters: PlayerParameters
     types: tuple[PlayerType, ...]
+    team_names: tuple[str, str]
 
     @property
     def world(self) -> npt.NDArray[Any]: ...
@@ -113,7 +116,7 @@ class GameLogWriter:
     teams : two str
         Names of the teams; without blanks.
     version : int
-        6 (text) or -1 (JSON).
+        6 or 5 (text; 5 has no focus points), or -1 (JSON).
     date : datetime, optional
         When the game is played, for the result line and the JSON header; now if not given.
 
@@ -136,8 +139,8 @@ class GameLogWriter:
         version: int = 6,
         date: datetime.datetime | None = None,
     ) -> None:
-        if version not in (6, -1):
-            raise FormatError(f"game logs are written in version 6 (text) or -1 (JSON), not {version!r}")
+        if version not in (5, 6, -1):
+            raise FormatError(f"game logs are written in version 5, 6 (text) or -1 (JSON), not {version!r}")
         if len(teams) != 2:
             raise FormatError(f"a game has 2 teams, got {list(teams)}")
         for name in teams:
@@ -157,8 +160,8 @@ class GameLogWriter:
 
     @classmethod
     def for_simulator(cls, path: str | os.PathLike[str], simulator: HasWorlds, **options: Any) -> GameLogWriter:
-        """A writer with the parameters and types of `simulator`; `options` as in the constructor."""
-        return cls(path, simulator.parameters, simulator.player_parameters, simulator.types, **options)
+        """A writer with the parameters, types and team names of `simulator`; `options` as in the constructor."""
+        return cls(path, simulator.parameters, simulator.player_parameters, simulator.types, **{"teams": simulator.team_names, **options})
 
     # --- what is written
 
@@ -190,8 +193,8 @@ class GameLogWriter:
             self._shown_teams = frame.left, frame.right
             self._write_team(frame.time)
         self._last = frame
-        if self.version == 6:
-            players = " ".join(map(_text_player, _shown(frame.players)))
+        if self.version != JSON:
+            players = " ".join(_text_player(row, self.version) for row in _shown(frame.players))
             ball = " ".join(quantised(value, POSITION_STEP) for value in frame.ball)
             self._file.write(f"(show {frame.time} ((b) {ball}) {players})\n")
             return
@@ -203,7 +206,7 @@ class GameLogWriter:
         """Write a text for the message board (1) or the log (2) of the viewer, at `time` or that of the last frame."""
         if time is None:
             time = self._last.time if self._last else 0
-        if self.version == 6:
+        if self.version != JSON:
             if "\n" in text or "\0" in text:
                 raise FormatError(f"message {text!r}: a text log cannot hold a line break in a message")
             self._file.write(f'(msg {time} {board} "{text}")\n')
@@ -218,7 +221,7 @@ class GameLogWriter:
         self.message(f"(result {self.date:%Y%m%d%H%M} {shown[0]}-vs-{shown[1]})", 1, time)
         self._shown_teams = teams
         self._write_team(time, last=True)
-        if self.version == -1:
+        if self.version == JSON:
             self._file.write("]\n")
         self._file.close()
 
@@ -238,8 +241,8 @@ class GameLogWriter:
     # --- the pieces
 
     def _write_header(self) -> None:
-        if self.version == 6:
-            lines = ["ULG6", self.parameters.to_text(), self.player_parameters.to_text()]
+        if self.version != JSON:
+            lines = [f"ULG{self.version}", self.parameters.to_text(), self.player_parameters.to_text()]
             lines += [kind.to_text(number) for number, kind in enumerate(self.player_types)]
         else:
             lines = [
@@ -254,7 +257,7 @@ class GameLogWriter:
         self._file.write("\n".join(lines) + "\n")
 
     def _write_mode(self, frame: Frame) -> None:
-        if self.version == 6:
+        if self.version != JSON:
             self._file.write(f"(playmode {frame.time} {frame.mode.name})\n")
         else:
             time = _json_time(frame.time, frame.stoppage)
@@ -264,7 +267,7 @@ class GameLogWriter:
         assert self._shown_teams is not None
         left, right = self._shown_teams
         penalties = any((left.pen_score, left.pen_miss, right.pen_score, right.pen_miss))
-        if self.version == 6:
+        if self.version != JSON:
             text = f"(team {time} {left.name or 'null'} {right.name or 'null'} {left.score} {right.score}"
             if penalties:
                 text += f" {left.pen_score} {left.pen_miss} {right.pen_score} {right.pen_miss}"
@@ -322,18 +325,19 @@ def _shown(players: npt.NDArray[Any]) -> list[_Shown]:
     return [_Shown(*row) for row in players.tolist()]
 
 
-def _text_player(row: _Shown) -> str:
-    """``((l 1) TYPE STATE x y vx vy body neck [px py] (v h W) (fp D A) (s S E R K) [(f l 2)] (c ...))``."""
+def _text_player(row: _Shown, version: int) -> str:
+    """``((l 1) TYPE STATE x y vx vy body neck [px py] (v h W) (fp D A) (s S E R K) [(f l 2)] (c ...))``; version 5 knows no focus."""
     state = f"0x{row.state:x}" if row.state else "0"
     motion = [*_position(row.pos), *_position(row.vel), _angle(row.body), _angle(row.neck)]
     if not math.isnan(row.point[0]):
         motion += _position(row.point)
     energy = " ".join(map(number, (row.stamina, row.effort, row.recovery, row.capacity)))
     attention = "(f {} {}) ".format(*row.target) if row.target else ""
-    counts = " ".join(str(max(count, 0)) for count in row.counts)
+    counts = " ".join(str(max(count, 0)) for count in (row.counts if version > 5 else row.counts[:-1]))
+    focus = f"(fp {' '.join(_position(row.focus))}) " if version > 5 else ""
     return (
         f"(({row.letter} {row.unum}) {max(row.type, 0)} {state} {' '.join(motion)} (v {row.quality} {_angle(row.view_width)}) "
-        f"(fp {' '.join(_position(row.focus))}) (s {energy}) {attention}(c {counts}))"
+        f"{focus}(s {energy}) {attention}(c {counts}))"
     )
 
 

@@ -140,7 +140,9 @@ class _Lexer:
 
 def _atoi(text: str) -> int:
     """C's ``atoi`` on a machine with 64-bit long: saturated to 64 bits, then cut to 32."""
-    value = max(-(2**63), min(int(text), 2**63 - 1)) & 0xFFFFFFFF
+    sign, digits = (-1 if text.startswith("-") else 1), text.lstrip("+-").lstrip("0")
+    read = sign * int(digits or "0") if len(digits) < 20 else sign * 2**63
+    value = max(-(2**63), min(read, 2**63 - 1)) & 0xFFFFFFFF
     return value - 2**32 if value >= 2**31 else value
 
 
@@ -444,6 +446,8 @@ def _said(command: PlayerCommand) -> str:
 
 # --- the trainer
 
+DEEPEST = 8
+"""Lists in lists that a command of the trainer may have; no command has more than two."""
 _ITEM = re.compile(r'\s*(\(|\)|"[^"]*"|[^\s()"]+)')
 
 
@@ -461,14 +465,16 @@ def parse_trainer(text: str) -> PlayerCommand:
     if text.startswith("(say "):
         return PlayerCommand("say", (text[5:].removesuffix(")"),))
     stack: list[list[Any]] = [[]]
-    at = 0
-    while at < len(text.rstrip()):
+    at, end = 0, len(text.rstrip())
+    while at < end:
         found = _ITEM.match(text, at)
         if not found:
             break
         at = found.end()
         word = found[1]
         if word == "(":
+            if len(stack) > DEEPEST:
+                raise CommandError(f"a trainer's command has lists in lists up to {DEEPEST} deep, got {text[:60]!r}")
             stack.append([])
         elif word == ")" and len(stack) > 1:
             done = tuple(stack.pop())
@@ -478,7 +484,7 @@ def parse_trainer(text: str) -> PlayerCommand:
         elif word != ")":
             stack[-1].append(_trainer_word(word))
     if len(stack) != 1 or not stack[0] or not isinstance(stack[0][0], tuple) or not stack[0][0]:
-        raise CommandError(f"a trainer's command is one list in parentheses, got {text!r}")
+        raise CommandError(f"a trainer's command is one list in parentheses, got {text[:60]!r}")
     name, *args = stack[0][0]
     return PlayerCommand(str(name), tuple(args))
 

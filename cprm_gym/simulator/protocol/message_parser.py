@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import NamedTuple
 
@@ -10,6 +11,8 @@ from ...errors import FormatError
 _TOKEN = re.compile(r'[()]|"[^"]*"|[^\s()"]+')
 _KINDS = {"b": "ball", "g": "goal", "f": "flag", "p": "player", "l": "line"}
 _LONG = {"ball": "b", "goal": "g", "flag": "f", "player": "p", "line": "l"}
+DEEPEST = 8
+"""Lists in lists that a message may have; no message of the server has more than three."""
 _Tree = list["str | _Tree"]
 
 
@@ -60,6 +63,8 @@ def _tree(text: str, head: str) -> _Tree:
     stack: list[_Tree] = [[]]
     for token in _TOKEN.findall(text):
         if token == "(":
+            if len(stack) > DEEPEST:
+                raise FormatError(f"not a {head} message, lists in lists more than {DEEPEST} deep: {text[:60]!r}")
             stack.append([])
         elif token == ")":
             if len(stack) == 1:
@@ -85,23 +90,23 @@ def parse_see(text: str) -> SeeMessage:
     try:
         return SeeMessage(int(_word(items[1])), tuple(_object(item) for item in items[2:]))
     except (ValueError, IndexError, KeyError, TypeError) as error:
-        raise FormatError(f"malformed see message ({error}): {text[:60]!r}") from None
+        raise FormatError(f"malformed see message ({str(error)[:100]}): {text[:60]!r}") from None
 
 
 def _word(item: str | _Tree) -> str:
     if not isinstance(item, str):
-        raise ValueError(f"a word was expected, not {item!r}")
+        raise ValueError(f"a word was expected, not {str(item)[:40]}")
     return item
 
 
 def _object(item: str | _Tree) -> SeenObject:
     if not isinstance(item, list) or not isinstance(item[0], list):
-        raise ValueError(f"an object was expected, not {item!r}")
+        raise ValueError(f"an object was expected, not {str(item)[:40]}")
     name, told = [_word(part) for part in item[0]], [_word(part) for part in item[1:]]
     letter = _LONG.get(name[0].lower(), name[0].lower())
     kind, close = _KINDS[letter], name[0][0].isupper()
     marks = {"tackling": told[-1] == "t", "kicking": told[-1] == "k"}
-    numbers = [float(number) for number in (told[:-1] if any(marks.values()) else told)]
+    numbers = [_real(number) for number in (told[:-1] if any(marks.values()) else told)]
     if len(numbers) == 1:
         distance, rest = None, numbers
     else:
@@ -124,6 +129,14 @@ def _object(item: str | _Tree) -> SeenObject:
     )  # fmt: skip
 
 
+def _real(word: str) -> float:
+    """A finite number as the server prints it."""
+    number = float(word)
+    if not math.isfinite(number):
+        raise ValueError(f"a finite number was expected, not {word[:20]!r}")
+    return number
+
+
 def _int(value: float | None) -> int | None:
     return None if value is None else int(value)
 
@@ -143,16 +156,16 @@ def parse_sense_body(text: str) -> dict[str, tuple[str | float, ...]]:
         raise FormatError(f"malformed sense_body message: {text[:60]!r}")
     told: dict[str, tuple[str | float, ...]] = {"time": (_value(items[1]),)}
     for item in items[2:]:
-        if not isinstance(item, list) or not item or [] in item:
-            raise FormatError(f"malformed sense_body message, a list was expected, not {item!r}: {text[:60]!r}")
+        lists = [part for part in item[1:] if isinstance(part, list)] if isinstance(item, list) else []
+        if not isinstance(item, list) or any(not part or not isinstance(part[0], str) for part in (item, *lists)):
+            raise FormatError(f"malformed sense_body message, a list with a name was expected, not {str(item)[:40]}: {text[:60]!r}")
         name = str(item[0])
         told[name] = tuple(_value(part) for part in item[1:] if isinstance(part, str))
         if name == "collision":
-            told[name] += tuple(str(part[0]) for part in item[1:] if isinstance(part, list))
+            told[name] += tuple(str(part[0]) for part in lists)
             continue
-        for part in item[1:]:
-            if isinstance(part, list):
-                told[f"{name}.{part[0]}"] = tuple(_value(word) for word in part[1:] if isinstance(word, str))
+        for part in lists:
+            told[f"{name}.{part[0]}"] = tuple(_value(word) for word in part[1:] if isinstance(word, str))
     return told
 
 

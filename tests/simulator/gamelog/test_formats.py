@@ -15,6 +15,7 @@ from cprm_gym.simulator.gamelog.commands import CommandLogReader, CommandLogWrit
 from cprm_gym.simulator.gamelog.frames import Frame, Message, Team, player_row
 from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
+from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.simulator.state import PlayMode
 
 FORMATS = ROOT / "tests" / "conformance" / "data" / "formats"
@@ -86,7 +87,7 @@ def test_pointing_focus_attention_view_and_counters_are_read(version):
         assert last["counts"][11] == 3
 
 
-@pytest.mark.parametrize("version", [6, -1])
+@pytest.mark.parametrize("version", [5, 6, -1])
 def test_a_log_read_and_written_again_has_the_servers_bytes(version, tmp_path):
     source, copy = FORMATS / f"v{version}.rcg", tmp_path / "copy.rcg"
     reader = GameLogReader(source)
@@ -116,6 +117,27 @@ def test_version_6_and_json_of_one_game_hold_the_same_frames(tmp_path):
         for name in text.players.dtype.names:
             if name != "focus":
                 np.testing.assert_array_equal(text.players[name], other.players[name])
+
+
+def test_booleans_of_a_header_may_be_words(tmp_path):
+    """As public converters write them."""
+    path = tmp_path / "converted.rcg"
+    data = (FORMATS / "v5.rcg").read_bytes()
+    path.write_bytes(data.replace(b"(coach 1)", b"(coach true)").replace(b"(verbose 0)", b"(verbose false)"))
+    assert b"true" in path.read_bytes()
+    assert GameLogReader(path).header.parameters() == GameLogReader(FORMATS / "v5.rcg").header.parameters()
+
+
+def test_a_writer_for_a_simulator_knows_its_teams(tmp_path):
+    simulator = Simulator(1)
+    simulator.team_names = ("Reds", "Blues")
+    simulator.trainer.change_mode("play_on")
+    with GameLogWriter.for_simulator(tmp_path / "x.rcg", simulator) as writer:
+        writer.record(simulator)
+    assert [(frame.left.name, frame.right.name) for frame in GameLogReader(tmp_path / "x.rcg")] == [("Reds", "Blues")]
+    with GameLogWriter.for_simulator(tmp_path / "y.rcg", simulator, teams=("A", "B")) as writer:
+        writer.record(simulator)
+    assert next(iter(GameLogReader(tmp_path / "y.rcg"))).left.name == "A"
 
 
 def test_a_json_log_may_stand_on_one_line(tmp_path):
@@ -238,8 +260,8 @@ def test_damaged_logs_raise_nothing_but_errors_of_ours(version, tmp_path):
 
 
 def test_writers_refuse_what_a_log_cannot_hold(tmp_path):
-    with pytest.raises(FormatError, match=r"version 6 \(text\) or -1"):
-        GameLogWriter(tmp_path / "x.rcg", version=5)
+    with pytest.raises(FormatError, match=r"version 5, 6 \(text\) or -1"):
+        GameLogWriter(tmp_path / "x.rcg", version=4)
     with pytest.raises(FormatError, match="without blanks"):
         GameLogWriter(tmp_path / "x.rcg", teams=("two words", "R"))
     with pytest.raises(CprmError, match="cannot be written"):

@@ -76,6 +76,27 @@ def test_hear_messages():
 
 
 @pytest.mark.parametrize(
+    ("parse", "text"),
+    [
+        (parse_see, "(see 0 ((b) inf))"),
+        (parse_see, "(see 0 ((b) 1e999 3))"),
+        (parse_see, "(see 0 ((b) nan 3))"),
+        (parse_see, "(see 0 " + "(" * 100_000 + ")" * 100_000 + ")"),
+        (parse_see, "(" * 100_000),
+        (parse_see, "(see " + "9" * 5000 + ")"),
+        (parse_see, "(see 0 (((((b)))) 3))"),
+        (parse_sense_body, "(sense_body 0 " + "(" * 100_000 + ")" * 100_000 + ")"),
+        (parse_sense_body, "(sense_body 0 (arm (())))"),
+        (parse_hear, "(hear " + "9" * 5000 + ' self "a")'),
+        (parse_hear, "(hear 0 " + "9" * 5000 + ' "a")'),
+    ],
+)
+def test_hostile_messages_are_format_errors(parse, text):
+    with pytest.raises(FormatError):
+        parse(text)
+
+
+@pytest.mark.parametrize(
     ("text", "told"),
     [
         ("(hear 2 self Yab0Y)", (2, "self", None, None, "Yab0Y")),
