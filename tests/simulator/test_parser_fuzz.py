@@ -67,8 +67,9 @@ SEEN = [
 
 
 def whole(text: str) -> str:
-    """A message cut to size, its brackets closed."""
-    return text[: text.rindex(" ")] + ")" * (text[: text.rindex(" ")].count("(") - text[: text.rindex(" ")].count(")"))
+    """A message cut behind one of its lists, its brackets closed."""
+    text = text[: text.rindex(" ((" if text.startswith("(see ") else " (")]
+    return text + ")" * (text.count("(") - text.count(")"))
 
 
 @pytest.mark.slow
