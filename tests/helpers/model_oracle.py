@@ -161,6 +161,8 @@ class Oracle:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.things = [o for o, c in case.objects.items() if c == "Thing"]
+        self._all = list(itertools.product(range(case.card), repeat=len(self.things)))
+        self._sums: dict[Any, np.ndarray] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -182,30 +184,35 @@ class Oracle:
             starts = [(None, bold, float(tables["trait"][bold])) for bold in range(2)]
         else:
             starts = [(None, 0, 1.0)]
+        remembers = any(case.past.values())
+        cases: dict[Any, float] = {}
         for old, bold, p in starts:
-            for xs in itertools.product(range(case.card), repeat=len(self.things)):
+            moves = [self._move(old, k, bold, name, relations).tolist() for k, name in enumerate(self.things)]
+            for xs in self._all:
                 q = p
-                for k, (name, x) in enumerate(zip(self.things, xs)):
-                    q *= self._move(old, k, bold, name, relations)[x]
-                    reading = evidence.get(f"{name}.seen")
-                    q *= 1.0 if reading is None else tables["seen"][x, reading]
-                if q == 0.0:
-                    continue
-                flags = [self._flag(name, old, xs, relations) for name in ("a", "b")]
-                for name, flag in zip(("a", "b"), flags):
-                    if f"w.{name}" in evidence:
-                        flag[1 - evidence[f"w.{name}"]] = 0.0
-                joint = self._joint(flags, old, xs, relations, evidence)
-                total = q * joint.sum()
-                if total == 0.0:
-                    continue
-                after[(*xs, bold)] = after.get((*xs, bold), 0.0) + total
-                for name, x in zip(self.things, xs):
-                    found[f"{name}.x"][x] += total
-                found["w.a"] += q * joint.sum(axis=1)
-                found["w.b"] += q * joint.sum(axis=0)
-                if case.static_parent:
-                    found["trait.bold"][bold] += total
+                for move, x in zip(moves, xs):
+                    q *= move[x]
+                if q:
+                    key = (old if remembers else old is None, xs, bold)
+                    cases[key] = cases.get(key, 0.0) + q
+        for (last, xs, bold), p in cases.items():
+            q = p * float(np.prod([tables["seen"][x, evidence[f"{t}.seen"]] for t, x in zip(self.things, xs) if f"{t}.seen" in evidence]))
+            old = last if remembers else None if last else ()
+            flags = [self._flag(name, old, xs, relations) for name in ("a", "b")]
+            for name, flag in zip(("a", "b"), flags):
+                if f"w.{name}" in evidence:
+                    flag[1 - evidence[f"w.{name}"]] = 0.0
+            joint = self._joint(flags, old, xs, relations, evidence)
+            total = q * float(joint.sum())
+            if total == 0.0:
+                continue
+            after[(*xs, bold)] = after.get((*xs, bold), 0.0) + total
+            for name, x in zip(self.things, xs):
+                found[f"{name}.x"][x] += total
+            found["w.a"] += q * joint.sum(axis=1)
+            found["w.b"] += q * joint.sum(axis=0)
+            if case.static_parent:
+                found["trait.bold"][bold] += total
         mass = sum(after.values())
         if mass == 0.0:
             return None
@@ -224,7 +231,10 @@ class Oracle:
     def _sum(self, name: str, old: tuple[int, ...] | None, xs: tuple[int, ...]) -> np.ndarray:
         """P(aggregate of an attribute | things)."""
         values: Sequence[int] = xs if not self.case.past[name] else old or ()
-        return distribution(self.case.aggregates[name], values, self.case.card)
+        known = self._sums.get((name, tuple(values)))
+        if known is None:
+            known = self._sums[name, tuple(values)] = distribution(self.case.aggregates[name], values, self.case.card)
+        return known
 
     def _flag(self, name: str, old: tuple[int, ...] | None, xs: tuple[int, ...], relations: Sequence[str]) -> np.ndarray:
         if name == "a" and "calm(w)" in relations:
