@@ -34,7 +34,7 @@ __all__ = [
     "unroll",
 ]
 
-CACHED_SLICES = 1024
+CACHED_SLICES = 4096
 """Ground slices that a `Grounding` remembers; the least recently used one is forgotten first."""
 
 
@@ -78,6 +78,7 @@ class Grounding(Skeleton, Grounds):
     def __init__(self, model: Model, objects: Mapping[str, str], references: Mapping[str, Mapping[str, Any]] | None = None) -> None:
         super().__init__(model, objects, references)
         self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
+        self._answers: dict[Any, GroundSlice] = {}
         self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
 
     def ground(
@@ -116,20 +117,30 @@ class Grounding(Skeleton, Grounds):
             raw: tuple[Any, ...] = (relations.relations, first, relations.objects, relations.entering)
         else:
             raw = (one_or_many(relations), first, None if objects is None else one_or_many(objects), one_or_many(entering))
-        known = self._slices.get(raw)
+        known = self._answers.get(raw)
         if known is not None:
-            self._slices.move_to_end(raw)
             return known
         active = sorted({self.canonical(r) for r in raw[0]})
         live = tuple(self.objects) if raw[2] is None else self._live(raw[2])
-        fresh = frozenset((*live, *active)) if first else frozenset(self._entering(e, live, active) for e in raw[3])
+        fresh = (
+            frozenset((*live, *active)) if first else frozenset(self._entering(e, live, active) for e in raw[3]) - self._forgetful(active)
+        )
         key = (tuple(active), live, fresh)
         made = self._slices.get(key)
         if made is None:
             made = SliceBuilder(self, tuple(active), live, fresh).build()
             self._remember(key, made)
-        self._remember(raw, made)
+        else:
+            self._slices.move_to_end(key)
+        if len(self._answers) >= CACHED_SLICES:
+            self._answers.clear()
+        self._answers[raw] = made
         return made
+
+    def _forgetful(self, active: Sequence[str]) -> set[str]:
+        """Tuples of relations without attributes: there is nothing of theirs in the slice before, whether they are new or not."""
+        relations = self.model.checked.relations
+        return {atom for atom in active if not relations[parse_tuple(atom)[0]].attributes}
 
     def _remember(self, key: Any, made: GroundSlice) -> None:
         self._slices[key] = made

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 from ....errors import ModelError, did_you_mean
 from ..model.model import Model
+from .slices import GroundCPD, GroundVariable
 
 
 class Skeleton:
@@ -21,6 +22,8 @@ class Skeleton:
     ----------
     members : dict of str to tuple of str
         Class -> its objects, those of its subclasses among them.
+    variables, cpds : dict
+        Parts of slices, shared by those that have them.
     static : tuple of str
         Names of the variables that are drawn once and never again.
     references : dict of (object, slot) to tuple of str
@@ -46,6 +49,8 @@ class Skeleton:
                 raise ModelError(f"{self.where}, object {name!r}: class {class_name!r} is abstract")
         for class_name in checked.classes:
             self.members[class_name] = tuple(o for o, c in self.objects.items() if checked.is_a(c, class_name))
+        self.variables: dict[str, GroundVariable] = {}
+        self.cpds: dict[str, dict[Hashable, GroundCPD]] = {}
         self.static = tuple(f"{o}.{a.name}" for o, c in self.objects.items() for a in checked.classes[c].attributes.values() if a.static)
         self.references: dict[tuple[str, str], tuple[str, ...]] = {}
         for name, slots in (references or {}).items():

@@ -17,6 +17,9 @@ from ..model.schema import parse_tuple
 from .skeleton import Skeleton
 from .slices import PREVIOUS, SAME, STATIC, GroundCPD, GroundSlice, GroundVariable
 
+SHARED_CPDS = 256
+"""CPDs of one variable that slices share; beyond that many they are made anew."""
+
 Parents = tuple[tuple[str, int], ...]
 
 
@@ -115,18 +118,21 @@ class SliceBuilder:
     def _variable(self, name: str, domain: Domain, class_name: str, object_name: str, attribute: str) -> None:
         if name in self.variables:
             raise ModelError(f"{self.where}: two variables are called {name!r}")
-        if isinstance(domain, Bins):
-            edges = np.array(domain.edges)
-            edges.flags.writeable = False
-            self.variables[name] = GroundVariable(
-                name, domain.states, edges, domain.circular, class_name, object_name, attribute, domain.clip, domain.unit
-            )
-        else:
-            self.variables[name] = GroundVariable(name, domain.states, None, False, class_name, object_name, attribute)
+        known = self.skeleton.variables.get(name)
+        if known is None or known.domain != domain or (known.class_name, known.attribute) != (class_name, attribute):
+            known = _variable(name, domain, class_name, object_name, attribute)
+            self.skeleton.variables[name] = known
+        self.variables[name] = known
 
     def _cpd(self, child: str, bound: Bound) -> None:
         parents, table, key = _merge_repeated(bound)
-        self.cpds.append(GroundCPD(child, parents, table, key, checked=True))
+        shared = self.skeleton.cpds.setdefault(child, {})
+        known = shared.get((parents, key))
+        if known is None:
+            if len(shared) >= SHARED_CPDS:
+                shared.clear()
+            known = shared[parents, key] = GroundCPD(child, parents, table, key, checked=True)
+        self.cpds.append(known)
 
     def _add_object(self, name: str, info: ClassInfo, claims: Mapping[str, list[Claim]]) -> None:
         context = Context(name, {"": name})
@@ -284,6 +290,14 @@ class SliceBuilder:
             self.cpds.append(GroundCPD(name, parents, link.table, key, checked=True))
             before = ((name, SAME),)
         return full
+
+
+def _variable(name: str, domain: Domain, class_name: str, object_name: str, attribute: str) -> GroundVariable:
+    if not isinstance(domain, Bins):
+        return GroundVariable(name, domain.states, None, False, class_name, object_name, attribute)
+    edges = np.array(domain.edges)
+    edges.flags.writeable = False
+    return GroundVariable(name, domain.states, edges, domain.circular, class_name, object_name, attribute, domain.clip, domain.unit)
 
 
 def _bound(parents: Parents, table: np.ndarray, key: Hashable) -> Bound:

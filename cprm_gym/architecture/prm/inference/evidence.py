@@ -284,10 +284,17 @@ def _all_at_once(
             raise EvidenceError(f"state rows have shape {evidence.states.shape} for {len(rows)} variables and {hard.shape[1]} agents")
         hard[rows] = evidence.states
         return True
-    types = set(map(type, evidence.values()))
-    if (types != {int} and types != {np.ndarray}) or any(variables[name].edges is not None for name in evidence):
+    values: list[Any] = []
+    for name, value in evidence.items():
+        if isinstance(value, Index):
+            values.append(value.value)
+        elif variables[name].edges is None:
+            values.append(value)
+        else:
+            return False
+    types = set(map(type, values))
+    if types != {int} and types != {np.ndarray}:
         return False
-    values = list(evidence.values())
     if types == {np.ndarray} and any(v.shape != (hard.shape[1],) or v.dtype != np.int64 for v in values):
         return False
     try:

@@ -44,7 +44,7 @@ class TableStore:
     """
 
     def __init__(self) -> None:
-        self.infos: Recent[tuple[GroundSlice, frozenset[str]], Any] = Recent(256)  # of SliceInfo, which imports this file
+        self.infos: Recent[tuple[GroundSlice, frozenset[str]], Any] = Recent(4096)  # of SliceInfo, which imports this file
         self.tables: dict[int, np.ndarray] = {}
         self._numbers: dict[bytes, int] = {}
         self._seen: dict[int, tuple[Any, int]] = {}

@@ -21,7 +21,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -128,6 +129,7 @@ class Compiler:
         self.plans: Recent[PlanSpec, Plan] = Recent(limit)
         self.slice_steps: Recent[tuple[Any, ...], SliceStep] = Recent(limit)
         self.layouts = Layouts(limit)
+        self.components: Recent[tuple[Any, ...], Recent[tuple[Any, ...], _Component]] = Recent(16)
         self.compiled = 0
 
     def plan(self, spec: PlanSpec) -> Plan:
@@ -232,13 +234,17 @@ class _Assembler:
     def build(self) -> SliceStep:
         """The slice_step."""
         drafts = self.drafts()
-        batches: dict[tuple[Any, ...], list[_Component]] = {}
+        batches: dict[tuple[Any, ...], list[_Placed]] = {}
+        before = self.layout.info
+        known = self.compiler.components.fetch((self.info.names, None if before is None else before.names), lambda: Recent(4096))
         for indices in connected([d.scope for d in drafts]):
             inside = [drafts[i] for i in indices]
             if all(d.kind == "piece" for d in inside) and not any(v[1] == STATIC for d in inside for v in d.scope):
                 continue
-            component = _Component(self, inside)
-            batches.setdefault((component.spec, component.source_signature), []).append(component)
+            key = tuple(map(self.signature, inside))
+            component = known.fetch(key, partial(_Component, self, inside))
+            placed = _Placed(component, tuple(inside[i].number for i in component.piece_order))
+            batches.setdefault((component.spec, component.source_signature), []).append(placed)
         soft_columns, at = {}, 0
         for row in np.flatnonzero(self.status == WEIGHTED):
             soft_columns[self.info.names[row]] = slice(at, at + int(self.info.cards[row]))
@@ -260,9 +266,16 @@ class _Assembler:
         layout = self.compiler.layouts.one(tuple(pieces), widths, counts, held, self.info)
         return SliceStep(tuple(groups), layout, self.status.copy(), soft_columns, at, where)
 
-    def group(self, components: Sequence[_Component], soft_columns: dict[str, slice]) -> Group:
+    def signature(self, draft: _Draft) -> tuple[Any, ...]:
+        """What a component is made of, wherever its pieces stand in the belief."""
+        if draft.kind != "piece":
+            return draft.kind, draft.scope, draft.number, draft.axes, draft.missing, draft.child
+        factors = self.layout.pieces[draft.number].factors
+        return draft.scope, tuple(f.size for f in factors), tuple(len(f.scope) for f in factors)
+
+    def group(self, components: Sequence[_Placed], soft_columns: dict[str, slice]) -> Group:
         """Like components as one batch."""
-        plan = self.compiler.plan(components[0].spec)
+        plan = self.compiler.plan(components[0].part.spec)
         moves, at = [], 0
         for k in range(len(components[0].pieces)):
             columns = [self.layout.pieces[c.pieces[k]].columns for c in components]
@@ -281,20 +294,27 @@ class _Assembler:
             whole = move.columns == slice(0, self.layout.widths[move.source]) and len(components) == self.layout.counts[move.source]
             if whole and np.array_equal(move.instances, np.arange(len(components))):
                 direct = move.source
-        values = np.array([c.columns for c in components], np.int64).reshape(len(components), -1, 3)
+        values = np.array([c.part.columns for c in components], np.int64).reshape(len(components), -1, 3)
         soft_at = np.array(
             [
-                [(soft_columns[name].start, plan.soft_places[q][1], plan.soft_places[q][0]) for q, name in enumerate(c.soft)]
+                [(soft_columns[name].start, plan.soft_places[q][1], plan.soft_places[q][0]) for q, name in enumerate(c.part.soft)]
                 for c in components
             ],
             np.int64,
         ).reshape(len(components), -1, 3)
-        readings = tuple(c.readings for c in components)
-        return Group(plan, tuple(c.nodes for c in components), tuple(moves), direct, values, soft_at, readings)
+        readings = tuple(c.part.readings for c in components)
+        return Group(plan, tuple(c.part.nodes for c in components), tuple(moves), direct, values, soft_at, readings)
 
 
-def _first(component: _Component) -> Node:
-    return min(component.nodes, default=("", PRESENT))
+class _Placed(NamedTuple):
+    """A component, and which pieces of the belief go into it, in its order."""
+
+    part: _Component
+    pieces: tuple[int, ...]
+
+
+def _first(component: _Placed) -> Node:
+    return component.part.first
 
 
 class _Component:
@@ -309,9 +329,10 @@ class _Component:
         self.nodes: tuple[Node, ...] = tuple(sorted(nodes, key=self.label))
         number = {v: i for i, v in enumerate(self.nodes)}
 
-        pieces = [d for d in drafts if d.kind == "piece"]
-        pieces.sort(key=lambda d: tuple(number[v] for v in d.scope))
-        self.pieces = [d.number for d in pieces]
+        self.first = min(self.nodes, default=("", PRESENT))
+        self.piece_order = [i for i, d in enumerate(drafts) if d.kind == "piece"]
+        self.piece_order.sort(key=lambda i: tuple(number[v] for v in drafts[i].scope))
+        pieces = [drafts[i] for i in self.piece_order]
         factors: list[MessageFactor | TableFactor | SoftFactor] = []
         at = 0
         for d in pieces:
@@ -320,7 +341,7 @@ class _Component:
             for f in piece.factors:
                 factors.append(MessageFactor(tuple(number[assembler.shifted(v)] for v in f.scope), at + f.column - start))
             at += piece.columns.stop - start
-        self.source_signature = tuple((p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[i] for i in self.pieces))
+        self.source_signature = tuple((p.columns.stop - p.columns.start) for p in (assembler.layout.pieces[d.number] for d in pieces))
 
         self.columns: list[tuple[int, int, int]] = []
         places: dict[tuple[Any, ...], int] = {}
