@@ -42,6 +42,9 @@ _COLUMNS = np.array(
 """What the server tells of the body, in the order of the first entries of `BodyFeature`."""
 
 
+OUT_OF_TIME = int(Status.OUT_OF_TIME)
+
+
 class Step(NamedTuple):
     """What one cycle gave, for every world and agent."""
 
@@ -368,7 +371,7 @@ class SoccerCore(Pitch):
         status, truncated = outcome.status, late.copy()
         if any_late:
             truncated &= ~outcome.terminated
-            status = np.where(truncated, int(Status.OUT_OF_TIME), status)
+            status = np.where(truncated, OUT_OF_TIME, status)
         return Step(outcome.reward, outcome.terminated, truncated, outcome.success, status, outcome.terms)
 
     def observe(self, fresh_start: np.ndarray | None = None) -> dict[str, np.ndarray]:

@@ -25,8 +25,13 @@ if TYPE_CHECKING:
 def of_agents(core: SoccerCore, step: Step | None, debug_info: bool) -> list[dict[str, Any]]:
     """The info of each agent of world 0 after `step`, or after a reset."""
     status, cycle = 0 if step is None else int(step.status[0]), int(core.cycle[0])
+    if step is not None and len(core.agents) == 1:
+        infos: list[dict[str, Any]] = [{"status": status, "is_success": bool(step.success[0, 0]), "cycle": cycle}]
+        for term, key in core.term_keys:
+            infos[0][key] = float(step.terms[term][0, 0])
+        return _with_now(core, infos, debug_info)
     if step is None:
-        infos: list[dict[str, Any]] = [{"status": status, "is_success": False, "cycle": cycle} for _ in core.agents]
+        infos = [{"status": status, "is_success": False, "cycle": cycle} for _ in core.agents]
     else:
         infos = [{"status": status, "is_success": won, "cycle": cycle} for won in step.success[0].tolist()]
     for term, key in core.term_keys:
@@ -36,6 +41,11 @@ def of_agents(core: SoccerCore, step: Step | None, debug_info: bool) -> list[dic
         else:
             for info, value in zip(infos, step.terms[term][0].tolist()):
                 info[key] = value
+    return _with_now(core, infos, debug_info)
+
+
+def _with_now(core: SoccerCore, infos: list[dict[str, Any]], debug_info: bool) -> list[dict[str, Any]]:
+    """The infos with what belongs to the observation."""
     mask = core.action_mask
     if mask is not None:
         for info, row in zip(infos, mask[0].astype(np.int8)):

@@ -59,6 +59,7 @@ class Pitch:
         self.parameters = sim.parameters
         self.packed = sim.packed[0]
         self.sides = np.where(players <= 11, 1.0, -1.0)
+        self._one_side = int(self.sides[0]) if len(players) and (self.sides == self.sides[0]).all() else 0
         self.cycle = np.zeros(self.worlds, np.int64)
         self.late = np.zeros(self.worlds, bool)
         self.memory = np.zeros((self.worlds, COUNTERS), np.int64)
@@ -136,14 +137,22 @@ class Pitch:
     def kickable_by(self, side: int) -> np.ndarray:
         """(W,) bool: the ball is within the reach of a player of the left (+1) or right (-1) side."""
         first, count = (1, self.counts[0]) if side == LEFT else (12, self.counts[1])
-        out = np.zeros(self.worlds, bool)
-        for player in range(first, first + count):
-            out |= self.kickable(player)
+        out: np.ndarray = np.empty(self.worlds, np.bool_)
+        kernels.kickable_by(self.sim.world, self.sim.packed, first, count, out)
         return out
 
     def of_sides(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """(W, A): `left` for the agents of the left side, `right` for those of the right one; both (W,)."""
+        if self._one_side:
+            return (left if self._one_side > 0 else right)[:, None].repeat(len(self.players), axis=1)
         return np.where(self.sides > 0, left[:, None], right[:, None])
+
+    def won(self, left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reward and success, (W, A), where the left or the right side has won, (W,) bool: 1 for the winners, -1 for the others."""
+        shape = (self.worlds, len(self.players))
+        reward, success = np.empty(shape), np.empty(shape, np.bool_)
+        kernels.win(left, right, self.sides, reward, success)
+        return reward, success
 
     # ------------------------------------------------------------------ where everything is
 

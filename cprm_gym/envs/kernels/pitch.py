@@ -64,3 +64,32 @@ def kickable(worlds, packed, player, out):
         reach = p.types[kind, T_PLAYER_SIZE] + p.ball_size + p.types[kind, T_KICKABLE_MARGIN]
         dx, dy = w.pos[player, 0] - w.pos[0, 0], w.pos[player, 1] - w.pos[0, 1]
         out[n] = w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach
+
+
+@kernel
+def kickable_by(worlds, packed, first, count, out):
+    """Whether one of `count` players from object number `first` on can kick the ball, for every world."""
+    p = packed[0]
+    for n in range(worlds.shape[0]):
+        w = worlds[n]
+        out[n] = False
+        for player in range(first, first + count):
+            i = player - 1
+            kind = w.type[i]
+            reach = p.types[kind, T_PLAYER_SIZE] + p.ball_size + p.types[kind, T_KICKABLE_MARGIN]
+            dx, dy = w.pos[player, 0] - w.pos[0, 0], w.pos[player, 1] - w.pos[0, 1]
+            if w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach:
+                out[n] = True
+
+
+@kernel
+def win(left, right, sides, reward, success):
+    """What winning is worth: 1 to the agents of the side that has won, -1 to the others; both or nobody: 0.
+
+    left, right : (W,) bool, who has won; sides : (A,) +1 or -1; reward, success : (W, A)
+    """
+    for n in range(left.shape[0]):
+        worth = (1.0 if left[n] else 0.0) - (1.0 if right[n] else 0.0)
+        for k in range(sides.shape[0]):
+            reward[n, k] = worth * sides[k]
+            success[n, k] = left[n] if sides[k] > 0.0 else right[n]

@@ -13,6 +13,8 @@ from ...simulator.state import LEFT, RIGHT, PlayMode
 from ..pitch import Pitch
 from .base import Outcome, Status, Task, within
 
+SUCCESS = int(Status.SUCCESS)
+
 
 @dataclass(frozen=True)
 class GoToBall(Task):
@@ -95,7 +97,12 @@ class GoToBall(Task):
 
     def outcome(self, pitch: Pitch) -> Outcome:
         """Done when a player can kick the ball."""
-        left, right = pitch.kickable_by(LEFT), pitch.kickable_by(RIGHT)
+        left = pitch.kickable_by(LEFT)
+        if not self.right:
+            alone = left[:, None].repeat(len(pitch.players), axis=1)
+            reward = alone.astype(np.float64)
+            return Outcome(reward, left, alone, left * SUCCESS, {"reached": reward})
+        right = pitch.kickable_by(RIGHT)
         over = left | right
-        reward = (left.astype(np.float64) - right)[:, None] * pitch.sides
-        return Outcome(reward, over, pitch.of_sides(left, right), over * int(Status.SUCCESS), {"reached": reward})
+        reward, success = pitch.won(left, right)
+        return Outcome(reward, over, success, over * SUCCESS, {"reached": reward})
