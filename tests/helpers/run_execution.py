@@ -118,7 +118,12 @@ class RunExecution:
                 t = self.moves[step.what]
                 if not state.enabled(t):
                     raise IllegalStep(step)
+                kept = {u.name: list(state.running[u.name]) for u in state.net.transitions if u.memory == "resampling" and u.is_timed}
                 state.fire(t)
+                for u in state.net.transitions:
+                    if u.name in kept:  # what is written from outside is no firing
+                        state.running[u.name] = kept[u.name]
+                        state.adjust(u, state.enabled(u))
             else:
                 self._fire(state, self.own[step.what])
             shown = {name: n for name, n in state.marking.items() if isinstance(state.places[name], Place) and n}

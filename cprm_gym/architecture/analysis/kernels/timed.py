@@ -42,6 +42,7 @@ class TimedNet(NamedTuple):
 
     n_places: int
     n_cells: int
+    n_own: int  # transitions of the net; those of the outside follow
     guard_start: np.ndarray  # (T + 1,)
     guard: np.ndarray  # (., 3) place, tokens needed, inhibitor threshold (0 none)
     cell_start: np.ndarray  # (T + 1,)
@@ -71,14 +72,9 @@ class TimedNet(NamedTuple):
     end_label: int
     tick_label: int
     limit: int  # tokens beyond which a place counts as unbounded
-    group: np.ndarray  # (X,) group of variables that hang together, -1 none
-    member_start: np.ndarray  # (G + 1,) columns of `member` and of `together`
-    member: np.ndarray  # (.,) columns of a node: tokens, cells
-    row_start: np.ndarray  # (G + 1,) rows of `together`
-    listed: np.ndarray  # (G,) bool: whether what is in no row cannot be
-    together: np.ndarray  # (K, widest) values that may be there at once
-    lossy: np.ndarray  # (X,) bool: what was known of it is forgotten by firings that change it
-    losing: bool  # whether there are such
+    joint: np.ndarray  # (X,) where the record of each variable's group begins, -1 none; (X,) 1 if what was known of it is forgotten by
+    # firings that change it; records: group, columns, rows, 1 if what is in no row cannot be, the columns of a node, the rows
+    losing: bool  # whether any is forgotten
 
 
 @inlined
@@ -164,7 +160,7 @@ def adjust_clocks(net, c, u, row, out, between):
     between : its tokens with those taken and none put yet
     """
     t, low, high = net.timed[c], net.clock_start[c], net.clock_start[c + 1]
-    if net.memory[c] == RESAMPLING:
+    if net.memory[c] == RESAMPLING and u < net.n_own:  # what is written from outside is no firing
         keep_oldest(net, c, out, 0)
         return
     if t == u:  # its oldest clock has done its work
@@ -200,7 +196,8 @@ def fire(net, u, row, out, between):
         out[net.set[k, 0]] = net.set[k, 1]
     for k in range(net.write_start[u], net.write_start[u + 1]):
         x = net.write[k, 0]
-        lost = net.losing and net.write[k, 1] < 0 and net.lossy[x] and (row[net.n_places + x] > 0 or row[net.n_places + x] == -2)
+        known = row[net.n_places + x] > 0 or row[net.n_places + x] == -2
+        lost = known and net.losing and net.write[k, 1] < 0 and net.joint[net.n_cells + x] == 1
         out[net.n_places + x] = -2 if lost else net.write[k, 1]
     for c in range(net.timed.shape[0]):
         if out[net.clock_start[c]] != 0:
@@ -211,14 +208,15 @@ def fire(net, u, row, out, between):
 
 
 @kernel
-def allowed(net, g, row, together, first, last):
-    """Whether one of the rows `first` to `last` - 1 of group `g` agrees with all that is known in a node."""
-    low = net.member_start[g]
+def allowed(joint, at, n_places, row, first, last):
+    """Whether one of the rows `first` to `last` - 1 of the group whose record begins at `at` agrees with all that is known in a node."""
+    width = joint[at + 1]
     for r in range(first, last):
         agrees = True
-        for k in range(low, net.member_start[g + 1]):
-            value = row[net.member[k]]
-            if value != together[r, k - low] and (value > 0 or net.member[k] < net.n_places):
+        for k in range(width):
+            column = joint[at + 4 + k]
+            value = row[column]
+            if value != joint[at + 4 + width * (r + 1) + k] and (value > 0 or column < n_places):
                 agrees = False
                 break
         if agrees:
@@ -229,12 +227,13 @@ def allowed(net, g, row, together, first, last):
 @kernel
 def ask(net, x, row, out, labels, n):
     """One successor for every cell that variable `x` can be in; returns how many successors there are now."""
-    g = net.group[x]
+    at = net.joint[x]
+    cut = at >= 0 and net.joint[at + 3] == 1
     for c in range(1, net.cells[x] + 1):
         for i in range(row.shape[0]):
             out[n, i] = row[i]
         out[n, net.n_places + x] = c
-        if g >= 0 and net.listed[g] and not allowed(net, g, out[n], net.together, net.row_start[g], net.row_start[g + 1]):
+        if cut and not allowed(net.joint, at, net.n_places, out[n], 0, net.joint[at + 2]):
             continue
         if net.shifting:
             adjust_marked(net, out[n])
@@ -493,13 +492,15 @@ def conflicts(net, rows, kinds, offsets, targets, labels, own, expanded, found, 
 
 
 @kernel
-def unsure_edges(net, sure, variable, rows, offsets, targets, labels, found):
+def unsure_edges(net, sure, starts, variable, rows, offsets, targets, labels, found):
     """Edges by which the environment answers what it may not be able to answer, into `found` (E,) bool.
 
     Parameters
     ----------
     sure : (K,) bool
-        Rows of `together` that can be for sure.
+        Rows that can be for sure, of all groups.
+    starts : (G,) int64
+        Where those of each group begin.
     variable : (L,) int64
         Which variable a label is about, -1 none.
     """
@@ -508,12 +509,13 @@ def unsure_edges(net, sure, variable, rows, offsets, targets, labels, found):
             x = variable[labels[e]]
             if x < 0:
                 continue
-            g = net.group[x]
+            at = net.joint[x]
             if rows[i, net.n_places + x] == -2:
                 found[e] = True
-            elif g >= 0:
+            elif at >= 0:
                 found[e] = True
-                for r in range(net.row_start[g], net.row_start[g + 1]):
-                    if sure[r] and allowed(net, g, rows[targets[e]], net.together, r, r + 1):
+                first = starts[net.joint[at]]
+                for r in range(net.joint[at + 2]):
+                    if sure[first + r] and allowed(net.joint, at, net.n_places, rows[targets[e]], r, r + 1):
                         found[e] = False
                         break

@@ -154,6 +154,7 @@ def check_contract(
             "the environment may set every input, belief and continuous place to anything in every cycle"
             + (", within the bounds given" if bounds else ""),
             "no fairness: `may end` says that an end stays possible, not that it comes",
+            "what the caller does is no firing: it resets no clock with resampling memory",
         ),
     )
 

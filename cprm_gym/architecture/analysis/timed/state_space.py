@@ -77,12 +77,13 @@ class TimedStateSpace:
         listed = all(g.listed for g in joint.groups)
         if listed and sure.all() and not system.net.losing:
             return None
+        starts = np.cumsum([0, *(len(g.rows) for g in joint.groups)]).astype(np.int64)
         variable = np.full(len(system.labels), -1, np.int64)
         for x, v in enumerate(system.variables):
             variable[system.net.first_label[x] : system.net.first_label[x] + len(v.cells)] = x
         g = self.graph
         found = np.zeros(len(g.labels), bool)
-        kernels.unsure_edges(system.net, sure, variable, self.rows, g.offsets, g.targets, g.labels, found)
+        kernels.unsure_edges(system.net, sure, starts, variable, self.rows, g.offsets, g.targets, g.labels, found)
         return found if found.any() else None
 
     @cached_property

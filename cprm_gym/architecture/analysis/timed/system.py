@@ -120,6 +120,7 @@ def timed_system(
         **arcs,
         n_places=len(untimed.places),
         n_cells=len(variables),
+        n_own=own,
         immediate=_ints(immediate),
         group_end=_ints(ends),
         timed=_ints(timed),
@@ -196,22 +197,17 @@ def _arc_tables(
 
 
 def _joint_tables(joint: Joint) -> dict[str, Any]:
-    """What the kernels see of the groups."""
-    widest = max((len(g.columns) for g in joint.groups), default=1)
-    together = np.zeros((sum(len(g.rows) for g in joint.groups), widest), np.int16)
-    row_start = np.concatenate(([0], np.cumsum([len(g.rows) for g in joint.groups]))).astype(np.int64)
-    for first, group in zip(row_start, joint.groups):
-        together[first : first + len(group.rows), : len(group.columns)] = group.rows
-    return {
-        "group": joint.of_variable,
-        "member_start": np.concatenate(([0], np.cumsum([len(g.columns) for g in joint.groups]))).astype(np.int64),
-        "member": _ints(column for g in joint.groups for column in g.columns),
-        "row_start": row_start,
-        "listed": np.array([g.listed for g in joint.groups], bool),
-        "together": together,
-        "lossy": joint.lossy,
-        "losing": bool(joint.lossy.any()),
-    }
+    """What the kernels see of the groups: one array, since every array of the net costs them time."""
+    count = len(joint.of_variable)
+    records, starts = [], []
+    at = 2 * count
+    for number, group in enumerate(joint.groups):
+        starts.append(at)
+        head = (number, len(group.columns), len(group.rows), int(group.listed))
+        records.append(np.concatenate((np.array((*head, *group.columns), np.int64), group.rows.reshape(-1).astype(np.int64))))
+        at += len(records[-1])
+    begins = np.array([starts[g] if g >= 0 else -1 for g in joint.of_variable], np.int64)
+    return {"joint": np.concatenate((begins, joint.lossy.astype(np.int64), *records)), "losing": bool(joint.lossy.any())}
 
 
 def _shifting(arcs: Mapping[str, Any], timed: list[int]) -> np.ndarray:

@@ -12,7 +12,7 @@ from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.analysis.timed.environment import caller
 from cprm_gym.architecture.analysis.timed.system import timed_system
 from cprm_gym.architecture.analysis.verdicts import TITLES
-from cprm_gym.architecture.petri import Belief, PetriNet, Place, Ports, Transition, flatten
+from cprm_gym.architecture.petri import Belief, Executor, PetriNet, Place, Ports, Transition, flatten
 from cprm_gym.errors import NetError
 
 
@@ -196,3 +196,26 @@ def test_every_run_shown_for_randomly_damaged_modules_is_a_real_one():
             Replay(timed_system(module, moves, extra)).run(c.run)
             shown += len(c.run)
     assert shown > 300
+
+
+def test_what_a_caller_does_resets_no_clock_with_resampling_memory():
+    """In cycle 2 the work is over whether or not an abort is put at that instant."""
+    module = PetriNet(
+        "work",
+        tuple(Place(p, capacity=1) for p in ("begin", "ongoing", "done", "failed", "abort")),
+        (
+            Transition("start", ("begin",), ("ongoing",)),
+            Transition("end", ("ongoing",), ("done",), delay=2, memory="resampling"),
+            Transition("stop", ("abort", "ongoing"), ("failed",), delay=1),
+        ),
+        ports=Ports(begin="begin", ongoing="ongoing", done="done", errors=("failed",), interrupts=("abort",), idle_interrupts="kept"),
+    )
+    clause = check_contract(module).clause("interruption")
+    assert (clause.holds, clause.why) == (False, "interrupted by 'abort', it ends in 'done' instead of 'failed'")
+    executor = Executor(module)
+    executor.write("begin", 1)
+    executor.step()
+    executor.step()
+    executor.write("abort", 1)
+    executor.step()
+    assert executor.read("done") == executor.read("abort") == 1
