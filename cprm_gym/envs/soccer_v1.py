@@ -101,7 +101,9 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         ParameterError
             For an unknown option.
         """
-        chosen = checked_reset(options, ("start", "state"))
+        # PettingZoo's own tests give an option of this name, which means nothing
+        given = None if options is None else {name: value for name, value in options.items() if name != "options"}
+        chosen = checked_reset(given, ("start", "state"))
         if seed is None and not self._seeded and "state" not in chosen:
             seed = int(self._seed_source.integers(2**31))
         self.core.reset(seed, **chosen)
