@@ -26,7 +26,8 @@ from ..grounding.slices import GroundSlice
 from ..model.schema import one_or_many
 from .compiled.cache import TableStore
 from .compiled.slice_info import SliceInfo
-from .evidence import UNOBSERVED, Readings, jeffrey_likelihood, one_hot, read_hard, read_soft
+from .conflicts import smallest_conflict
+from .evidence import Readings, jeffrey_likelihood, one_hot, read_hard, read_soft
 from .factors import Factor, contract, contract_all, multiply, union
 from .join_tree import best_order, connected, join_tree, neighbours
 
@@ -382,16 +383,7 @@ class BayesNet:
         agent = int(agents[0])
         part = readings.rows(np.array([agent]))
         names = [n for n, r in info.row.items() if (part.hard[r, 0] >= 0 or n in part.soft) and not info.given[r]]
-        kept = list(names)
-        for name in names:
-            left = [n for n in kept if n != name]
-            hard = part.hard.copy()
-            for n in names:
-                if n not in left:
-                    hard[info.row[n]] = UNOBSERVED
-            rest = Readings(hard, {n: s for n, s in part.soft.items() if n in left})
-            if not np.isfinite(JunctionTree(self.factors(rest)).log_total).all():
-                kept = left
+        kept = smallest_conflict(names, lambda subsets: [self._impossible(part, subset) for subset in subsets])
         shown = [
             f"{n} = {info.variables[n].states[part.hard[info.row[n], 0]]}" if part.hard[info.row[n], 0] >= 0 else f"likelihood of {n}"
             for n in kept
@@ -399,6 +391,25 @@ class BayesNet:
         return ImpossibleEvidence(
             f"evidence of probability zero: {', '.join(shown)}", conflict=tuple(kept), agents=tuple(int(a) for a in agents)
         )
+
+    def _impossible(self, readings: Readings, names: Sequence[str]) -> bool:
+        """Whether the readings of one agent of these variables alone are impossible: a question to their ancestors."""
+        info = self.info
+        needed = self._ancestors(names)
+        observed = {
+            n: readings.hard[info.row[n]] for n in needed if readings.hard[info.row[n], 0] >= 0 and (n in names or info.given[info.row[n]])
+        }
+        factors = [
+            sliced(scope, cpd.table, {n: observed[n] for n in scope if n in observed})
+            for cpd in info.slice.cpds
+            if cpd.child in needed
+            for scope in ([*(p for p, _ in cpd.parents), cpd.child],)
+        ]
+        for name in names:
+            if name in readings.soft:
+                likelihood = readings.soft[name]
+                factors.append(Factor((), likelihood[:, observed[name][0]]) if name in observed else Factor((name,), likelihood))
+        return not bool(np.isfinite(JunctionTree(factors).log_total).all())
 
 
 def sliced(scope: Sequence[Any], table: np.ndarray, observed: Mapping[Any, np.ndarray]) -> Factor:

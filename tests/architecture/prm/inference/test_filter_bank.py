@@ -203,3 +203,21 @@ def test_impossible_readings_are_counted_and_begin_a_belief_anew():
         strict.step({"coin.shown": np.array([1, 1])})
     strict.step({"coin.shown": np.array([0, 1])})
     np.testing.assert_allclose(strict.log_likelihood, np.log([0.5, 0.5]))
+
+
+def test_a_relations_own_variable_is_told_and_read_for_each_agents_own_objects():
+    win = Attribute("win", ("no", "yes"), Prior((0.5, 0.5)))
+    seen = Attribute("seen", ("no", "yes"), Table({"yes": (0.2, 0.8), "no": (0.9, 0.1)}), parents=("win",))
+    duel = Relation("duel", {"o": "Player"}, attributes=(win, seen))
+    player = PRMClass("Player", (Attribute("at", ("a", "b"), Prior((0.5, 0.5))),))
+    grounding = Grounding(Model("m", (player,), (duel,)), dict.fromkeys("pqr", "Player"))
+    bank = FilterBank(grounding, 3)
+    whom = Role("Player", np.array([1, 2, -1]))
+    bank.step({"duel(q).seen": np.array([1, -1, -1]), "duel(r).seen": np.array([-1, 0, -1])}, (Link("duel", (whom,)),))
+    assert bank.marginal("duel(q).win", 0)[1] == pytest.approx(0.8 / 0.9)
+    assert bank.marginal("duel(r).win", 1)[1] == pytest.approx(0.2 / 1.1)
+    read = bank.view(View.parse("probability(yes)"), "duel(r).win")
+    assert np.isnan(read[[0, 2]]).all()
+    assert read[1] == pytest.approx(0.2 / 1.1)
+    with pytest.raises(EvidenceError, match=r"duel\(q\).seen.*does not exist for agent 2"):
+        bank.step({"duel(q).seen": np.array([-1, -1, 1])}, (Link("duel", (whom,)),))

@@ -26,11 +26,11 @@ from ..compiled.belief import FactoredBelief, Layout, Renaming, belief_factors, 
 from ..compiled.cache import Recent, TableStore
 from ..compiled.slice_info import PAST, PRESENT, SliceInfo
 from ..compiled.steps import Compiler, Group, SliceStep
+from ..conflicts import smallest_conflict
 from ..evidence import UNOBSERVED, Readings
 from ..factors import Factor
 from ..join_tree import connected
 from .clusters import given_clusters, project
-from .conflicts import smallest_conflict
 from .engine import ComponentCost, Engine, StepResult, status_of_beginners
 
 
