@@ -137,12 +137,12 @@ class AnytimeEngine(Engine):
             return replace(mixed, belief=kept._replace(belief=mixed.factored))
         assert isinstance(result, Estimate)
         inner = replace(result, belief=kept.belief)
-        self.sampled.rng.bit_generator.state = kept.random
+        self.sampled.take_up(kept.random)
         return self._sampled(self.sampled.begin_some(inner, first, readings, agents, forgive), kept.since)
 
     def _sampled(self, estimate: Estimate, since: SliceInfo | None) -> Estimate:
         """The estimate with a belief of this engine's own."""
-        return replace(estimate, belief=AnytimeBelief(estimate.belief, since, dict(self.sampled.rng.bit_generator.state)))
+        return replace(estimate, belief=AnytimeBelief(estimate.belief, since, self.sampled.stream_left()))
 
     def advance(self, belief: AnytimeBelief, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> StepResult:
         """Go on by one slice by the best engine that fits."""
@@ -157,7 +157,7 @@ class AnytimeEngine(Engine):
             result = self._try_factored(factored, info, readings)
             if result is not None:
                 return self._timed(replace(result, belief=belief._replace(belief=result.factored)), begun)
-        self.sampled.rng.bit_generator.state = belief.random
+        self.sampled.take_up(belief.random)
         particles = inner if isinstance(inner, Particles) else to_particles(inner, self.block, self.sampled.rng)
         return self._timed(self._sampled(self._sample(particles, info, readings, begun, forgive), info), begun)
 

@@ -144,6 +144,7 @@ class ParticleEngine(Engine):
         self._root = np.random.default_rng(seed)
         self.rng = np.random.Generator(type(self._root.bit_generator)())
         """Takes up the stream of the belief that is carried on."""
+        self._left: Mapping[str, Any] = {}
         self.store = TableStore()
         self.temporal = frozenset()
         self._structures: Recent[tuple[Any, ...], Structure] = Recent(256)
@@ -163,14 +164,26 @@ class ParticleEngine(Engine):
         return Block(made, self.rng, belief.values, belief.weights, belief.hard, readings, number)
 
     def advance(self, belief: Particles, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> Estimate:
-        self.rng.bit_generator.state = belief.random
+        self.take_up(belief.random)
         status = info.status(readings.hard, readings.soft, self.temporal)
         estimate = self.finish([self.block(belief, info, readings, status, self.count)], info, readings, status, forgive)
         return self.with_stream(estimate)
 
+    def take_up(self, random: Mapping[str, Any]) -> None:
+        """Draw from where a belief's stream stands; nothing to do for the belief that was made last."""
+        if random is not self._left:
+            self.rng.bit_generator.state = random
+        self._left = {}  # a step that fails leaves the stream in between
+
+    def stream_left(self) -> Mapping[str, Any]:
+        """Where the stream stands."""
+        self._left = self.rng.bit_generator.state
+        return self._left
+
     def with_stream(self, estimate: Estimate) -> Estimate:
         """The estimate with a belief that goes on with the random numbers left."""
-        return replace(estimate, belief=estimate.belief._replace(random=dict(self.rng.bit_generator.state)))
+        estimate.belief = estimate.belief._replace(random=self.stream_left())
+        return estimate
 
     def finish(
         self, blocks: Sequence[Block], info: SliceInfo, readings: Readings, status: np.ndarray, forgive: np.ndarray | None
@@ -224,7 +237,7 @@ class ParticleEngine(Engine):
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> Estimate:
         assert isinstance(result, Estimate)
-        self.rng.bit_generator.state = result.belief.random
+        self.take_up(result.belief.random)
         return self.with_stream(self.begin_some(result, first, readings, agents, forgive))
 
     def begin_some(self, estimate: Estimate, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> Estimate:
