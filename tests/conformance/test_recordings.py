@@ -18,6 +18,7 @@ MORE = sorted(path for path in RECORDED.rglob("*.jsonl.gz") if not (DATA / path.
 LEFT_TO_CHANCE = {
     "collide_ball": 4,
     "collide_players": 5,
+    "golden_2": 3,
     "keepaway_0": 40,
     "keepaway_turnover": 10,
     "move_bko_noref": 6,
