@@ -106,3 +106,16 @@ def test_errors_name_the_presets_and_unequal_teams():
         SoccerEnv(observation="hfo")
     with pytest.raises(UnknownName, match="teams of different sizes"):
         soccer_v1.parallel_env(left=3, right=2, observation="hfo_low")
+
+
+@pytest.mark.parametrize("full_state", [True, False])
+def test_at_rest_there_is_no_direction_of_motion_on_either_side(full_state):
+    core = SoccerCore(make_task("Soccer", left=1, right=1, full_state=full_state), 1, observation="hfo_low", others="hold")
+    core.reset(1)
+    names = core.preset.names
+    rest = core.output[0, :, [names.index(f"velocity_{k}") for k in ("valid", "sin", "cos")]].T
+    assert (rest == [-1.0, 0.0, 0.0]).all()
+    core.sim.world["vel"][0, 1], core.sim.world["vel"][0, 12] = (0.3, 0.0), (-0.3, 0.0)
+    core.observe()
+    moving = core.output[0, :, [names.index(f"velocity_{k}") for k in ("valid", "cos")]].T
+    assert moving == pytest.approx(np.ones((2, 2)), abs=0.05), "both run forward"
