@@ -1,8 +1,8 @@
 """The goalie's net without a model: it acts on what was last seen, as it was seen.
 
 Net, skills, thresholds and derived quantities are those of `cprm_gym.agents.goalie`; the places that there hold beliefs are inputs
-here. What is not seen in a cycle (every second one is blind) keeps its last reading: a man of straw, whom anything beats that carries
-the ball on. What inference is worth is told by `goalie_memory`.
+here. What is not seen in a cycle (every second one is blind) keeps its last reading: a weak rival, behind
+anything that carries the ball on. What inference is worth is told by `goalie_memory`.
 """
 
 from __future__ import annotations

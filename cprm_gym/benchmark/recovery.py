@@ -1,4 +1,4 @@
-"""Recovery measured: the passing pair with and without its recovery parts under each disturbance (dissertation ch. 4).
+"""Recovery measured: the passing pair with and without its recovery parts, and with a watchdog instead (dissertation ch. 4).
 
 ``python -m cprm_gym.benchmark.recovery --episodes 1000`` prints the table.
 """
@@ -13,10 +13,10 @@ from functools import partial
 import numpy as np
 
 from ..agents.passer import make_controller
-from ..envs.controller import Controller
+from ..envs.controller import Action, Controller, Observation
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
-from ..simulator.state import Count
+from ..simulator.state import CommandKind, Count
 from ..wrappers.disturbances import DISTURBANCES, Disturbance, Disturber
 from .arguments import at_least
 from .statistics import Interval, wilson_interval
@@ -24,7 +24,59 @@ from .statistics import Interval, wilson_interval
 WORLDS = 250
 """Most worlds that are played side by side; each plays its share of the episodes one after the other."""
 
+IDLE = 60
+"""Cycles without a command of the body after which the watchdog begins anew."""
+
 Factory = Callable[[Task, str], Controller]
+
+
+class Watchdog:
+    """A controller that is reset, world by world, where its body has done nothing for a while.
+
+    The simplest recovery there is, and the rival of any other: it knows nothing of what went wrong.
+
+    Parameters
+    ----------
+    controller : Controller
+    idle : int
+        Cycles without a command of the body.
+    """
+
+    def __init__(self, controller: Controller, idle: int = IDLE) -> None:
+        self.controller, self.idle = controller, idle
+        self.needs: tuple[str, ...] = getattr(controller, "needs", ())
+        self._seed = 0
+        self._still = np.zeros(0, np.int64)
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes."""
+        if worlds is None:
+            self._still = np.zeros(len(observation["level"]), np.int64)
+        else:
+            self._still[worlds] = 0
+        self._seed = seed
+        self.controller.reset(observation, seed, worlds)
+
+    def act(self, observation: Observation) -> Action:
+        """As the controller does; where it has been idle for too long, it begins anew first."""
+        stuck = self._still >= self.idle
+        if stuck.any():
+            self.controller.reset(observation, self._seed, stuck)
+            self._still[stuck] = 0
+        action = self.controller.act(observation)
+        self._still = np.where(action["type"] == CommandKind.NONE, self._still + 1, 0)
+        return action
+
+
+def with_watchdog(task: Task, agent: str) -> Watchdog:
+    """One of the pair without recovery parts, watched."""
+    return Watchdog(make_controller(task, agent, recovering=False))
+
+
+RIVALS: dict[str, Factory] = {
+    "recovering": make_controller, "without": partial(make_controller, recovering=False), "watchdog": with_watchdog,
+}  # fmt: skip
+"""What is compared: the net with its recovery parts, without them, and without them but watched."""
 
 
 @dataclass(frozen=True)
@@ -143,24 +195,29 @@ class _Tally:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description="Recovery of the passing pair, with and without its recovery parts.")
+    parser = argparse.ArgumentParser(description="Recovery of the passing pair: with its recovery parts, without, and with a watchdog.")
     parser.add_argument("--episodes", type=at_least(1), default=1000)
     parser.add_argument("--seed", type=at_least(0), default=0)
-    parser.add_argument("--only", action="append", choices=["none", *DISTURBANCES], help="one disturbance; may be given several times")
+    parser.add_argument(
+        "--only",
+        action="append",
+        choices=list(DISTURBANCES),
+        help="one disturbance, several times for more; undisturbed always",
+    )
     options = parser.parse_args()
     print(f"PassAndAdvance, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")
-    print(f"{'disturbance':18}{'recovering':28}{'without':28}{'ball again':>14}{'without':>14}{'cycles':>8}{'without':>8}")
-    for name, disturbance in (("none", None), *DISTURBANCES.items()):
-        if options.only and name not in options.only:
+    print(f"{'disturbance':18}" + "".join(f"{rival:24}" for rival in RIVALS), end="")
+    print("ball again:" + "".join(f"{rival:>12}" for rival in RIVALS) + "  cycles:" + "".join(f"{rival:>12}" for rival in RIVALS))
+    for name, disturbance in (("undisturbed", None), *DISTURBANCES.items()):
+        # without the undisturbed row no other one says anything
+        if disturbance is not None and options.only and name not in options.only:
             continue
-        results = [
-            measure(partial(make_controller, recovering=recovering), disturbance, options.episodes, options.seed)
-            for recovering in (True, False)
-        ]
+        results = [measure(factory, disturbance, options.episodes, options.seed) for factory in RIVALS.values()]
         cells = [f"{r.success.mean():6.1%} [{r.interval.low:.1%}, {r.interval.high:.1%}]" for r in results]
         again = ["{}/{}".format(*r.recovered) if disturbance else "" for r in results]
         times = [f"{r.median_time:.0f}" if disturbance else "" for r in results]
-        print(f"{name:18}{cells[0]:28}{cells[1]:28}{again[0]:>14}{again[1]:>14}{times[0]:>8}{times[1]:>8}", flush=True)
+        print(f"{name:18}" + "".join(f"{c:24}" for c in cells) + " " * 11 + "".join(f"{a:>12}" for a in again), end="")
+        print(" " * 9 + "".join(f"{t:>12}" for t in times), flush=True)
 
 
 if __name__ == "__main__":

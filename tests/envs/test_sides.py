@@ -6,7 +6,8 @@ import pytest
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.registration import TASK_NAMES
 from cprm_gym.envs.tasks import Status, make_task
-from cprm_gym.simulator.state import PlayMode
+from cprm_gym.simulator.parameters import ServerParameters
+from cprm_gym.simulator.state import CommandKind, Count, PlayMode
 
 OPTIONS = {
     "GoToBall": {"right": 1},
@@ -144,3 +145,36 @@ def test_who_reaches_the_ball_first_is_paid_whichever_his_side(side):
     step = still(core)
     assert of(core, step, side) == ([1.0], [True])
     assert of(core, step, -side) == ([-1.0], [False])
+
+
+def caught_and_stolen(core):
+    """The ball in front of the goalie's hands and at an attacker's feet, who kicks it at the goal in the cycle of the catch."""
+    core.place_ball(-48.0, 0.0, 0.0, 0.0)
+    core.place_player(1, -48.6, 0.0, 0.0, (0.0, 0.0))
+    core.place_player(12, -47.4, 0.0, np.pi, (0.0, 0.0))
+    core.place_player(13, -20.0, 25.0, 0.0, (0.0, 0.0))
+    act = {"type": np.zeros((core.worlds, 3), int), "params": np.zeros((core.worlds, 3, 4))}
+    act["type"][:, 0], act["type"][:, 1] = CommandKind.CATCH, CommandKind.KICK
+    act["params"][:, 1, 0] = 1.0
+    return act
+
+
+def test_a_caught_ball_is_saved_even_when_an_attacker_kicks_it_in_the_same_cycle():
+    core = SoccerCore("Goalie", 40, controlled="all", seed=3)
+    core.reset(3)
+    step = core.step(caught_and_stolen(core))
+    assert (core.sim.world["counts"][:, 0, Count.CATCH] == 1).all()
+    gap = np.hypot(*(core.sim.world["pos"][:, 0] - core.sim.world["pos"][:, 1]).T)
+    assert (gap > 1.1).any(), "in some worlds the ball was kicked out of his reach afterwards"
+    assert (step.status == Status.SAVED).all()
+
+
+def test_a_punched_ball_is_not_caught():
+    parameters = ServerParameters(catch_probability=0.0)
+    core = SoccerCore(make_task("Goalie", parameters=parameters), 5, controlled="all", seed=3)
+    core.reset(3)
+    act = caught_and_stolen(core)
+    act["type"][:, 1] = 0
+    step = core.step(act)
+    assert (core.sim.world["counts"][:, 0, Count.CATCH] == 1).all()
+    assert (step.status == Status.IN_GAME).all()

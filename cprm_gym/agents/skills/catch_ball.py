@@ -27,8 +27,6 @@ WORTH = 0.5
 """Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach the ball."""
 LUNGE = 0.85
 """Share of ``tackle_dist`` up to which he tackles."""
-TWIST = 20.0
-"""Degrees beyond what the hands can be turned to at which he still catches a ball that is near."""
 CLOSE = 0.12
 """Metres from the ball's way at which he stands."""
 
@@ -55,7 +53,8 @@ def catch_ball(body: Body) -> PetriNet:
             Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
             Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
             Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
-            Math("reachable", f"1 if ball_distance < {hands} and abs(ball_direction) < {number(server.max_catch_angle + TWIST)} else 0"),
+            # whatever its direction: the hands turn as far as they can, and what they cover is as broad as an arm is long
+            Math("reachable", f"1 if ball_distance < {hands} else 0"),
             Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - 0.15 else 0"),
             Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
             Math("chance",

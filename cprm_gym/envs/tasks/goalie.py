@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
-from ...simulator.state import Count, PlayMode
+from ...simulator.state import Count, PlayerBit, PlayMode
 from ..pitch import Pitch
 from .base import Outcome, Status, Task, within
 
@@ -43,8 +43,8 @@ class Goalie(Task):
 
     End
     ---
-    SAVED: caught, or 36 m in front of the goal line or over another line; GOAL; OUT_OF_TIME after `max_cycles`. Without
-    a goal it is the goalie's success, with one the attackers'.
+    SAVED: caught (a ball in his hands is dead, as with a referee), or 36 m in front of the goal line or over another line; GOAL;
+    OUT_OF_TIME after `max_cycles`. Without a goal it is the goalie's success, with one the attackers'.
 
     References
     ----------
@@ -90,8 +90,11 @@ class Goalie(Task):
         """Saved or not."""
         w = pitch.sim.world
         goal = pitch.crossed_goal_line(right=False)
-        caught = (w["counts"][:, 0, Count.CATCH] > pitch.memory[:, _CATCHES]) & pitch.kickable(1)
+        # with a referee a caught ball is dead, whatever an attacker does to it in the same cycle; a punch is a fault
+        held = (w["bits_shown"][:, 0] & (PlayerBit.CATCH | PlayerBit.CATCH_FAULT)) == PlayerBit.CATCH
+        caught = held & (w["counts"][:, 0, Count.CATCH] > pitch.memory[:, _CATCHES])
         pitch.memory[:, _CATCHES] = w["counts"][:, 0, Count.CATCH]
+        goal = goal & ~caught
         ball = w["pos"][:, 0]
         away = (ball[:, 0] > -HALF_LENGTH + 36.0) | (np.abs(ball[:, 1]) > HALF_WIDTH) | (ball[:, 0] < -pitch.packed["out_x"])
         saved = (caught | away) & ~goal
