@@ -7,7 +7,7 @@ import pytest
 from structure_nets import kanban, token_ring
 
 from cprm_gym.architecture.analysis.behaviour.properties import Proofs, analyze_structure
-from cprm_gym.architecture.analysis.budget import Budget
+from cprm_gym.architecture.analysis.budget import Budget, available_memory
 from cprm_gym.architecture.analysis.net_arrays import System
 from cprm_gym.architecture.analysis.report import analyze
 from cprm_gym.architecture.analysis.structure.siphons import minimal_siphons
@@ -84,3 +84,16 @@ def test_a_timed_view_that_stops_is_bounded_if_the_untimed_one_is():
     steps = tuple(Transition(f"t{k}", (f"p{k}",), (f"p{k}",), delay=d) for k, d in enumerate((7, 11, 13, 17, 19, 23)))
     report = analyze(PetriNet("clocks", places, steps), budget=Budget(states=5000))
     assert (report.timed.complete, report.timed.bounded.holds) == (False, True)
+
+
+def test_the_memory_granted_by_default_is_what_is_there():
+    assert 0 < Budget().memory <= available_memory()
+
+
+def test_a_part_of_a_budget_ends_with_it_and_an_interruption_stops_the_whole():
+    budget, clock = Budget(seconds=100.0).start()
+    _, part = budget.part(0.25).start()
+    assert 0 < part.left <= 25
+    part.interrupt()
+    assert (part.reason, clock.reason) == ("interrupted", "interrupted")
+    assert budget.start()[1] is clock

@@ -182,7 +182,9 @@ def _marks(question: Question) -> Marks:
                 add(node.args[0], (0.0,))
     for name, cells in question.quantities:
         add(Node("name", name=name), (edge for cell in cells for edge in cell if abs(edge) <= LARGEST))
-    return {name: sorted({sign * m for m in some for sign in (1.0, -1.0)}) for name, some in found.items()}
+    both = {name: {sign * m for m in some for sign in (1.0, -1.0)} for name, some in found.items()}
+    # a cut at m parts what is below m from m, one at the next number m from what is above: abs(x) < 3, x > 3
+    return {name: sorted(some | {math.nextafter(m, math.inf) for m in some}) for name, some in both.items()}
 
 
 def _tails(node: Node, known: Mapping[str, set[str]]) -> set[str]:
@@ -241,7 +243,7 @@ def _sample(question: Question, marks: Marks, answer: Answer) -> None:
 def _values(marks: list[float], span: tuple[float, float], far: float) -> list[float]:
     """Values of one name worth trying: its marks, their neighbours, and some between and beyond."""
     some = {0.0, 1.0, -1.0, 30.0, *marks, *(math.nextafter(m, -math.inf) for m in marks)}
-    some |= {(a + b) / 2 for a, b in itertools.pairwise(marks)}
+    some |= {(a + b) / 2 for a, b in itertools.pairwise(marks) if b > math.nextafter(a, math.inf)}
     if marks:
         some |= {marks[0] - 1.0, marks[-1] + 1.0}
     some |= {end for end in span if abs(end) <= far}
