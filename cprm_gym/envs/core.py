@@ -28,6 +28,7 @@ from .pitch import Pitch
 from .players.macros import Macros
 from .players.memory import Memories
 from .players.scripted import POLICIES, ScriptedPlayers
+from .players.senses import LateNews, Senses, SensesChange
 from .presets import VECTORS, Preset, see_everything
 from .rewards import Reward
 from .tasks.base import Status, Task
@@ -141,6 +142,8 @@ class SoccerCore(Pitch):
     Attributes
     ----------
     options : EnvOptions
+    senses : Senses
+        Of the controlled agents.
     agents : tuple of str
         Controlled agents, A of them.
     output : dict of str to array, or array
@@ -186,6 +189,12 @@ class SoccerCore(Pitch):
         space = observation_space(task.task_features, self.include, len(self.macros.names) if self.macros else 0)
         for name, part in space.items():
             self.observation[name] = np.zeros((worlds, len(self.agents), *(part.shape or ())), part.dtype)
+        senses = Senses.of(self.options.senses)
+        self.senses = senses
+        self._senses = SensesChange(senses, sim, players)
+        # the observations as they are made; told at once, unless news are late
+        self._late = LateNews(senses, self.observation) if any(senses.delays) else None
+        self._now = self._late.now if self._late else self.observation
         self._begun = False
         self._memories: Memories | None = None
         if "memory" in self.include or self.options.observation in VECTORS:
@@ -290,7 +299,8 @@ class SoccerCore(Pitch):
             self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
             self.memory[chosen] = 0
             self._score[chosen] = self.sim.world["score"][chosen]
-            self.observation["age"][chosen] = MAX_AGE
+            self._now["age"][chosen] = MAX_AGE
+            self._senses.begin(chosen)
             self._commands[chosen] = NO_COMMAND[0]
             self.reward.begin(self, chosen)
             self.preset.begin(self, chosen)
@@ -387,8 +397,9 @@ class SoccerCore(Pitch):
         see = self.sim.see(self._see)
         for change in self.see_changes:
             change(see)
+        self._senses.reread(see, self.cycle == 0)
         body = self.sim.sense_body(self._body)
-        o = self.observation
+        o = self._now
         kernels.pack(
             self.sim.world, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
             fresh_start is None, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
@@ -404,8 +415,9 @@ class SoccerCore(Pitch):
             kernels.pack_memory(self._memories.records, self.players, o["self"], o["memory"], o["memory_age"])
         if "landmarks" in o:
             marks = self.sim.landmarks()
-            o["landmarks"][...] = marks.landmarks[:, self._rows]
-            o["landmark_level"][...] = marks.level[:, self._rows]
+            told = see.fresh[:, self._rows, None]
+            o["landmarks"][...] = np.where(told[..., None], marks.landmarks[:, self._rows], 0.0)
+            o["landmark_level"][...] = np.where(told, marks.level[:, self._rows], 0)
         if "hear" in o:
             heard = self.sim.hear(self._hear)
             kernels.pack_hear(*heard[:6], self.players, o["hear"])
@@ -413,8 +425,51 @@ class SoccerCore(Pitch):
             see_everything(self)
         if "task" in o:
             self.task.features(self, o["task"])
+        if self._late is not None:
+            self._late.tell(fresh_start, MAX_AGE)
         self.output = self.preset(self)
-        return o
+        return self.observation
+
+    # ------------------------------------------------------------------ the truth, for oracles
+
+    def truth(self, agent: str) -> dict[str, np.ndarray]:
+        """What an agent would know if he knew everything: for oracles alone, who say how much knowledge could be worth.
+
+        Parameters
+        ----------
+        agent : str
+            One of `agents`.
+
+        Returns
+        -------
+        dict of (W, ...) float32 arrays
+            ``self``, ``memory`` and ``memory_age`` as in the observations, without error and of this cycle.
+        """
+        row = self._row_of(agent)
+        active = np.arange(1, PLAYERS + 1) == self.players[row]
+        knowing = Memories(self.sim, active, full_state=True)
+        knowing.update(self._see, self._body, self._commands)
+        parts = observation_space((), ("memory",)).spaces
+        told = {key: np.zeros((self.worlds, 1, *(parts[key].shape or ())), np.float32) for key in ("self", "memory", "memory_age")}
+        kernels.pack_memory(knowing.records, self.players[row : row + 1], told["self"], told["memory"], told["memory_age"])
+        return {key: value[:, 0] for key, value in told.items()}
+
+    def branch(self, into: SoccerCore | None = None) -> SoccerCore:
+        """Another engine in the same state, in which a future can be tried out; for oracles too.
+
+        Parameters
+        ----------
+        into : SoccerCore, optional
+            An earlier branch, which is used again.
+        """
+        other = SoccerCore(self.options, self.worlds, first_world=self.sim.first_world) if into is None else into
+        other.load_state(self.save_state())
+        return other
+
+    def _row_of(self, agent: str) -> int:
+        if agent not in self.agents:
+            raise unknown_name("agent", agent, self.agents)
+        return self.agents.index(agent)
 
     # ------------------------------------------------------------------ saved states
 
@@ -465,6 +520,8 @@ class SoccerCore(Pitch):
             arrays["output"] = self.output
         elif self.output is not self.observation:
             arrays["output"] = self.output["observations"]
+        if self._late is not None:
+            arrays |= self._late.state()
         if self.macros is not None:
             arrays |= {"macros": self.macros.memories.records, "mask": self.macros.mask}
         elif self._memories is not None:

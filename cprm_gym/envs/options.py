@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import ParameterError, UnknownName, unknown_name
 from .actions import VIEWS
 from .observations import INCLUDES
+from .players.senses import Senses
 from .presets import check_preset
 from .rewards import RewardOption
 from .tasks import make_task, with_options
@@ -51,6 +52,8 @@ class EnvOptions:
         Cycles per episode; the task's own if not given. ``max_episode_steps`` is the same; where both are given, `max_cycles` counts.
     debug_info : bool
         Put the true positions into ``info["truth"]``.
+    senses : Senses or mapping of its fields
+        What the controlled agents perceive, and when (`cprm_gym.envs.players.senses`); as the server has it by default.
     task_options : mapping
         Fields of the task that shall differ.
 
@@ -58,6 +61,8 @@ class EnvOptions:
     ------
     UnknownName
         For an action mode, preset or part that does not exist; the message lists those that do.
+    ParameterError
+        For options that do not go together, and senses out of their range.
     """
 
     task: str | Task = "GoToBall"
@@ -71,6 +76,7 @@ class EnvOptions:
     reward_gamma: float = 0.99
     max_cycles: int | None = None
     debug_info: bool = False
+    senses: Senses | Mapping[str, Any] = field(default_factory=Senses)
     task_options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -87,6 +93,12 @@ class EnvOptions:
         if self.observation == "memory" and "memory" not in include:
             include = ("memory", *include)
         object.__setattr__(self, "include", include)
+        senses = Senses.of(self.senses)
+        object.__setattr__(self, "senses", senses)
+        if senses != Senses() and self.observation == "full":
+            raise ParameterError("senses: the preset 'full' tells the truth, whatever they are; take another observation")
+        if any(senses.delays) and (self.action_mode == "macro" or self.observation not in ("raw", "memory")):
+            raise ParameterError("senses: late news go with the observations 'raw' and 'memory' and without macros, which look at once")
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> EnvOptions:

@@ -44,6 +44,8 @@ SEE_POINTING = 36
 SEE_FLAG = 37
 HEAR_CHOICE = 38
 SEE_FLAG_DISTANCE = 40
+READING_LOST = 41  # senses worse than the server's (`envs.players.senses`)
+READING_NOISE = 42
 # --- purposes, stream REFEREE
 FOUL_DETECTION = 64
 CARD = 65
