@@ -26,7 +26,7 @@ from .observations import HEARD, MAX_AGE, observation_space
 from .options import EnvOptions, several
 from .pitch import Pitch
 from .players.macros import Macros
-from .players.memory import Memories
+from .players.memory import Memories, true_memory
 from .players.scripted import POLICIES, ScriptedPlayers
 from .players.senses import LateNews, Senses, SensesChange
 from .presets import VECTORS, Preset, see_everything
@@ -433,43 +433,16 @@ class SoccerCore(Pitch):
     # ------------------------------------------------------------------ the truth, for oracles
 
     def truth(self, agent: str) -> dict[str, np.ndarray]:
-        """What an agent would know if he knew everything: for oracles alone, who say how much knowledge could be worth.
-
-        Parameters
-        ----------
-        agent : str
-            One of `agents`.
-
-        Returns
-        -------
-        dict of (W, ...) float32 arrays
-            ``self``, ``memory`` and ``memory_age`` as in the observations, without error and of this cycle.
-        """
-        row = self._row_of(agent)
-        active = np.arange(1, PLAYERS + 1) == self.players[row]
-        knowing = Memories(self.sim, active, full_state=True)
-        knowing.update(self._see, self._body, self._commands)
-        parts = observation_space((), ("memory",)).spaces
-        told = {key: np.zeros((self.worlds, 1, *(parts[key].shape or ())), np.float32) for key in ("self", "memory", "memory_age")}
-        kernels.pack_memory(knowing.records, self.players[row : row + 1], told["self"], told["memory"], told["memory_age"])
-        return {key: value[:, 0] for key, value in told.items()}
+        """``self``, ``memory`` and ``memory_age``, each (W, ...), as one of `agents` would have them if he knew everything."""
+        if agent not in self.agents:
+            raise unknown_name("agent", agent, self.agents)
+        return true_memory(self.sim, player_number(agent), self._body)
 
     def branch(self, into: SoccerCore | None = None) -> SoccerCore:
-        """Another engine in the same state, in which a future can be tried out; for oracles too.
-
-        Parameters
-        ----------
-        into : SoccerCore, optional
-            An earlier branch, which is used again.
-        """
+        """Another engine in the same state, in which a future can be tried; `into`, an earlier one, is used again."""
         other = SoccerCore(self.options, self.worlds, first_world=self.sim.first_world) if into is None else into
         other.load_state(self.save_state())
         return other
-
-    def _row_of(self, agent: str) -> int:
-        if agent not in self.agents:
-            raise unknown_name("agent", agent, self.agents)
-        return self.agents.index(agent)
 
     # ------------------------------------------------------------------ saved states
 

@@ -12,6 +12,7 @@ from ...simulator.player_types import PlayerParameters, PlayerType
 from ...simulator.senses import See, new_landmarks
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS
+from ..kernels.observations import pack_memory
 from .kernels import memory as kernels
 
 MEMORY = np.dtype(
@@ -99,3 +100,26 @@ class Memories:
             self.simulator.world, self.simulator.packed, chosen, self.records, sent, self.active, see.fresh, see.ball, see.ball_level,
             see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
         )  # fmt: skip
+
+
+def true_memory(simulator: Simulator, player: int, body: np.ndarray) -> dict[str, np.ndarray]:
+    """The truth as a player would remember it, for oracles alone.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    player : int
+        Object number.
+    body : (W, 22, columns) array
+        What everybody feels.
+
+    Returns
+    -------
+    dict of (W, ...) float32 arrays
+        ``self``, ``memory``, ``memory_age`` as in the observations.
+    """
+    records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
+    kernels.know(simulator.world, simulator.packed, np.arange(simulator.worlds), records, np.arange(1, PLAYERS + 1) == player, body)
+    told = [np.zeros((simulator.worlds, 1, *shape), np.float32) for shape in ((8,), (PLAYERS + 1, 4), (PLAYERS + 1,))]
+    pack_memory(records, np.array([player]), *told)
+    return {key: value[:, 0] for key, value in zip(("self", "memory", "memory_age"), told)}

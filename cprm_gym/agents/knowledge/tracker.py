@@ -1,0 +1,219 @@
+"""The tracker: a Kalman filter for the ball and one for each other player, which know the noise of the senses.
+
+What it is told: the readings (distance, direction, their changes) with the noise that `Senses` states, his own commands, and how late
+news are. The ball rolls and slows down; whoever is near it may change its way, and a reading that cannot be explained opens the filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from ...envs.actions import PARAMETER_SCALES
+from ...envs.controller import Action, Observation
+from ...envs.observations import SelfFeature
+from ...envs.players.senses import NOISE, Senses
+from ...simulator.senses import BallLevel
+from ...simulator.state import CommandKind
+from ..body import DEFAULT, Body
+from ..percepts import NEVER
+
+LIVE = 0.2
+"""m / cycle by which the velocity of a ball near another player may change in a cycle (standard deviation)."""
+SURPRISE = 18.0
+"""Squared distance of a reading from what was expected, in standard deviations, beyond which the way of the ball has been changed."""
+NEAR = 0.6
+"""Metres beyond a player's reach within which he may change it."""
+RECENT = 6
+"""Cycles for which the others' places are good enough to say so."""
+RUN, TIRING = 0.12, 0.95
+"""m / cycle by which a player's velocity changes in a cycle, and the share of it that he keeps."""
+TURNED = np.radians(0.6)
+"""Error of where he believes to look, radians."""
+
+
+class Tracker:
+    """Filters of one agent in N worlds.
+
+    Parameters
+    ----------
+    senses : Senses
+        What is known of the noise.
+    body : Body
+        His own.
+    """
+
+    name: ClassVar[str] = "tracker"
+    oracle: ClassVar[bool] = False
+
+    def __init__(self, senses: Senses | None = None, body: Body = DEFAULT) -> None:
+        self.senses, self.body = senses or Senses(), body
+        self._late, self._late_others, everything = self.senses.delays
+        # of what he believes of himself when the ball was seen, counted from what he is told now
+        self._back = self._late - everything
+        self._mean = self._cov = self._others = self._spread = np.zeros(0)
+        self._selves: list[np.ndarray] = []
+        self._pushes: list[np.ndarray] = []
+
+    def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
+        """Forget."""
+        count = len(observation["level"])
+        me = np.array(observation["self"], np.float64)
+        if worlds is None or len(self._mean) != count:
+            self._mean, self._cov = np.zeros((count, 4)), np.zeros((count, 4, 4))
+            self._seen = np.zeros(count, bool)
+            self._others, self._spread = np.zeros((count, 22, 4)), np.zeros((count, 22, 3))
+            self._known = np.zeros((count, 22), bool)
+            self._selves = [me.copy() for _ in range(self._back + 1)]
+            self._pushes = [np.zeros((count, 2)) for _ in range(self._late + 1)]
+            return
+        self._seen[worlds], self._known[worlds] = False, False
+        for past in self._selves:
+            past[worlds] = me[worlds]
+        for push in self._pushes:
+            push[worlds] = 0.0
+
+    def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
+        """The filters' expectations, carried on to now."""
+        me = np.array(observation["self"], np.float64)
+        if sent is not None:
+            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+            self._predict()
+        self._selves = [me, *self._selves[:-1]] if self._back else [me]
+        self._take(observation, self._selves[self._back])
+        memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])
+        ball = self._mean.copy()
+        for push in self._pushes[: self._late][::-1]:
+            ball = self._rolled(ball, push)
+        memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
+        self._follow(memory, age, me, started=sent is None)
+        return {"memory": memory.astype(np.float32)}
+
+    # ------------------------------------------------------------------ the ball
+
+    def _own_kick(self, sent: Action) -> np.ndarray:
+        """(N, 2) acceleration of the ball by the own kick of the cycle before, as far as he knows where it was."""
+        me, ball = self._selves[0], self._mean
+        kicking = np.asarray(sent["type"]) == CommandKind.KICK
+        dx, dy = ball[:, 0] - me[:, SelfFeature.X], ball[:, 1] - me[:, SelfFeature.Y]
+        distance = np.hypot(dx, dy)
+        kind, server = self.body.kind, self.body.server
+        aside = np.arctan2(dy, dx) - me[:, SelfFeature.BODY]
+        aside = np.abs((aside + np.pi) % (2 * np.pi) - np.pi) / np.pi
+        rate = kind.kick_power_rate * np.clip(1.0 - 0.25 * aside - 0.25 * (distance - self.body.contact) / kind.kickable_margin, 0.0, 1.0)
+        power, direction = (np.asarray(sent["params"])[:, k] * PARAMETER_SCALES[CommandKind.KICK, k] for k in (0, 1))
+        push = np.minimum(server.ball_accel_max, rate * np.clip(power, 0.0, server.maxpower))
+        push = np.where(kicking & (distance < self.body.reach), push, 0.0)
+        angle = me[:, SelfFeature.BODY] + np.radians(direction)
+        return np.stack([push * np.cos(angle), push * np.sin(angle)], axis=1)
+
+    def _rolled(self, ball: np.ndarray, push: np.ndarray) -> np.ndarray:
+        """The ball a cycle later."""
+        velocity = ball[:, 2:] + push
+        fast = np.hypot(velocity[:, 0], velocity[:, 1])
+        velocity *= np.minimum(1.0, self.body.server.ball_speed_max / np.maximum(fast, 1e-9))[:, None]
+        return np.concatenate([ball[:, :2] + velocity, self.body.server.ball_decay * velocity], axis=1)
+
+    def _predict(self) -> None:
+        """One cycle of the ball."""
+        push, decay = self._pushes[self._late], self.body.server.ball_decay
+        self._mean = self._rolled(self._mean, push)
+        move = np.eye(4)
+        move[0, 2] = move[1, 3] = 1.0
+        move[2, 2] = move[3, 3] = decay
+        self._cov = move @ self._cov @ move.T
+        speed = np.hypot(self._mean[:, 2], self._mean[:, 3])
+        noise = (0.6 * self.body.server.ball_rand * speed) ** 2 + 1e-4 + (0.15 * np.hypot(push[:, 0], push[:, 1])) ** 2
+        gap = np.hypot(*(self._others[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
+        played = (self._known & (gap < self.body.reach + NEAR)).any(axis=1)
+        noise = noise + np.where(played, LIVE**2, 0.0)
+        for k in range(4):
+            self._cov[:, k, k] += noise
+
+    def _reading(self, observation: Observation, me: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Place and velocity that the reading means, (N, 4), and its covariance (N, 4, 4)."""
+        row = np.asarray(observation["ball"], np.float64)
+        level = np.asarray(observation["level"])[:, 0]
+        distance, angle = np.maximum(row[:, 0], 0.1), me[:, SelfFeature.FACE] + row[:, 1]
+        cos, sin = np.cos(angle), np.sin(angle)
+        along, across = row[:, 2], row[:, 3] * distance
+        told = np.stack([me[:, SelfFeature.X] + distance * cos, me[:, SelfFeature.Y] + distance * sin,
+                         me[:, SelfFeature.VX] + along * cos - across * sin, me[:, SelfFeature.VY] + along * sin + across * cos],
+                        axis=1)  # fmt: skip
+        s, n = self.senses, self.senses.noise * np.array(NOISE)
+        step = 2.0 * s.gaussian if s.gaussian else s.quantise * self.body.server.quantize_step / np.sqrt(12.0)
+        radial = distance * np.hypot(step, n[0]) + 0.03
+        aside = distance * np.sqrt((np.radians(s.quantise) ** 2) / 12.0 + n[1] ** 2 + TURNED**2) + 0.02
+        moving = level >= BallLevel.MOVING
+        fast = np.where(moving, np.sqrt((0.006 * distance) ** 2 + n[2] ** 2 + 0.02**2), 1e3)
+        turn = distance * np.hypot(np.radians(0.03), n[3]) + np.abs(across) * radial / distance + 0.02
+        turn = np.where(moving, turn, 1e3)
+        rotation = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)
+        cov = np.zeros((len(row), 4, 4))
+        for k, sizes in ((0, (radial, aside)), (2, (fast, turn))):
+            spread = np.stack(sizes, axis=-1)[:, None, :] ** 2 * rotation
+            cov[:, k : k + 2, k : k + 2] = spread @ rotation.transpose(0, 2, 1)
+        return told, cov
+
+    def _take(self, observation: Observation, me: np.ndarray) -> None:
+        """The ball as it was seen from `me`."""
+        seen = (np.asarray(observation["level"])[:, 0] > 0) & (me[:, SelfFeature.LOCATED] > 0)
+        if not seen.any():
+            return
+        told, noise = self._reading(observation, me)
+        first = seen & ~self._seen
+        still = noise[:, 2, 2] > 1e3
+        self._mean[first] = told[first]
+        self._mean[first & still, 2:] = 0.0
+        self._cov[first] = noise[first]
+        for k in (2, 3):
+            self._cov[first, k, k] = np.minimum(self._cov[first, k, k], 1.0)
+        again = seen & self._seen
+        self._seen |= seen
+        if not again.any():
+            return
+        off, cov, noise = told[again] - self._mean[again], self._cov[again], noise[again]
+        odd = np.einsum("ni,ni->n", off, np.linalg.solve(cov + noise, off[..., None])[..., 0]) > SURPRISE
+        cov[odd] += np.diag([0.5, 0.5, 1.0, 1.0])
+        gain = np.linalg.solve(cov + noise, cov).transpose(0, 2, 1)
+        self._mean[again] += np.einsum("nij,nj->ni", gain, off)
+        cov = cov - gain @ cov
+        self._cov[again] = 0.5 * (cov + cov.transpose(0, 2, 1))
+
+    # ------------------------------------------------------------------ the others
+
+    def _follow(self, memory: np.ndarray, age: np.ndarray, me: np.ndarray, started: bool) -> None:
+        """The other players' places, written into `memory` (N, 23, 4); where each was last seen stands there."""
+        x, p = self._others, self._spread
+        seen = (age[:, 1:] <= self._late_others) & (age[:, 1:] < NEVER)
+        if not started:
+            x[..., :2] += x[..., 2:]
+            x[..., 2:] *= TIRING
+            p[..., 0] += 2.0 * p[..., 1] + p[..., 2] + RUN**2
+            p[..., 1] = TIRING * (p[..., 1] + p[..., 2]) + RUN**2
+            p[..., 2] = TIRING**2 * p[..., 2] + RUN**2
+        place = np.asarray(memory[:, 1:, :2], np.float64)
+        away = np.hypot(*(place[..., k] - me[:, None, k] for k in (SelfFeature.X, SelfFeature.Y)))
+        s = self.senses
+        step = 2.0 * s.gaussian if s.gaussian else s.quantise * 0.03
+        error = (away * np.hypot(step, s.noise * NOISE[0]) + 0.1) ** 2
+        off = place - x[..., :2]
+        lost = np.hypot(off[..., 0], off[..., 1]) > 4.0 + 3.0 * np.sqrt(error)
+        fresh = seen & (~self._known | lost)
+        x[fresh] = np.concatenate([place[fresh], np.zeros_like(place[fresh])], axis=1)
+        p[fresh] = np.stack([error[fresh], np.zeros(fresh.sum()), np.full(fresh.sum(), 0.16)], axis=1)
+        more = seen & ~fresh
+        total = p[..., 0] + error
+        gains = (p[..., 0] / total, p[..., 1] / total)
+        for k in (0, 1):
+            x[..., k] += np.where(more, gains[0] * off[..., k], 0.0)
+            x[..., 2 + k] += np.where(more, gains[1] * off[..., k], 0.0)
+        p[more] -= np.stack([gains[0] * p[..., 0], gains[0] * p[..., 1], gains[1] * p[..., 1]], axis=-1)[more]
+        self._known |= seen
+        self._known &= age[:, 1:] < NEVER
+        recent = self._known & (age[:, 1:] <= self._late_others + RECENT)
+        x[~recent, 2:] = 0.0
+        ahead = x[..., :2] + self._late_others * x[..., 2:]
+        memory[:, 1:, :2] = np.where(recent[..., None], ahead, memory[:, 1:, :2])

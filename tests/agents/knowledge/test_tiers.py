@@ -1,0 +1,312 @@
+"""Tiers of knowledge: each says what it promises, any controller runs on any of them, and only oracles read the truth."""
+
+import gc
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cprm_baselines import goalie_memory
+from paths import ROOT
+
+from cprm_gym.agents import goalie
+from cprm_gym.agents.knowledge import ORACLES, TIERS, Informed, informed, make_tier
+from cprm_gym.agents.knowledge.oracles import Foresight, idle
+from cprm_gym.agents.knowledge.tracker import Tracker
+from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.envs.controller import no_action
+from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.players.senses import Senses
+from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import ControllerError, ParameterError, UnknownName
+from cprm_gym.simulator.state import Count
+
+
+def of_agent(core, k=0):
+    return {key: value[:, k].copy() for key, value in core.observation.items()}
+
+
+def play(factory, worlds=6, cycles=40, senses=None, task="Goalie", seed=3, first=0):
+    """(core, observations, actions) of the first agent's episodes; the others are idle."""
+    made = make_task(task)
+    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=("memory",), senses=senses or Senses())
+    core.reset(seed)
+    agent = core.agents[0]
+    controller = factory(made, agent)
+    if isinstance(controller, Informed):
+        controller.connect(core, agent)
+    seen, done = [of_agent(core)], []
+    controller.reset(seen[0], 0)
+    for _ in range(cycles):
+        action = controller.act(seen[-1])
+        done.append({key: np.array(value) for key, value in action.items()})
+        sent = idle(core) | {key: np.zeros((worlds, len(core.agents), *np.shape(v)[1:])) for key, v in action.items() if key == "turn_neck"}
+        for key in sent:
+            sent[key][:, 0] = action[key]
+        core.step(sent)
+        seen.append(of_agent(core))
+    return core, seen, done
+
+
+def same(first, second):
+    return all(np.array_equal(a[key], b[key]) for a, b in zip(first, second, strict=True) for key in a)
+
+
+def test_on_the_tier_memory_a_controller_is_what_it_is_without_one():
+    plain = play(goalie_memory.make_controller)[2]
+    assert same(plain, play(informed(goalie_memory.make_controller, "memory"))[2])
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize(
+    ("task", "controller"),
+    [
+        ("Goalie", "cprm"),
+        ("Goalie", "goalie_raw"),
+        ("Goalie", "scripted"),
+        ("KickOffShot", "cprm"),
+        ("PassAndAdvance", "cprm"),
+        ("GoToBall", "fsm"),
+    ],
+)
+def test_any_controller_runs_on_any_tier_unchanged(task, controller, tier):
+    factory = informed(load_controller(controller), tier)
+    if tier == "belief" and task != "Goalie":
+        with pytest.raises(UnknownName, match="belief"):
+            play(factory, task=task)
+        return
+    _, _, actions = play(factory, worlds=3, cycles=12, task=task)
+    assert all(np.isfinite(action["params"]).all() for action in actions)
+
+
+@pytest.mark.parametrize("tier", [t for t in TIERS if t != "belief"])
+def test_a_world_is_known_alone_as_in_a_batch(tier):
+    senses = Senses(noise=0.5, lost=0.2)
+    batch = play(informed(goalie_memory.make_controller, tier, senses), 5, senses=senses)[2]
+    alone = play(informed(goalie_memory.make_controller, tier, senses), 1, senses=senses, first=3)[2]
+    for many, one in zip(batch, alone, strict=True):
+        assert many["type"][3] == one["type"][0]
+        assert many["params"][3] == pytest.approx(one["params"][0], abs=1e-6)
+
+
+def knowledge(name, senses, cycles=30, worlds=60, seed=5):
+    """Places of the ball and of the opponents as told by a tier and as they are: (T, W, 4), (T, W, 2, 2) each; the agent is idle."""
+    task = make_task("Goalie")
+    core = SoccerCore(task, worlds, seed=seed, include=("memory",), senses=senses)
+    core.reset(seed)
+    tier = make_tier(name, task, "left_1", senses)
+    if name in ORACLES:
+        tier.connect(core, "left_1")
+    tier.reset(of_agent(core))
+    told, true, sent = [], [], None
+    for _ in range(cycles):
+        seen = of_agent(core)
+        told.append((seen | dict(tier.know(seen, sent)))["memory"][:, [0, 12, 13]])
+        true.append(core.truth("left_1")["memory"][:, [0, 12, 13]])
+        sent = no_action(worlds)
+        core.step(idle(core))
+    return np.array(told), np.array(true)
+
+
+def error(told, true, thing=0, after=6):
+    """Median of the metres between."""
+    gap = told[after:, :, thing, :2] - true[after:, :, thing, :2]
+    return float(np.median(np.hypot(gap[..., 0], gap[..., 1])))
+
+
+def test_state_is_the_truth_and_frozen_knows_less_than_memory():
+    told, true = knowledge("state", Senses(noise=1.0))
+    assert (told == true).all()
+    frozen, memory = (error(*knowledge(name, Senses(lost=0.5))) for name in ("frozen", "memory"))
+    assert frozen > 1.3 * memory
+
+
+def test_frozen_keeps_what_was_seen_last_as_it_was():
+    tier = make_tier("frozen", make_task("Goalie"), "left_1")
+    seen = {"level": np.array([[3.0]]), "self": np.ones((1, 8)), "memory": np.arange(4.0).reshape(1, 1, 4)}
+    tier.reset(seen)
+    assert tier.know(seen, None)["memory"][0, 0].tolist() == [0, 1, 2, 3]
+    closed = {**seen, "level": np.zeros((1, 1)), "memory": seen["memory"] + 5}
+    assert tier.know(closed, None)["memory"][0, 0].tolist() == [0, 1, 2, 3]
+    slow = {**closed, "level": np.full((1, 1), 2.0)}
+    assert tier.know(slow, None)["memory"][0, 0].tolist() == [5, 6, 2, 3]
+    tier.reset(seen, np.array([True]))
+    assert not tier.know(closed, None)["memory"].any()
+
+
+def velocity_error(told, true, after=6):
+    """Median of the m / cycle between."""
+    gap = told[after:, :, 0, 2:] - true[after:, :, 0, 2:]
+    return float(np.median(np.hypot(gap[..., 0], gap[..., 1])))
+
+
+@pytest.mark.parametrize(
+    ("senses", "place", "velocity"),
+    [
+        ({"noise": 1.0}, 0.85, 0.5), ({"noise": 0.5}, 0.8, 0.55), ({"gaussian": 0.1}, 0.95, 0.9),
+        ({"late_ball": 2}, 0.4, 0.5), ({"late_ball": 4}, 0.25, 0.35), ({"late": 2}, 0.4, 0.6),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_the_tracker_knows_the_ball_better_than_memory_in_noise_and_delay(senses, place, velocity):
+    tracker, memory = (knowledge(name, Senses(**senses)) for name in ("tracker", "memory"))
+    assert error(*tracker) < place * error(*memory)
+    assert velocity_error(*tracker) < velocity * velocity_error(*memory)
+
+
+def test_the_tracker_knows_no_less_at_the_servers_own_senses_and_of_opponents_in_noise():
+    assert error(*knowledge("tracker", Senses())) < 1.05 * error(*knowledge("memory", Senses()))
+    for senses in (Senses(noise=1.0), Senses(late_others=3)):
+        assert error(*knowledge("tracker", senses), 1) < error(*knowledge("memory", senses), 1)
+
+
+def test_the_tracker_knows_what_its_own_kick_does():
+    core = SoccerCore("GoToBall", 20, seed=2, include=("memory",))
+    core.reset(2)
+    for x, y in ((0.0, 0.0),):
+        core.place_player(1, x, y, 0.0, (0.0, 0.0))
+        core.place_ball(x + 0.6, y, 0.0, 0.0)
+    core.observe(np.arange(20))
+    tier, seen = Tracker(), of_agent(core)
+    tier.reset(seen)
+    tier.know(seen, None)
+    kick = no_action(20)
+    kick["type"][:], kick["params"][:, 0] = 3, 0.6
+    core.step({key: value[:, None] for key, value in kick.items()})
+    blind = of_agent(core)
+    blind["level"][:] = 0.0
+    told = tier.know(blind, kick)["memory"][:, 0]
+    true = core.truth("left_1")["memory"][:, 0]
+    assert told[:, 2] == pytest.approx(true[:, 2], abs=0.25)
+    assert (true[:, 2] > 1.0).all()
+
+
+def test_branches_are_the_future_bit_for_bit_and_leave_the_present_alone():
+    core = SoccerCore("Goalie", 12, seed=4, include=("memory",))
+    core.reset(4)
+    core.step(idle(core))
+    now = core.sim.state_hash()
+    future = core.branch()
+    for _ in range(5):
+        future.step(idle(future))
+    assert core.sim.state_hash() == now
+    for _ in range(5):
+        core.step(idle(core))
+    assert core.sim.state_hash() == future.sim.state_hash()
+
+
+def test_foresight_tells_the_kick_before_it_happens_and_otherwise_the_truth():
+    core = SoccerCore("Goalie", 60, seed=4, include=("memory",))
+    core.reset(4)
+    tier = Foresight(1)
+    tier.connect(core, "left_1")
+    told_before, kicked = 0, 0
+    for _ in range(40):
+        told, true = tier.know(of_agent(core), None)["memory"], core.truth("left_1")["memory"]
+        counts = core.sim.world["counts"][:, 11:13, Count.KICK].sum(axis=1)
+        core.step(idle(core))
+        hit = core.sim.world["counts"][:, 11:13, Count.KICK].sum(axis=1) > counts
+        assert (told[~hit] == true[~hit]).all()
+        after = core.truth("left_1")["memory"]
+        assert told[hit, 0, :2] + told[hit, 0, 2:] == pytest.approx(after[hit, 0, :2], abs=2e-3)
+        kicked += hit.sum()
+        told_before += (np.abs(told[hit, 0] - true[hit, 0]).max(axis=1) > 0.1).sum()
+    assert kicked > 30
+    assert told_before > 0.5 * kicked
+
+
+# ---------------------------------------------------------------------- who reads the truth
+
+
+def reads_only_observations(factory, senses=None):
+    """Whether the same observations, with other worlds behind them, give the same actions."""
+    _, seen, actions = play(factory, senses=senses, cycles=25)
+    made = make_task("Goalie")
+    elsewhere = SoccerCore(made, 6, seed=77, include=("memory",))
+    elsewhere.reset(77)
+    controller = factory(made, "left_1")
+    if isinstance(controller, Informed):
+        controller.connect(elsewhere, "left_1")
+    controller.reset(seen[0], 0)
+    again = []
+    for observation in seen[:-1]:
+        again.append({key: np.array(value) for key, value in controller.act(observation).items()})
+        elsewhere.step(idle(elsewhere))
+    return same(actions, again)
+
+
+@pytest.mark.parametrize("tier", [tier for tier in TIERS if tier not in ORACLES])
+def test_no_other_tier_reads_the_truth(tier):
+    assert reads_only_observations(informed(goalie_memory.make_controller, tier))
+
+
+@pytest.mark.parametrize("controller", ["cprm", "goalie_raw", "scripted", "random"])
+def test_no_controller_reads_the_truth(controller):
+    assert reads_only_observations(load_controller(controller))
+    assert reads_only_observations(goalie_memory.make_controller)
+
+
+@pytest.mark.parametrize("tier", ORACLES)
+def test_the_oracles_are_found_to_read_it(tier):
+    assert not reads_only_observations(informed(goalie_memory.make_controller, tier))
+
+
+class Cheat:
+    """Looks for the worlds wherever they are, and runs after the ball."""
+
+    needs = ("memory",)
+
+    def reset(self, observation, seed, worlds=None):
+        self.core = [c for c in gc.get_objects() if isinstance(c, SoccerCore) and c.worlds == len(observation["level"])][-1]
+
+    def act(self, observation):
+        action = no_action(len(observation["level"]))
+        action["type"][:], action["params"][:, 1] = 1, self.core.sim.world["pos"][:, 0, 1] / 60.0
+        return action
+
+
+def test_a_controller_that_cheats_is_caught():
+    assert not reads_only_observations(lambda task, agent: Cheat())
+
+
+def test_the_hooks_of_the_truth_are_used_by_oracles_alone():
+    users = set()
+    for folder in ("cprm_gym", "baselines"):
+        for path in Path(ROOT, folder).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            if re.search(r"core\.(truth|branch)\(|true_memory\(", text):
+                users.add(path.relative_to(ROOT).as_posix())
+    assert users == {"cprm_gym/agents/knowledge/oracles.py", "cprm_gym/envs/core.py", "cprm_gym/envs/players/memory.py"}
+
+
+@pytest.mark.parametrize("tier", ORACLES)
+def test_an_oracle_that_was_shown_no_worlds_says_so(tier):
+    oracle = make_tier(tier, make_task("Goalie"), "left_1")
+    with pytest.raises(ControllerError, match="connect"):
+        oracle.know({}, None)
+
+
+def test_what_there_is_not_is_refused_by_name():
+    with pytest.raises(UnknownName, match="tracker"):
+        make_tier("trakcer", make_task("Goalie"), "left_1")
+    with pytest.raises(ParameterError, match="only foresight"):
+        make_tier("memory", make_task("Goalie"), "left_1", ahead=2)
+    with pytest.raises(ParameterError, match="ahead: 0 given"):
+        make_tier("foresight", make_task("Goalie"), "left_1", ahead=0)
+    with pytest.raises(UnknownName, match="right_1"):
+        SoccerCore("Goalie", 1).truth("right_1")
+
+
+def test_the_belief_is_what_the_goalies_model_expects():
+    task, senses = make_task("Goalie"), Senses()
+    core = SoccerCore(task, 4, seed=3, include=("memory",), senses=senses)
+    core.reset(3)
+    tier, agent = make_tier("belief", task, "left_1"), goalie.make_controller(task, "left_1")
+    tier.reset(of_agent(core))
+    agent.reset(of_agent(core), 0)
+    for _ in range(8):
+        seen = of_agent(core)
+        told = tier.know(seen, None)["memory"]
+        agent.act(seen)
+        assert told[:, 0, 0] == pytest.approx(agent.controller.executor.read("ball_x"), abs=1e-4)
+        core.step(idle(core))
