@@ -30,6 +30,8 @@ RECENT = 6
 """Cycles for which the others' places are good enough to say so."""
 RUN, TIRING = 0.12, 0.95
 """m / cycle by which a player's velocity changes in a cycle, and the share of it that he keeps."""
+VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
+"""Steps in which the changes of distance, as a share of it, and of direction are told (specification/simulator.md 6.1.5)."""
 TURNED = np.radians(0.6)
 """Error of where he believes to look, radians."""
 
@@ -147,8 +149,8 @@ class Tracker:
         radial = distance * np.hypot(step, n[0]) + 0.03
         aside = distance * np.sqrt((np.radians(s.quantise) ** 2) / 12.0 + n[1] ** 2 + TURNED**2) + 0.02
         moving = level >= BallLevel.MOVING
-        fast = np.where(moving, np.sqrt((0.006 * distance) ** 2 + n[2] ** 2 + 0.02**2), 1e3)
-        turn = distance * np.hypot(np.radians(0.03), n[3]) + np.abs(across) * radial / distance + 0.02
+        fast = np.where(moving, np.sqrt((VELOCITY_STEP * distance) ** 2 / 12.0 + n[2] ** 2 + 0.02**2), 1e3)
+        turn = distance * np.hypot(TURN_STEP / np.sqrt(12.0), n[3]) + np.abs(across) * radial / distance + 0.02
         turn = np.where(moving, turn, 1e3)
         rotation = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)
         cov = np.zeros((len(row), 4, 4))
