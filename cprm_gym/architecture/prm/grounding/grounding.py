@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ....errors import ModelError, did_you_mean
@@ -263,7 +263,7 @@ def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
         for name, v in ground.variables.items():
             latest[name] = t
             full = f"{name}#{t}"
-            variables[full] = GroundVariable(full, v.states, v.edges, v.circular, v.class_name, v.object_name, v.attribute, v.clip, v.unit)
+            variables[full] = replace(v, name=full)
         given += [f"{name}#{t}" for name in ground.given]
         for cpd in ground.cpds:
             parents = []

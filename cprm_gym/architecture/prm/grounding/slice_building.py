@@ -212,7 +212,7 @@ class SliceBuilder:
             self.selectors[context.name, atoms] = known
             uniform = np.full(len(atoms), 1.0 / len(atoms))
             uniform.flags.writeable = False
-            self.variables[known] = GroundVariable(known, atoms, None, False, "", context.name, "selector")
+            self.variables[known] = GroundVariable(known, atoms, object_name=context.name, attribute="selector", auxiliary=True)
             self.cpds.append(GroundCPD(known, (), uniform, ("selector", len(atoms)), checked=True))
         return known
 
@@ -279,7 +279,8 @@ class SliceBuilder:
             if last:
                 self._variable(name, domain, "", context.name, slot.aggregate.text)
             else:
-                self.variables[name] = GroundVariable(name, link.states, None, False, "", context.name, slot.aggregate.text)
+                owner, text = context.name, slot.aggregate.text
+                self.variables[name] = GroundVariable(name, link.states, object_name=owner, attribute=text, auxiliary=True)
             parents = before
             if objects:
                 lag = PREVIOUS if slot.lag else SAME
@@ -294,10 +295,12 @@ class SliceBuilder:
 
 def _variable(name: str, domain: Domain, class_name: str, object_name: str, attribute: str) -> GroundVariable:
     if not isinstance(domain, Bins):
-        return GroundVariable(name, domain.states, None, False, class_name, object_name, attribute)
+        return GroundVariable(name, domain.states, None, False, class_name, object_name, attribute, auxiliary=not class_name)
     edges = np.array(domain.edges)
     edges.flags.writeable = False
-    return GroundVariable(name, domain.states, edges, domain.circular, class_name, object_name, attribute, domain.clip, domain.unit)
+    return GroundVariable(
+        name, domain.states, edges, domain.circular, class_name, object_name, attribute, domain.clip, domain.unit, auxiliary=not class_name
+    )
 
 
 def _bound(parents: Parents, table: np.ndarray, key: Hashable) -> Bound:

@@ -44,6 +44,8 @@ class GroundVariable:
         Values outside the bins count as in the end bin.
     unit : str
         Of the bins.
+    auxiliary : bool
+        Nobody declared it: it holds an aggregate or a part of one, or selects among relations.
     """
 
     name: str
@@ -55,6 +57,7 @@ class GroundVariable:
     attribute: str = ""
     clip: bool = False
     unit: str = ""
+    auxiliary: bool = False
 
     def __post_init__(self) -> None:
         if len(set(self.states)) != len(self.states) or not self.states:

@@ -14,7 +14,7 @@ Koller and Friedman 2009, chapters 9, 10 and 13; Shafer and Shenoy 1990; dissert
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from math import prod
 from typing import Any
@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from ....errors import EvidenceError, ImpossibleEvidence, ModelError, did_you_mean
-from ..grounding.slices import GroundSlice
+from ..grounding.slices import PREVIOUS, SAME, GroundSlice
+from ..model.domains import Index
 from ..model.schema import one_or_many
 from .compiled.cache import TableStore
 from .compiled.slice_info import SliceInfo
@@ -142,13 +143,15 @@ def normalised(factor: Factor) -> Factor:
     return Factor(factor.scope, np.divide(factor.table, total, out=np.zeros(factor.table.shape), where=total > 0))
 
 
-def maximise(factors: Sequence[Factor], batch: int) -> tuple[dict[Any, np.ndarray], np.ndarray]:
+def maximise(factors: Sequence[Factor], batch: int, summed: Collection[Any] = ()) -> tuple[dict[Any, np.ndarray], np.ndarray]:
     """The assignment that makes a product of factors largest.
 
     Parameters
     ----------
     factors : sequence of Factor
     batch : int
+    summed : collection of nodes
+        Not assigned: the product is summed over them first.
 
     Returns
     -------
@@ -160,11 +163,9 @@ def maximise(factors: Sequence[Factor], batch: int) -> tuple[dict[Any, np.ndarra
     cards: dict[Any, int] = {}
     for f in pool:
         cards.update(f.cards)
-    graph = neighbours([f.scope for f in pool])
-    order = best_order(graph, cards)
     log_value = np.zeros(batch)
     trace: list[tuple[Any, Factor]] = []
-    for v in order:
+    for v in _order_after(pool, cards, summed):
         inside = sorted((f for f in pool if v in f.scope), key=lambda f: f.size)
         pool = [f for f in pool if v not in f.scope]
         joined = inside[0]
@@ -172,8 +173,12 @@ def maximise(factors: Sequence[Factor], batch: int) -> tuple[dict[Any, np.ndarra
             joined = multiply(joined, f)
         joined, log_scale = joined.scaled()
         log_value = log_value + log_scale
-        trace.append((v, joined))
-        pool.append(joined.max_onto([u for u in joined.scope if u != v]))
+        rest = [u for u in joined.scope if u != v]
+        if v in summed:
+            pool.append(joined.sum_onto(rest))
+        else:
+            trace.append((v, joined))
+            pool.append(joined.max_onto(rest))
     for f in pool:
         with np.errstate(divide="ignore"):
             log_value = log_value + np.log(f.table)
@@ -185,6 +190,38 @@ def maximise(factors: Sequence[Factor], batch: int) -> tuple[dict[Any, np.ndarra
         index = (rows, *(assignment[u] for u in others))
         assignment[v] = table[index].argmax(axis=-1)
     return assignment, log_value
+
+
+def _order_after(factors: Sequence[Factor], cards: Mapping[Any, int], first: Collection[Any]) -> list[Any]:
+    """An order in which to eliminate all variables, some of them before all others."""
+    graph = neighbours([f.scope for f in factors])
+    leading = [v for v in graph if v in first]
+    if not leading:
+        return best_order(graph, cards)
+    order = best_order({v: graph[v] & set(leading) for v in leading}, cards)
+    for v in order:
+        around = graph.pop(v)
+        for u in around:
+            graph[u] |= around
+            graph[u] -= {u, v}
+    return order + best_order(graph, cards)
+
+
+def by_chance(info: SliceInfo, first: bool = False) -> set[str]:
+    """Auxiliary variables of a slice that the declared ones do not determine: noise of an aggregate, selectors.
+
+    With `first`, those that hang on the slice before are among them, since that slice is summed out.
+
+    To maximise over one that is determined is to sum it out, and keeps a long chain of an aggregate cheap.
+    """
+    found: set[str] = set()
+    for name in info.slice.order():
+        cpd = info.slice.by_child.get(name)
+        if cpd is not None and info.variables[name].auxiliary:
+            certain = bool(((cpd.table == 0.0) | (cpd.table == 1.0)).all())
+            if not certain or any((lag == SAME and parent in found) or (first and lag == PREVIOUS) for parent, lag in cpd.parents):
+                found.add(name)
+    return found
 
 
 class Answer(Mapping[str, np.ndarray]):
@@ -350,21 +387,26 @@ class BayesNet:
 
     def most_probable(
         self, evidence: Mapping[str, Any] | None = None, soft: Mapping[str, Any] | None = None, batch: int = 1
-    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-        """The most probable explanation: joint values of all variables that make the evidence most likely.
+    ) -> tuple[dict[str, Index], np.ndarray]:
+        """The most probable explanation: joint values of all declared variables that make the evidence most likely.
+
+        Aggregates and selectors, which nobody declared, are summed out.
 
         Returns
         -------
-        values : dict of name to (W,) int array
+        values : dict of name to Index of a (W,) int array
+            Evidence as `query` takes it.
         log_probability : (W,) float array
             ln P(values and evidence).
         """
         readings = self.read(evidence, soft, batch)
-        found, log_value = maximise(self.factors(readings), batch)
+        found, log_value = maximise(self.factors(readings), batch, by_chance(self.info))
         if not np.isfinite(log_value).all():
             raise self._conflict(readings, np.flatnonzero(~np.isfinite(log_value)))
         values = {
-            name: np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,)) for name, row in self.info.row.items()
+            name: Index(np.broadcast_to(found[name] if name in found else readings.hard[row], (batch,)))
+            for name, row in self.info.row.items()
+            if not self.info.variables[name].auxiliary
         }
         return values, log_value
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from ....errors import ModelError, ParameterError, did_you_mean
 from ..grounding.slices import Grounds
+from ..model.domains import Index
 from ..model.schema import one_or_many
 from . import filtering, smoothing
 from .compiled.slice_info import NeedsVariable
@@ -325,12 +326,15 @@ class Filter:
         """
         return self.engine.smooth(self._window("smooth"))
 
-    def most_probable_path(self) -> list[dict[str, np.ndarray]]:
-        """The most probable joint values of all variables of the window, the oldest slice first.
+    def most_probable_path(self) -> list[dict[str, Index]]:
+        """The most probable joint values of all declared variables of the window, the oldest slice first.
+
+        Slices before the window, and aggregates and selectors, which nobody declared, are summed out.
 
         Returns
         -------
-        list of dict of name to (W,) int array
+        list of dict of name to Index of a (W,) int array
+            Evidence as `step` takes it.
         """
         return self.engine.most_probable_path(self._window("most_probable_path"))
 

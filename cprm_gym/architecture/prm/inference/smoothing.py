@@ -13,7 +13,8 @@ import numpy as np
 
 from ....errors import ModelError, did_you_mean
 from ..grounding.slices import PREVIOUS, SAME, STATIC
-from .bayes_net import JunctionTree, maximise, sliced
+from ..model.domains import Index
+from .bayes_net import JunctionTree, by_chance, maximise, sliced
 from .compiled.belief import FactoredBelief, belief_factors
 from .compiled.slice_info import SliceInfo
 from .evidence import Readings, one_hot
@@ -159,16 +160,21 @@ def smooth(window: Sequence[Slice]) -> list[Smoothed]:
     return [Smoothed(tree, extended, window, t, batch) for t in range(len(window))]
 
 
-def most_probable_path(window: Sequence[Slice]) -> list[dict[str, np.ndarray]]:
-    """The most probable joint values of all variables of the window."""
+def most_probable_path(window: Sequence[Slice]) -> list[dict[str, Index]]:
+    """The most probable joint values of all declared variables of the window; what is before it, and auxiliary, is summed out."""
     batch = window[0].readings.hard.shape[1]
-    found, _ = maximise(unroll(window, batch)[0], batch)
-    path, drawn = [], origins(window)
+    factors, _, _ = unroll(window, batch)
+    drawn = origins(window)
+    summed = {v for f in factors for v in f.scope if v[1] == -1}
+    summed |= {_node(drawn, name, SAME, t) for t, s in enumerate(window) for name in by_chance(s.info, t == 0)}
+    found, _ = maximise(factors, batch, summed)
+    path = []
     for t, (_, info, readings) in enumerate(window):
         values = {}
         for name, row in info.row.items():
-            node = _node(drawn, name, SAME, t)
-            values[name] = np.broadcast_to(found[node], (batch,)) if node in found else readings.hard[row]
+            if not info.variables[name].auxiliary:
+                node = _node(drawn, name, SAME, t)
+                values[name] = Index(np.broadcast_to(found[node], (batch,)) if node in found else readings.hard[row])
         path.append(values)
     return path
 

@@ -167,6 +167,7 @@ def _properties(v: GroundVariable, is_given: bool) -> dict[str, Any]:
         "cprm_object": v.object_name,
         "cprm_attribute": v.attribute,
         "cprm_given": "yes" if is_given else "",
+        "cprm_auxiliary": "yes" if v.auxiliary else "",
     }
     if _PLAIN.match(v.name):
         del every["cprm_name"]
@@ -397,6 +398,7 @@ class _Reader:
             variables[full] = GroundVariable(
                 full, states, edges, p.get("cprm_circular") == "yes", p.get("cprm_class", ""), p.get("cprm_object", ""),
                 p.get("cprm_attribute", ""), p.get("cprm_clip") == "yes", p.get("cprm_unit", ""),
+                p.get("cprm_auxiliary") == "yes",
             )  # fmt: skip
             _ = variables[full].domain  # refuses edges that do not increase
             if "yes" in (p.get("cprm_given"), p.get("cprm_input")):

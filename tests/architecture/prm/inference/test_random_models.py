@@ -67,7 +67,7 @@ def test_most_probable_explanation_equals_enumeration(seed):
     hidden = [n for n in net.variables if n not in evidence]
     joint = unrolled_joint([net], [evidence], [soft], [(n, 0) for n in hidden])
     assert log_value[0] == pytest.approx(np.log(joint.max()), abs=1e-10)
-    assert joint[tuple(int(values[n][0]) for n in hidden)] == pytest.approx(joint.max(), rel=1e-10)
+    assert joint[tuple(int(values[n].value[0]) for n in hidden)] == pytest.approx(joint.max(), rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -77,8 +77,8 @@ def test_most_probable_path_is_the_best_of_all_paths():
     world = HiddenMarkov(3)
     found = run(world, READINGS, 5).most_probable_path()
     best = max(((path, p * world.sense[path[1]].max()) for path, p in world.paths(READINGS)), key=lambda pair: pair[1])[0]
-    assert tuple(int(values["x"][0]) for values in found) == best
-    assert [int(values["y"][0]) for values in found] == [y if y >= 0 else world.sense[best[1]].argmax() for y in READINGS]
+    assert tuple(int(values["x"].value[0]) for values in found) == best
+    assert [int(values["y"].value[0]) for values in found] == [y if y >= 0 else world.sense[best[1]].argmax() for y in READINGS]
 
 
 def test_expected_counts_are_the_posterior_means_over_all_paths():

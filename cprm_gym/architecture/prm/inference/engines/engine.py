@@ -16,6 +16,7 @@ import numpy as np
 from cprm_gym.errors import ModelError, ParameterError, did_you_mean
 
 from ...grounding.slices import PREVIOUS
+from ...model.domains import Index
 from .. import smoothing
 from ..compiled.belief import FactoredBelief
 from ..compiled.cache import TableStore
@@ -272,7 +273,7 @@ class Engine(ABC):
         """Posteriors of the slices of a window given all its readings."""
         return smoothing.smooth([s._replace(before=self.factored(s.before)) for s in window])
 
-    def most_probable_path(self, window: Sequence[smoothing.Slice]) -> list[dict[str, np.ndarray]]:
+    def most_probable_path(self, window: Sequence[smoothing.Slice]) -> list[dict[str, Index]]:
         """The most probable joint values of all variables of a window."""
         return smoothing.most_probable_path([s._replace(before=self.factored(s.before)) for s in window])
 
