@@ -78,8 +78,14 @@ def benchmark(
     timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
+    suite: Annotated[str | None, typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier).")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="The suite's short form.")] = False,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
+    if suite is not None or quick:
+        with said_plainly():
+            _suite(suite, quick, {"tasks": tasks, "controllers": controllers}, episodes, seed, output, resume)
+        return
     from .benchmark.plan import BlockResult, Plan
     from .benchmark.report import summarise
     from .benchmark.runner import check_workers, run
@@ -123,6 +129,57 @@ def benchmark(
         raise typer.Exit(130)
     if report.errors:
         raise typer.Exit(1)
+
+
+def _suite(
+    suite: str | None, quick: bool, refused: dict[str, Any], episodes: int | None, seed: int | None, output: Path, resume: Path | None
+) -> None:
+    """Run the suite ``knowledge``."""
+    from dataclasses import replace
+
+    from rich.table import Table
+
+    from .benchmark import knowledge
+    from .errors import unknown_name
+
+    if suite is None:
+        raise CprmError("--quick goes with --suite")
+    if suite != "knowledge":
+        raise unknown_name("suite", suite, ["knowledge"])
+    for name, value in refused.items():
+        if value is not None:
+            raise CprmError(f"--{name} does not go with --suite, which says what is played")
+    if resume is not None:
+        if quick or episodes is not None or seed is not None:
+            raise CprmError("--resume takes up a run as it was planned: leave --quick, --episodes and --seed out")
+        plan, folder = knowledge.KnowledgePlan.read(resume), resume
+    else:
+        plan = knowledge.KnowledgePlan.quick() if quick else knowledge.KnowledgePlan()
+        given = {name: value for name, value in (("episodes", episodes), ("seed", seed)) if value is not None}
+        plan = replace(plan, **given)  # type: ignore[arg-type]
+        folder = _new_folder(output)
+        plan.write(folder)
+    results, interrupted = [], False
+    with complaints.status("starting ...") as status:
+        try:
+            for result in knowledge.run(
+                plan, folder / "episodes.jsonl",
+                lambda r, done, total: status.update(f"{done} of {total} blocks: {r.block.task}, {r.block.controller}"),
+            ):  # fmt: skip
+                results.append(result)
+        except KeyboardInterrupt:
+            interrupted = True
+    report = knowledge.summarise(plan, results)
+    table = Table(*knowledge.HEAD, box=None, padding=(0, 1))
+    for row in report.rows:
+        table.add_row(*row.cells())
+    console.print(table)
+    for path in report.write(folder):
+        console.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    if interrupted:
+        again = f"cprm-gym benchmark --suite knowledge --resume {shlex.quote(str(folder))}"
+        complaints.print(f"interrupted; go on with: {escape(again)}", highlight=False, soft_wrap=True)
+        raise typer.Exit(130)
 
 
 def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:

@@ -33,6 +33,7 @@ from .percepts import Percepts, body_percepts
 from .play import SoccerAgent
 from .skills.catch_ball import catch_ball
 from .skills.clear import AT_HAND, clear
+from .skills.constants import FIRST, GoalieConstants
 from .skills.reposition import reposition
 from .skills.watch_ball import watch_ball
 
@@ -42,23 +43,8 @@ AT_BALL = 0.515
 """Metres beyond the reach of a leg within which an opponent has the ball, as far as the eye can tell."""
 GOAL_X = -HALF_LENGTH
 """The own goal line."""
-SIDE_ON = 80.0
-"""Degrees between body and ball while waiting."""
 BOX_X, BOX_Y = -PENALTY_X - 1.0, PENALTY_Y - 1.16
 """The own penalty area, where he may use his hands, less what he may err about his place, m."""
-DEEPEST = GOAL_X + 0.5
-"""How far back a shot is met, m."""
-WIDE = 1.99
-"""Metres beside the post at which a ball that crosses the goal line still counts as a shot."""
-
-RUN, START = 0.95, 0.7
-"""A running player's share of the top speed, and the cycles that the goalie loses by turning and getting up speed."""
-HASTE = 1.0
-"""Cycles that he loses on the way to a shot."""
-AT_FEET = 0.593
-"""Share of the kickable ring at which a player who runs to the ball has it."""
-DARE = 20.0
-"""Cycles by which an opponent may be nearer to a free ball for the goalie still to go for it."""
 
 
 def race(body: Body, who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
@@ -78,15 +64,16 @@ def race(body: Body, who: str, x: str, y: str, time: str) -> tuple[Math, ...]:
     return tuple(places)
 
 
-def late(body: Body, way: str) -> tuple[Math, ...]:
+def late(body: Body, way: str, c: GoalieConstants) -> tuple[Math, ...]:
     """Place ``late_{way}``: cycles by which he comes too late to where the ball is after that many metres of its way."""
     reach = f"hypot(dx + {way} * ux, dy + {way} * uy)"
     roll = f"-log(max(0.02, 1 - {number(body.roll)} * {way} / max(ball_speed, 0.05))) / {body.fade}"
-    return (Math(f"late_{way}", f"{HASTE} + max(0, {reach} - {body.within(AT_FEET)}) / {body.pace(RUN)} - ({roll})"),)
+    return (Math(f"late_{way}", f"{number(c.haste)} + max(0, {reach} - {body.within(c.at_feet)}) / {body.pace(c.run)} - ({roll})"),)
 
 
-def kinematics(body: Body) -> tuple[Math, ...]:
+def kinematics(body: Body, c: GoalieConstants = FIRST) -> tuple[Math, ...]:
     """Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
+    deepest, pace, feet = number(GOAL_X + c.deepest), body.pace(c.run), body.within(c.at_feet)
     return (
         # where the ball is from the goalie
         Math("dx", "ball_x - x"), Math("dy", "ball_y - y"),
@@ -98,37 +85,38 @@ def kinematics(body: Body) -> tuple[Math, ...]:
         Math("ball_speed", "hypot(ball_vx, ball_vy)"),
         Math("ux", "ball_vx / ball_speed if ball_speed > 0.05 else 0"), Math("uy", "ball_vy / ball_speed if ball_speed > 0.05 else 0"),
         # who is first at a ball that nobody holds: a few steps of "where is it when I am there" for him and for the nearest opponent
-        *race(body, "own", "x", "y", f"{START} + {{way}} / {body.pace(RUN)}"),
-        *race(body, "rival", "watched_x", "watched_y", f"max({{way}} - {body.within(AT_FEET)}, 0) / {body.pace(RUN)}"),
+        *race(body, "own", "x", "y", f"{number(c.start)} + {{way}} / {pace}"),
+        *race(body, "rival", "watched_x", "watched_y", f"max({{way}} - {feet}, 0) / {pace}"),
         Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
-        Math("loose", f"1 if in_box and not shot and own_time < rival_time + {DARE} else 0"),
+        Math("loose", f"1 if in_box and not shot and own_time < rival_time + {number(c.dare)} else 0"),
         # where to meet a shot: at the point closest to him if he is there in time, else half-way on to the goal line, or at the line
         Math("along", "max(0, -(dx * ux + dy * uy))"),
-        Math("to_deepest", f"max(0, (ball_x - {DEEPEST}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
+        Math("to_deepest", f"max(0, (ball_x - {deepest}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
         Math("first", "min(along, to_deepest)"), Math("second", "0.5 * (first + to_deepest)"),
-        *late(body, "first"), *late(body, "second"), *late(body, "to_deepest"),
+        *late(body, "first", c), *late(body, "second", c), *late(body, "to_deepest", c),
         Math("way", "first if late_first <= 0 else second if late_second <= 0 else to_deepest "
              "if late_to_deepest < min(late_first, late_second) else second if late_second < late_first else first"),
-        Math("meet_x", f"ball_x + way * ux if shot else max(own_x, {DEEPEST})"),
+        Math("meet_x", f"ball_x + way * ux if shot else max(own_x, {deepest})"),
         Math("meet_y", "ball_y + way * uy if shot else own_y"),
         Math("way_distance", "hypot(meet_x - x, meet_y - y)"),
         Math("way_direction", "norm_deg(degrees(atan2(meet_y - y, meet_x - x)) - body) if way_distance > 0.01 else 0"),
         # is it coming: it crosses the goal line near the goal, and rolls that far
         Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
         Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
-        Math("shot", f"1 if abs(goal_y) < {number(round(body.server.goal_width / 2 + WIDE, 6))} and "
+        Math("shot", f"1 if abs(goal_y) < {number(round(body.server.goal_width / 2 + c.wide, 6))} and "
                      f"to_line < ball_speed / {number(body.roll)} + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
         Math("coming", "1 if shot or loose else 0"),
         Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
         # the guarding place: between ball and goal
         Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
-        Math("out", "clip(0.3 * goal_distance + 1, 1, 8)"),
+        Math("out", f"clip({number(c.out_share)} * goal_distance + {number(c.out_least)}, {number(c.out_least)}, {number(c.out_most)})"),
         Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
         Math("post_distance", "hypot(post_x - x, post_y - y)"),
         Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),
-        Math("side_left", f"norm_deg(ball_angle - {SIDE_ON} - body)"), Math("side_right", f"norm_deg(ball_angle + {SIDE_ON} - body)"),
+        Math("side_left", f"norm_deg(ball_angle - {number(c.side_on)} - body)"),
+        Math("side_right", f"norm_deg(ball_angle + {number(c.side_on)} - body)"),
         Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
-        Math("displaced", "1 if post_distance > 1 or abs(side_turn) > 30 else 0"),
+        Math("displaced", f"1 if post_distance > {number(c.displaced)} or abs(side_turn) > {number(c.turned)} else 0"),
         Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
         # near enough to kick: there the eye is finer than any bins
         Math("hand_distance", "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance"),
@@ -159,7 +147,9 @@ TRANSITIONS = (
 """Watch, danger, catch, clear, reposition, and again (Fig. 2.30)."""
 
 
-def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie", body: Body = DEFAULT) -> PetriNet:
+def goalie_net(
+    seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie", body: Body = DEFAULT, constants: GoalieConstants = FIRST
+) -> PetriNet:
     """The goalie's net.
 
     Parameters
@@ -171,8 +161,10 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
         Opponents who are watched; 0 for a net without object places.
     name : str
     body : Body
+    constants : GoalieConstants
+        Numbers of his behaviour, fitted to what he knows.
     """
-    modules = {"eyes": watch_ball(body), "post": reposition(body), "save": catch_ball(body), "away": clear(body)}
+    modules = {"eyes": watch_ball(body), "post": reposition(body), "save": catch_ball(body, constants), "away": clear(body)}
     watch = tuple(
         ObjectPlace(f"watched_{k}", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0", k=k))
         for k in range(1, attended + 1)
@@ -186,7 +178,7 @@ def goalie_net(seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goa
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"),
-            *kinematics(body),
+            *kinematics(body, constants),
         ),
         modules=modules,
         transitions=TRANSITIONS,
@@ -211,7 +203,7 @@ BALL_SEEN = tuple(
 
 
 @functools.lru_cache(maxsize=64)
-def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT) -> CPRM:
+def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> CPRM:
     """The goalie's net, his beliefs, and the links between them.
 
     Parameters
@@ -221,6 +213,7 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFA
     attended : int
         How many of them are watched at most.
     body : Body
+    constants : GoalieConstants
     """
     names = [f"o{k}" for k in range(1, opponents + 1)]
     watched = min(attended, opponents)
@@ -231,7 +224,9 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFA
     ]
     return CPRM(
         "goalie",
-        net=goalie_net(BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched, body=body),
+        net=goalie_net(
+            BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched, body=body, constants=constants
+        ),
         model=goalie_model(body),
         objects={"ball": "Ball", **dict.fromkeys(names, "Opponent")},
         observations=(*BALL_SEEN, *seen),
@@ -323,17 +318,59 @@ class GoalieAgent(SoccerAgent):
     opponents, attended : int
         As for `goalie_cprm`.
     body : Body
+    constants : GoalieConstants
     """
 
-    def __init__(self, opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, **options: Any) -> None:
+    def __init__(
+        self, opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST, **options: Any
+    ) -> None:
         super().__init__(
-            goalie_cprm(opponents, attended, body),
+            goalie_cprm(opponents, attended, body, constants),
             lambda observation: goalie_percepts(observation, opponents),
             needs=("memory",),
             objects=(lambda observation: opponent_attributes(observation, opponents)) if min(attended, opponents) else None,
             body=body,
             **{"engine": ProjectionEngine(CLUSTERS), **options},
         )
+
+
+RECKONED = (
+    *(Input(f"ball_{name}", observes=f"ball.{name}") for name in ("x", "y", "vx", "vy")),
+    Input("watched_x", observes="rival.x", value=FAR), Input("watched_y", observes="rival.y"),
+)  # fmt: skip
+"""The ball as it is reckoned, and the opponent nearest to it, in the places of beliefs."""
+
+
+@functools.lru_cache(maxsize=64)
+def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> CPRM:
+    """The net alone, on what is reckoned instead of believed."""
+    return CPRM("goalie_memory", net=goalie_net(RECKONED, attended=0, name="goalie_memory", body=body, constants=constants))
+
+
+class ReckoningGoalie(SoccerAgent):
+    """The goalie's net without a model, on the observation's part ``memory``, whoever fills it (`knowledge`).
+
+    Parameters
+    ----------
+    opponents : int
+    body : Body
+    constants : GoalieConstants
+    """
+
+    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> None:
+        super().__init__(reckoning_cprm(body, constants), self._read, needs=("memory",), body=body)
+        self.opponents = opponents
+
+    def _read(self, observation: Observation) -> Percepts:
+        """`goalie_percepts`, and the place of the opponent who is most dangerous."""
+        percepts = goalie_percepts(observation, self.opponents)
+        danger = np.asarray(opponent_attributes(observation, self.opponents)["Opponent"]["danger"])
+        nearest, rows = danger.argmax(axis=1), np.arange(len(danger))
+        known = danger[rows, nearest] > 0
+        memory = np.asarray(observation["memory"], np.float64)[rows, 12 + nearest]
+        percepts["rival.x"] = np.where(known, memory[:, 0], FAR)
+        percepts["rival.y"] = np.where(known, memory[:, 1], 0.0)
+        return percepts
 
 
 GOALIE_NET = goalie_net(BELIEVED)

@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
 from filelock import FileLock, Timeout
 
 from ..errors import CprmError
-from .plan import Block, BlockResult, Plan
+from .plan import Block, BlockResult
+
+
+class Planned(Protocol):
+    """What is being played, cut into blocks."""
+
+    def blocks(self) -> list[Block]:
+        """All of them."""
 
 
 class Journal:
@@ -19,11 +27,11 @@ class Journal:
     ----------
     path : Path
         Made with the first block.
-    plan : Plan, optional
+    plan : Planned, optional
         What is being played: blocks that are not in it are refused.
     """
 
-    def __init__(self, path: Path, plan: Plan | None = None) -> None:
+    def __init__(self, path: Path, plan: Planned | None = None) -> None:
         self.path = path
         self._planned = None if plan is None else set(plan.blocks())
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..agents.body import DEFAULT, Body
-from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, SIDE_ON, goalie_percepts, kinematics
+from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, goalie_percepts, kinematics
 from ..agents.models import goalie_model
 from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
@@ -22,6 +22,7 @@ from ..agents.skills.advance import advance
 from ..agents.skills.approach import approach
 from ..agents.skills.catch_ball import catch_ball
 from ..agents.skills.clear import clear
+from ..agents.skills.constants import FIRST
 from ..agents.skills.cruise import cruise
 from ..agents.skills.dribble import dribble
 from ..agents.skills.drive import drive
@@ -245,7 +246,7 @@ def _shot(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
     speed = Body.of(core.task).roll * length + 0.4 + 0.4 * u[:, 3]
     core.place_ball(*ball.T, *(speed[:, None] * way / length[:, None]).T, worlds=worlds)
     guard = np.stack([GOAL_X + 4.0 * np.cos(angle), 4.0 * np.sin(angle)], axis=1)
-    core.place_player(1, *guard.T, wrapped(angle + np.radians(SIDE_ON)), worlds=worlds)
+    core.place_player(1, *guard.T, wrapped(angle + np.radians(FIRST.side_on)), worlds=worlds)
 
 
 def _in_hand(core: SoccerCore, worlds: np.ndarray, u: np.ndarray) -> None:
@@ -300,7 +301,7 @@ def _guarding(core: SoccerCore) -> np.ndarray:
     gap = np.hypot(off[:, 0], off[:, 1])
     post = np.array([GOAL_X, 0.0]) + (np.clip(0.3 * gap + 1.0, 1.0, 8.0) / gap)[:, None] * off
     angle = np.degrees(np.arctan2(*(ball - me).T[::-1]) - w["body"][:, 0])
-    side = np.abs(np.abs((angle + 180.0) % 360.0 - 180.0) - SIDE_ON)
+    side = np.abs(np.abs((angle + 180.0) % 360.0 - 180.0) - FIRST.side_on)
     return np.asarray((np.hypot(*(post - me).T) < 1.0) & (side < 25.0))
 
 

@@ -11,31 +11,27 @@
 
 What decides are quantities derived from the believed place and velocity of the ball: where its way comes closest, how far it is
 from the hands now, and how far it will be a cycle later. The catch is timed to the cycle in which the ball lies in the area that
-the hands cover, as deep in it as it will get. `STRAFE`: shorter ways are run sideways or backwards, without turning.
+the hands cover, as deep in it as it will get. Short ways are run sideways or backwards, without turning.
 """
 
 from __future__ import annotations
 
-from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
-from ..body import Body, number, of_body
+import functools
 
-STRAFE = 2.2
-"""Metres up to which the goalie does not turn first."""
-AHEAD = 40.0
-"""Degrees within which he runs on without turning."""
-WORTH = 0.5
-"""Chance of a tackle that is worth the ten cycles on the ground, when the hands do not reach the ball."""
+from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ..body import DEFAULT, Body, number
+from .constants import FIRST, GoalieConstants
+
 LUNGE = 0.85
 """Share of ``tackle_dist`` up to which he tackles."""
-CLOSE = 0.12
-"""Metres from the ball's way at which he stands."""
 
 
-@of_body
-def catch_ball(body: Body) -> PetriNet:
+@functools.lru_cache(maxsize=256)
+def catch_ball(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> PetriNet:
     """The skill of a player as a module; its outcomes are ``caught``, ``over``, ``past``, ``missed`` and ``aborted``."""
-    server, hands = body.server, number(body.hands)
-    deep = number(round(body.hands - 0.05, 10))  # as near as he waits for the ball to come
+    server, hands, c = body.server, number(body.hands), constants
+    lunge = number(LUNGE * server.tackle_dist)
+    deep = number(round(body.hands - c.early, 10))  # as near as he waits for the ball to come
     power = number(server.tackle_exponent)
     return PetriNet(
         "catch_ball",
@@ -55,14 +51,15 @@ def catch_ball(body: Body) -> PetriNet:
             Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
             # whatever its direction: the hands turn as far as they can, and what they cover is as broad as an arm is long
             Math("reachable", f"1 if ball_distance < {hands} else 0"),
-            Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - 0.15 else 0"),
+            Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - {number(c.deepening)} else 0"),
             Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
             Math("chance",
                  f"1 - min(1, (ahead / {number(server.tackle_dist)}) ** {power} + (aside / {number(server.tackle_width)}) ** {power})"
                  " if ahead > 0 else 0"),
-            Math("last_chance", f"1 if chance > {WORTH} and not reachable and ball_distance < {number(LUNGE * server.tackle_dist)} else 0"),
+            Math("last_chance", f"1 if chance > {number(c.worth)} and not reachable and ball_distance < {lunge} else 0"),
             Math("off", "abs(way_direction)"),
-            Math("turn_first", f"1 if way_distance > {STRAFE} and off > {AHEAD} and (off < 140 or way_distance > 3.5) else 0"),
+            Math("turn_first",
+                 f"1 if way_distance > {number(c.strafe)} and off > {number(c.ahead)} and (off < 140 or way_distance > 3.5) else 0"),
             Math("moment", body.turn("way_direction")),
             Math("power", f"clip({body.power(1.02)} * way_distance - {body.power(0.24)} * speed, {body.dash(0.1)}, {body.dash(1.0)})"),
         ),
@@ -84,7 +81,7 @@ def catch_ball(body: Body) -> PetriNet:
             Transition("relax", ("ready", "ongoing"), ("over",), inhibitors={"coming": 1, "reachable": 1}, priority=3),
             # into the way
             Transition("turn", ("ready",), ("acted",), tests={"turn_first": 1}, emits=Command("turn", moment="moment"), priority=2),
-            Transition("dash", ("ready",), ("acted",), tests={"way_distance": CLOSE},
+            Transition("dash", ("ready",), ("acted",), tests={"way_distance": c.close},
                        emits=Command("dash", power="power", direction="way_direction"), priority=1),
             Transition("hold", ("ready",), ("acted",)),
             Transition("tick", ("acted",), ("ready",), delay=1),

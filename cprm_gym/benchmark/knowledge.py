@@ -1,0 +1,256 @@
+"""The suite ``knowledge``: task x senses x tier, the same decisions and the same worlds for all tiers.
+
+It says where knowledge can pay: what an oracle's would win over the best at hand (``state``, ``foresight`` less ``memory``, ``tracker``),
+and what a tier wins over ``memory``, the fair rival, in pairs. Blocks are kept in the journal of benchmarks, so a run can be taken up.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..agents import striker
+from ..agents.body import Body
+from ..agents.goalie import ReckoningGoalie
+from ..agents.knowledge import TIERS, informed
+from ..agents.skills.constants import ON_MEMORY
+from ..envs.controller import Controller, ControllerFactory
+from ..envs.players.senses import Senses
+from ..envs.tasks import Task, make_task
+from ..errors import CprmError, ParameterError, unknown_name
+from ..files import write_atomically
+from .episodes import play_episodes
+from .journal import Journal
+from .plan import BLOCK, Block, BlockResult
+from .statistics import paired_difference, wilson_interval
+
+SENSES: dict[str, Senses] = {
+    "default": Senses(), "narrow": Senses(view="narrow"), "wide": Senses(view="wide"), "asynchronous": Senses(asynchronous=True),
+    "no motion": Senses(motion=False), "lost .3": Senses(lost=0.3), "lost .6": Senses(lost=0.6), "noise .5": Senses(noise=0.5),
+    "noise 1": Senses(noise=1.0), "quantise 4": Senses(quantise=4.0), "gaussian .1": Senses(gaussian=0.1),
+    "ball late 2": Senses(late_ball=2), "ball late 4": Senses(late_ball=4), "late 2": Senses(late=2), "no numbers": Senses(numbers=False),
+}  # fmt: skip
+"""Name -> senses of the agents."""
+RIVAL = "memory"
+"""The tier that the others are compared with."""
+
+
+def _goalie(task: Task, agent: str) -> Controller:
+    return ReckoningGoalie(task.right, Body.of(task), ON_MEMORY)
+
+
+PLAYERS: dict[str, ControllerFactory] = {"Goalie": _goalie, "KickOffShot": striker.make_controller}
+"""Task -> who plays it on every tier: nets without a model, the goalie's tuned on memory."""
+UNKNOWN = {("KickOffShot", "belief")}
+"""Tiers that a task does not have."""
+
+
+@dataclass(frozen=True)
+class KnowledgePlan:
+    """What is measured.
+
+    Raises
+    ------
+    UnknownName
+        For a task, senses or a tier that there are not.
+    ParameterError
+        For fewer episodes than one.
+    """
+
+    tasks: tuple[str, ...] = tuple(PLAYERS)
+    senses: tuple[str, ...] = tuple(SENSES)
+    tiers: tuple[str, ...] = tuple(TIERS)
+    episodes: int = 1000
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for kind, names, known in (("task", self.tasks, PLAYERS), ("senses", self.senses, SENSES), ("tier", self.tiers, TIERS)):
+            for name in names:
+                if name not in known:
+                    raise unknown_name(kind, str(name), list(known))
+        for number, value, least in (("episodes", self.episodes, 1), ("seed", self.seed, 0)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise ParameterError(f"{number}: {value!r} given, a whole number of at least {least} is needed")
+
+    @classmethod
+    def quick(cls, seed: int = 0) -> KnowledgePlan:
+        """The goalie, five senses, all tiers: a minute or two."""
+        return cls(("Goalie",), ("default", "lost .3", "noise 1", "asynchronous", "ball late 2"), episodes=125, seed=seed)
+
+    def blocks(self) -> list[Block]:
+        """All blocks, in the order of the report; the controller of a block is ``senses/tier``."""
+        return [
+            Block(task, f"{senses}/{tier}", first, min(BLOCK, self.episodes - first), self.seed)
+            for task in self.tasks
+            for senses in self.senses
+            for tier in self.tiers
+            if (task, tier) not in UNKNOWN
+            for first in range(0, self.episodes, BLOCK)
+        ]
+
+    def write(self, folder: Path) -> None:
+        """Note in the folder of a run what is to be played there (``plan.json``)."""
+        write_atomically(folder / "plan.json", json.dumps({"suite": "knowledge", **asdict(self)}, indent=2) + "\n")
+
+    @classmethod
+    def read(cls, folder: Path) -> KnowledgePlan:
+        """The plan noted by `write`.
+
+        Raises
+        ------
+        CprmError
+            When there is none, or it is of something else.
+        """
+        path = folder / "plan.json"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            if data.pop("suite", None) != "knowledge":
+                raise ValueError("of another suite")
+            values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
+            return cls(**values)
+        except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise CprmError(f"{path}: not the plan of a run of the suite 'knowledge': {error}") from None
+
+
+def play_block(block: Block) -> BlockResult:
+    """Play the episodes of one block."""
+    senses_name, tier = block.controller.rsplit("/", 1)
+    task, senses = make_task(block.task), SENSES[senses_name]
+    begin, spent = time.perf_counter(), time.process_time()
+    found = play_episodes(task, informed(PLAYERS[block.task], tier, senses), block.count, block.seed, block.first, senses)
+    played = int(found.cycles.max()) * block.count
+    return BlockResult(
+        block, found.success.tolist(), found.cycles.tolist(), found.success.astype(float).tolist(),
+        wall_seconds=time.perf_counter() - begin, controller_seconds=time.process_time() - spent, decisions=played, played=played,
+    )  # fmt: skip
+
+
+def run(
+    plan: KnowledgePlan, journal: Path | None = None, on_result: Callable[[BlockResult, int, int], Any] | None = None
+) -> Iterator[BlockResult]:
+    """Play all blocks that the journal does not hold yet; arguments as for `runner.run`."""
+    blocks = plan.blocks()
+    kept = None if journal is None else Journal(journal, plan)
+    with nullcontext() if kept is None else kept.held():
+        if kept is not None:
+            kept.cut_torn_line()
+        finished = {} if kept is None else kept.read()
+        for done, block in enumerate(blocks, 1):
+            result = finished.get(block)
+            if result is None:
+                result = play_block(block)
+                if kept is not None:
+                    kept.append(result)
+            if on_result:
+                on_result(result, done, len(blocks))
+            yield result
+
+
+@dataclass(frozen=True)
+class Row:
+    """One task, senses and tier; the difference is to `RIVAL` in the same worlds."""
+
+    task: str
+    senses: str
+    tier: str
+    episodes: int
+    successes: int
+    rate: float
+    low: float
+    high: float
+    difference: float | None = None
+    difference_low: float | None = None
+    difference_high: float | None = None
+    p: float | None = None
+
+    def cells(self) -> list[str]:
+        """As text: rate with its Wilson interval, difference with its paired interval, p."""
+        rate = f"{100 * self.rate:.1f} ({100 * self.low:.1f} - {100 * self.high:.1f})"
+        if self.difference is None or self.difference_low is None or self.difference_high is None or self.p is None:
+            return [self.task, self.senses, self.tier, str(self.episodes), rate, "", ""]
+        paired = f"{100 * self.difference:+.1f} ({100 * self.difference_low:+.1f}, {100 * self.difference_high:+.1f})"
+        return [self.task, self.senses, self.tier, str(self.episodes), rate, paired, f"{self.p:.2g}"]
+
+
+HEAD = ("task", "senses", "tier", "n", "success %, Wilson 95 %", f"less {RIVAL}, paired 95 %", "p")
+
+
+@dataclass(frozen=True)
+class KnowledgeReport:
+    """What the suite found."""
+
+    plan: KnowledgePlan
+    rows: tuple[Row, ...]
+
+    def to_markdown(self) -> str:
+        """The table."""
+        lines = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+        return "\n".join(lines + ["| " + " | ".join(row.cells()) + " |" for row in self.rows]) + "\n"
+
+    def write(self, folder: Path) -> list[Path]:
+        """``knowledge.json``, ``knowledge.md`` and, with matplotlib, ``knowledge.png``."""
+        data = {"plan": asdict(self.plan), "rows": [asdict(row) for row in self.rows]}
+        files: list[tuple[str, str | bytes]] = [("knowledge.json", json.dumps(data, indent=2) + "\n"), ("knowledge.md", self.to_markdown())]
+        picture = plot(self)
+        if picture is not None:
+            files.append(("knowledge.png", picture))
+        for name, content in files:
+            write_atomically(folder / name, content)
+        return [folder / name for name, _ in files]
+
+
+def summarise(plan: KnowledgePlan, results: list[BlockResult]) -> KnowledgeReport:
+    """The report of the results there are."""
+    found: dict[tuple[str, str, str], list[BlockResult]] = {}
+    for result in results:
+        senses, tier = result.block.controller.rsplit("/", 1)
+        found.setdefault((result.block.task, senses, tier), []).append(result)
+    success = {
+        key: np.concatenate([np.array(r.success, bool) for r in sorted(group, key=lambda r: r.block.first)]) for key, group in found.items()
+    }
+    rows = []
+    for (task, senses, tier), good in success.items():
+        low, high = wilson_interval(int(good.sum()), len(good))
+        rival = success.get((task, senses, RIVAL))
+        if tier == RIVAL or rival is None or len(rival) != len(good):
+            rows.append(Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high))
+        else:
+            rows.append(Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high, *paired_difference(good, rival)))
+    return KnowledgeReport(plan, tuple(rows))
+
+
+def plot(report: KnowledgeReport) -> bytes | None:
+    """Rates with their intervals, one panel for each task; None without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return None
+    plan = report.plan
+    figure = Figure(figsize=(3.0 + 1.1 * len(plan.senses), 3.6 * len(plan.tasks)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(plan.tasks), 1))
+    width = 0.8 / len(plan.tiers)
+    for axis, task in zip(axes, plan.tasks):
+        for k, tier in enumerate(plan.tiers):
+            rows = [
+                (i, r) for i, senses in enumerate(plan.senses) for r in report.rows if (r.task, r.senses, r.tier) == (task, senses, tier)
+            ]
+            places = [i + (k - (len(plan.tiers) - 1) / 2) * width for i, _ in rows]
+            rates = [100 * r.rate for _, r in rows]
+            errors = [[max(0.0, 100 * (r.rate - r.low)) for _, r in rows], [max(0.0, 100 * (r.high - r.rate)) for _, r in rows]]
+            axis.bar(places, rates, 0.92 * width, yerr=errors, capsize=2, label=tier)
+        axis.set_xticks(range(len(plan.senses)), plan.senses, rotation=20)
+        axis.set_ylabel(f"{task}: success, %")
+        axis.set_ylim(0, 105)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[0].legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=len(plan.tiers))
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()

@@ -1,0 +1,198 @@
+"""The one procedure by which the goalie's constants are tuned for a tier of knowledge: the cross-entropy method, journalled.
+
+``python -m cprm_gym.benchmark.tuning --tier memory --journal goalie_memory.jsonl`` goes on where it was interrupted. In each generation
+candidates are drawn from a normal distribution about the best so far, all play the same worlds, which no other generation and no
+measurement meets, and the best of them move the distribution.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..agents.body import Body
+from ..agents.goalie import ReckoningGoalie
+from ..agents.knowledge import TIERS, informed
+from ..agents.skills.constants import FIRST, GoalieConstants
+from ..envs.players.senses import Senses
+from ..envs.tasks import Task, make_task
+from ..errors import CprmError, ParameterError, unknown_name
+from .arguments import at_least
+from .episodes import play_episodes
+
+TUNING_SEED = 800_000
+"""Seeds from here on are those of tuning; measurements take small ones."""
+KEPT = 0.3
+"""Share of the old distribution that remains."""
+NARROWEST = 0.02
+"""Of the extent: the least standard deviation."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study.
+
+    Parameters
+    ----------
+    tier : str
+    worlds : int
+        Per candidate and generation.
+    population, elite : int
+        Candidates of a generation, and how many of them move the distribution.
+    generations : int
+    seed : int
+    senses : Senses
+
+    Raises
+    ------
+    UnknownName, ParameterError
+        For a tier that there is not, or numbers that make no sense.
+    """
+
+    tier: str = "memory"
+    worlds: int = 100
+    population: int = 24
+    elite: int = 6
+    generations: int = 10
+    seed: int = 0
+    senses: Senses = Senses()  # noqa: RUF009
+
+    def __post_init__(self) -> None:
+        if self.tier not in TIERS:
+            raise unknown_name("tier", self.tier, TIERS)
+        for name, least in (("worlds", 1), ("population", 2), ("elite", 1), ("generations", 1), ("seed", 0)):
+            if getattr(self, name) < least:
+                raise ParameterError(f"tuning: {name}: {getattr(self, name)!r} given, a whole number of at least {least} is needed")
+        if self.elite > self.population:
+            raise ParameterError(f"tuning: elite {self.elite}: at most the population, {self.population}, is allowed")
+
+
+@dataclass(frozen=True)
+class Generation:
+    """What a generation found.
+
+    Attributes
+    ----------
+    number : int
+    mean, sd : dict of str to float
+        The distribution after it.
+    best : float
+        Rate of its best candidate.
+    rate : float
+        Mean rate of its candidates.
+    centre : float
+        Rate of the candidate in the middle of the distribution, drawn in every generation.
+    """
+
+    number: int
+    mean: dict[str, float]
+    sd: dict[str, float]
+    best: float
+    rate: float
+    centre: float
+
+
+def goalie(constants: GoalieConstants, tier: str, senses: Senses, task: Task, agent: str) -> Any:
+    """The goalie's net with these constants, on a tier."""
+    make = informed(lambda task, agent: ReckoningGoalie(task.right, Body.of(task), constants), tier, senses)
+    return make(task, agent)
+
+
+def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
+    """The generations of a study, those of the journal first.
+
+    Parameters
+    ----------
+    plan : Plan
+    journal : Path, optional
+        One line for the plan and one for each generation.
+
+    Raises
+    ------
+    CprmError
+        When the journal is of another plan or damaged.
+    """
+    extents = np.array(list(GoalieConstants.extents().values()))
+    names, width = list(GoalieConstants.extents()), extents[:, 1] - extents[:, 0]
+    mean, sd = np.array(list(FIRST.to_dict().values())), width / 4.0
+    done = read_journal(plan, journal)
+    for generation in done:
+        mean, sd = (np.array([values[name] for name in names]) for values in (generation.mean, generation.sd))
+        yield generation
+    for number in range(len(done), plan.generations):
+        draws = np.random.default_rng(np.random.SeedSequence([plan.seed, number])).standard_normal((plan.population, len(names)))
+        draws[0] = 0.0
+        candidates = np.clip(mean + sd * draws, extents[:, 0], extents[:, 1])
+        rates = np.array([rate_of(plan, dict(zip(names, row.tolist())), number) for row in candidates])
+        best = candidates[np.argsort(-rates, kind="stable")[: plan.elite]]
+        mean = KEPT * mean + (1 - KEPT) * best.mean(axis=0)
+        sd = np.maximum(KEPT * sd + (1 - KEPT) * best.std(axis=0), NARROWEST * width)
+        told = [{name: round(float(v), 5) for name, v in zip(names, values)} for values in (mean, sd)]
+        mean, sd = (np.array(list(values.values())) for values in told)
+        found = Generation(number, told[0], told[1], float(rates.max()), float(rates.mean()), float(rates[0]))
+        if journal is not None:
+            with journal.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(found)) + "\n")
+        yield found
+
+
+def rate_of(plan: Plan, constants: dict[str, float], generation: int) -> float:
+    """Share of a generation's worlds without a goal."""
+    make = partial(goalie, GoalieConstants.of(constants), plan.tier, plan.senses)
+    seed = TUNING_SEED + 1000 * plan.seed + generation
+    return float(play_episodes(make_task("Goalie"), make, plan.worlds, seed, senses=plan.senses).success.mean())
+
+
+def read_journal(plan: Plan, journal: Path | None) -> list[Generation]:
+    """The generations that a journal holds; begins it, with the plan, if there is none. A last line cut short is removed."""
+    if journal is None:
+        return []
+    head = json.dumps({**asdict(replace(plan, generations=1)), "generations": None})
+    if not journal.exists():
+        journal.write_text(head + "\n", encoding="utf-8")
+        return []
+    text = journal.read_text(encoding="utf-8")
+    whole = text[: text.rfind("\n") + 1]
+    lines = whole.splitlines()
+    if not lines or lines[0] != head:
+        raise CprmError(f"{journal}: the journal of another study; give another --journal")
+    try:
+        found = [Generation(**json.loads(line)) for line in lines[1:]]
+    except (ValueError, TypeError) as error:
+        raise CprmError(f"{journal}: not the journal of a study: {error}") from None
+    if [g.number for g in found] != list(range(len(found))):
+        raise CprmError(f"{journal}: generations are missing or stand there twice")
+    if whole != text:
+        journal.write_text(whole, encoding="utf-8")
+    return found[: plan.generations]
+
+
+def result(journal: Path) -> GoalieConstants:
+    """The constants that a journal ends with."""
+    last = json.loads(journal.read_text(encoding="utf-8").splitlines()[-1])
+    return GoalieConstants.of(last["mean"])
+
+
+def main() -> None:
+    """Run a study."""
+    parser = argparse.ArgumentParser(description="Tune the goalie's constants for a tier of knowledge.")
+    parser.add_argument("--tier", choices=list(TIERS), default="memory")
+    parser.add_argument("--journal", type=Path, required=True, help="file that holds the study, and from which it goes on")
+    for name, low in (("worlds", 1), ("population", 2), ("elite", 1), ("generations", 1), ("seed", 0)):
+        parser.add_argument(f"--{name}", type=at_least(low), default=getattr(Plan(), name))
+    options = vars(parser.parse_args())
+    journal = options.pop("journal")
+    for g in study(Plan(**options), journal):
+        print(f"generation {g.number}: middle {g.centre:.1%}, mean {g.rate:.1%}, best {g.best:.1%}", flush=True)
+    print(json.dumps(result(journal).to_dict(), indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""The suite ``knowledge``: the same worlds for all tiers, paired, resumable; its command and its plan."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from cprm_gym.agents.knowledge import TIERS
+from cprm_gym.benchmark import knowledge
+from cprm_gym.benchmark.knowledge import SENSES, KnowledgePlan, play_block, run, summarise
+from cprm_gym.benchmark.plan import Block
+from cprm_gym.benchmark.statistics import paired_difference
+from cprm_gym.cli import app
+from cprm_gym.errors import CprmError, ParameterError, UnknownName
+
+SMALL = KnowledgePlan(("Goalie",), ("default", "noise 1"), ("frozen", "memory", "state"), episodes=80, seed=5)
+
+
+def test_all_tiers_play_the_same_worlds_and_differences_are_paired():
+    results = list(run(SMALL))
+    report = summarise(SMALL, results)
+    rows = {(r.senses, r.tier): r for r in report.rows}
+    assert list(rows) == [(s, t) for s in SMALL.senses for t in SMALL.tiers]
+    assert rows["default", "state"].rate == rows["noise 1", "state"].rate, "whoever knows everything does not care for the noise"
+    assert rows["noise 1", "memory"].rate < rows["default", "memory"].rate
+    memory, state = (np.array(next(r.success for r in results if r.block.controller == f"noise 1/{t}")) for t in ("memory", "state"))
+    expected = paired_difference(state, memory)
+    row = rows["noise 1", "state"]
+    assert (row.difference, row.difference_low, row.difference_high, row.p) == expected
+    assert row.difference_low > 0
+    assert rows["noise 1", "memory"].difference is None
+
+
+def test_an_interrupted_run_goes_on_and_ends_the_same(tmp_path):
+    whole = summarise(SMALL, list(run(SMALL)))
+    course = run(SMALL, tmp_path / "episodes.jsonl")
+    for _ in range(3):
+        next(course)
+    course.close()
+    lines = (tmp_path / "episodes.jsonl").read_text().splitlines()
+    assert len(lines) == 3
+    with (tmp_path / "episodes.jsonl").open("a") as file:
+        file.write(lines[0][:40])
+    played = []
+    results = list(run(SMALL, tmp_path / "episodes.jsonl", lambda r, done, total: played.append((done, total))))
+    assert summarise(SMALL, results) == whole
+    assert played[-1] == (6, 6)
+    assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == 6
+
+
+def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(KnowledgePlan, "quick", classmethod(lambda cls: SMALL))
+    call = CliRunner().invoke
+    result = call(app, ["benchmark", "--suite", "knowledge", "--quick", "--episodes", "6", "--output", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    (folder,) = tmp_path.iterdir()
+    found = json.loads((folder / "knowledge.json").read_text())
+    assert len(found["rows"]) == 6
+    assert found["plan"]["episodes"] == 6
+    assert (folder / "knowledge.png").stat().st_size > 5000
+    text = (folder / "knowledge.md").read_text()
+    assert "| Goalie | noise 1 | state | 6 |" in text
+    again = call(app, ["benchmark", "--suite", "knowledge", "--resume", str(folder)])
+    assert again.exit_code == 0
+    assert (folder / "knowledge.md").read_text() == text
+    for wrong, word in (
+        (["--suite", "knwledge"], "knowledge"),
+        (["--quick"], "--suite"),
+        (["--suite", "knowledge", "--tasks", "Goalie"], "--tasks"),
+        (["--suite", "knowledge", "--resume", str(folder), "--quick"], "--quick"),
+        (["--suite", "knowledge", "--resume", str(tmp_path)], "plan.json"),
+    ):
+        refused = call(app, ["benchmark", *wrong])
+        assert refused.exit_code == 2
+        assert word in refused.output
+
+
+def test_the_quick_plan_is_small_and_the_full_one_takes_everything():
+    quick, full = KnowledgePlan.quick(), KnowledgePlan()
+    assert len(quick.blocks()) == 30
+    assert {b.controller for b in full.blocks() if b.task == "Goalie"} == {f"{s}/{t}" for s in SENSES for t in TIERS}
+    assert not any(b.controller.endswith("belief") for b in full.blocks() if b.task == "KickOffShot")
+
+
+def test_the_striker_runs_on_oracles_too():
+    result = play_block(Block("KickOffShot", "ball late 2/foresight", 0, 4, 1))
+    assert sum(result.success) >= 3
+    result.check()
+
+
+def test_plans_that_make_no_sense_are_refused(tmp_path):
+    with pytest.raises(UnknownName, match="tracker"):
+        KnowledgePlan(tiers=("trackr",))
+    with pytest.raises(UnknownName, match="default"):
+        KnowledgePlan(senses=("defaul",))
+    with pytest.raises(ParameterError, match="episodes"):
+        KnowledgePlan(episodes=0)
+    (tmp_path / "plan.json").write_text('{"tasks": ["Goalie"]}')
+    with pytest.raises(CprmError, match="another suite"):
+        KnowledgePlan.read(tmp_path)
+    SMALL.write(tmp_path)
+    assert KnowledgePlan.read(tmp_path) == SMALL
+    assert knowledge.RIVAL in TIERS
+
+
+def test_paired_differences_are_exact_where_they_should_be():
+    yes, no = np.ones(8, bool), np.zeros(8, bool)
+    assert paired_difference(yes, no) == (1.0, 1.0, 1.0, pytest.approx(2 * 0.5**8))
+    assert paired_difference(yes, yes) == (0.0, 0.0, 0.0, 1.0)
+    with pytest.raises(ValueError, match="shapes"):
+        paired_difference(yes, no[:4])
