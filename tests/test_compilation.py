@@ -67,7 +67,7 @@ def test_imports_are_followed_through_the_package_and_no_further(tmp_path):
 
 def test_constants_of_another_room_belong_to_the_key():
     root = Path(cprm_gym.__file__).parent
-    assert root / "simulator/state.py" in import_closure(root / "envs/kernels.py")
+    assert root / "simulator/state.py" in import_closure(root / "envs/kernels/actions.py")
 
 
 def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):

@@ -113,8 +113,9 @@ def test_a_filled_folder_that_can_only_be_read_is_used_as_it_is(folder):
     before = {path: path.stat().st_mtime_ns for path in compiled(cache)}
     for path in [*cache.rglob("*"), cache]:
         path.chmod(0o555 if path.is_dir() else 0o444)
-    for path in [folder, *folder.parents[:2], folder / "code"]:
-        path.chmod(path.stat().st_mode | 0o055)
+    for path in [folder / "code", folder, *folder.parents]:  # the other user finds the way to them
+        if path.stat().st_uid == os.getuid() and path != Path(path.anchor):
+            path.chmod(path.stat().st_mode | 0o055)
     become_another = "import os, numba, cprm_gym.compilation\nnumba.njit(lambda x: x)(1.0)\n" + "os.setuid(12345)\n" * (os.getuid() == 0)
     program = become_another + PROGRAM + "print(sum(kernels.twice.stats.cache_hits.values()))\nkernels.twice(1)\n"  # the last is not kept
     env = {**os.environ, "CPRM_GYM_CACHE": str(cache)}

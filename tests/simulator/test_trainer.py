@@ -75,9 +75,10 @@ def test_placed_player_pushes_away_who_is_in_his_place():
     assert math.dist(scene.place_of("l2"), scene.place_of("r2")) >= 0.6
 
 
-def test_body_is_clipped_to_a_half_turn():
-    scene = Scene().put("l2", 5.0, 5.0, body=10.0)
-    assert scene.world["body"][1] == math.pi
+def test_an_angle_beyond_a_half_turn_is_refused():
+    assert Scene().put("l2", 5.0, 5.0, body=math.pi).world["body"][1] == math.pi
+    with pytest.raises(CommandError, match=r"`body` takes radians from -pi to pi, got 10.0"):
+        Scene().put("l2", 5.0, 5.0, body=10.0)
 
 
 def test_recover_rests_everybody():

@@ -29,6 +29,7 @@ MEMORY = np.dtype(
         ("search", "i4"),               # looks made for the ball since it was lost
         ("taker", "i4"),                # cycles for which he leaves the ball alone: he took the set play
         ("kicker", "i4"),               # number of the player of a small team who took the set play and may not touch the ball; 0 nobody
+        ("kicked", "i4"),               # his `clock` when that was last so
         ("clock", "i4"),                # cycles that he has played, by which he times his runs
         ("left", "u1"),                 # his team is the left one
         # what the server has told him of the world and of his own type (`kernels.memory.embody`)
@@ -73,6 +74,7 @@ class Memories:
         self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
         self._all = np.arange(simulator.worlds)
         self._landmarks = new_landmarks(simulator.worlds)
+        kernels.embody_all(self.records, simulator.packed)
         self.forget(self._all)
 
     def forget(self, worlds: np.ndarray) -> None:

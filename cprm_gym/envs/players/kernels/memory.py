@@ -323,7 +323,7 @@ def forget(memory, chosen):
             m.ball_age = NEVER
             m.search = 0
             m.taker = 0
-            m.kicker = 0
+            m.kicker, m.kicked = 0, 0
             m.clock = 0
             for j in range(PLAYERS):
                 m.px[j], m.py[j] = 0.0, 0.0

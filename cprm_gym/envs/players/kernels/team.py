@@ -46,6 +46,8 @@ FORWARD = -12.0
 """x in the formation from which on a player is a forward, m."""
 BENEFIT = 2.5
 """Metres beyond the remembered offside line up to which a team-mate is still thought to be onside."""
+PATIENCE = 40
+"""Cycles after a set play of a small team in which the ball may still come; then it is not the kicker's, however near he is."""
 AT_BALL = 2.0
 """Metres from the ball at which somebody is about to take a set play."""
 COMBINES = 5
@@ -87,11 +89,14 @@ def note_kicker(m, me, count, state):
         if best < 0 and count == 2:
             # too far off to be seen, but who else
             best = 1 - me
-        m.kicker = best + 1
+        m.kicker, m.kicked = best + 1, m.clock
     elif state != PLAYING:
         m.kicker = 0
     elif m.kicker > 0:
         for k in range(PLAYERS):
+            # rows of numbers that nobody has hold team-mates who were seen without theirs: the kicker, perhaps
+            if count <= k < PLAYERS // 2:
+                continue
             if k != m.kicker - 1 and m.age[k] <= 2 and (m.px[k] - m.ball_x) ** 2 + (m.py[k] - m.ball_y) ** 2 < m.reach**2:
                 m.kicker = 0
                 return
@@ -103,7 +108,7 @@ def rank_to_ball(m, me, count):
     own, _, _ = intercept(m, m.x, m.y, 0.5)
     before = 0
     for k in range(count):
-        if k != me and m.age[k] <= 20 and k != m.kicker - 1:
+        if k != me and m.age[k] <= 20 and (k != m.kicker - 1 or m.clock - m.kicked <= PATIENCE):
             t, _, _ = intercept(m, m.px[k], m.py[k], 0.5)
             if t < own or (t == own and k < me):
                 before += 1
