@@ -397,7 +397,8 @@ class SoccerCore(Pitch):
         see = self.sim.see(self._see)
         for change in self.see_changes:
             change(see)
-        self._senses.reread(see, self.cycle == 0)
+        if self._senses.rereads:
+            self._senses.reread(see, self.cycle == 0)
         body = self.sim.sense_body(self._body)
         o = self._now
         kernels.pack(

@@ -130,6 +130,11 @@ class SensesChange:
     simulator : Simulator
     players : (A,) int array
         Object numbers of the agents.
+
+    Attributes
+    ----------
+    rereads : bool
+        What is seen is made worse, by `reread`.
     """
 
     def __init__(self, senses: Senses, simulator: Simulator, players: np.ndarray) -> None:
@@ -138,7 +143,7 @@ class SensesChange:
         step = simulator.parameters.quantize_step if senses.quantise > 1.0 else 0.0
         coarse = math.radians(senses.quantise) if senses.quantise > 1.0 else 0.0
         self._steps = np.array([senses.quantise * step, coarse])
-        self._rereads = senses.lost > 0 or senses.noise > 0 or senses.quantise > 1.0 or not (senses.motion and senses.numbers)
+        self.rereads = senses.lost > 0 or senses.noise > 0 or senses.quantise > 1.0 or not (senses.motion and senses.numbers)
         if senses.gaussian > 0:
             types = simulator.packed[0]["types"]
             types[:, T_DIST_NOISE_RATE] = types[:, T_FOCUS_DIST_NOISE_RATE] = senses.gaussian
@@ -155,11 +160,8 @@ class SensesChange:
 
     def reread(self, see: See, first: np.ndarray) -> None:
         """Make what the agents see worse, in place; `first` (W,) bool: worlds whose episode has just begun."""
-        if self._rereads:
-            s = self.senses
-            kernels.degrade(
-                self.simulator.world, self._rows, first, float(s.lost), s.sizes, self._steps, bool(s.motion), bool(s.numbers), *see
-            )
+        s = self.senses
+        kernels.degrade(self.simulator.world, self._rows, first, float(s.lost), s.sizes, self._steps, bool(s.motion), bool(s.numbers), *see)
 
 
 class LateNews:
