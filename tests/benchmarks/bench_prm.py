@@ -24,6 +24,7 @@ except ImportError:
     pyagrum = None
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
+import ball_world  # noqa: E402
 from inference_scene import Active, Scene  # noqa: E402
 
 from cprm_gym.architecture.prm.grounding.slices import GroundSlice  # noqa: E402
@@ -130,6 +131,34 @@ def switches() -> None:
         fresh(seed, Active(scene.opponents[:6]))
         spent.append(process_time() - begun)
     line("one opponent more attended, never seen (30 bins)", 1e3 * float(np.median(spent)), 50.0)
+
+
+def wandering() -> None:
+    """Attention that moves at random in a model with its own grounding, where steps are made by form."""
+    print("\nattention at random, ball + 11, 10 bins, after 1000 steps of it")
+    rng = np.random.default_rng(0)
+    for many in (3, None):
+        filter_ = Filter(ball_world.scene(10, 11))
+        names = filter_.variables()
+        readings = np.full((len(names), 1), -1)
+        for k, name in enumerate(names):
+            readings[k] = {"obs_dist": 2, "obs_dir": 5, "seen": 1}.get(name.partition(".")[2], -1)
+
+        def attended() -> tuple[str, ...]:
+            return tuple(f"attended(o{k})" for k in rng.permutation(np.arange(1, 12))[: many or rng.integers(0, 12)])  # noqa: B023
+
+        for _ in range(1000):
+            filter_.step(readings, attended())
+        sets = [attended() for _ in range(500)]
+        fixed = median_ms(lambda k: filter_.step(readings, sets[0]), 300)  # noqa: B023
+        moving = median_ms(lambda k: filter_.step(readings, sets[k]), 500)  # noqa: B023
+        what = f"{many} of 11" if many else "any number of 11"
+        line(
+            f"{what} attended at random",
+            moving,
+            2.0 * fixed if many else None,
+            f"the same ones all the time: {fixed:.3f}, {moving / fixed:.2f} times",
+        )
 
 
 def growth() -> None:
@@ -279,5 +308,5 @@ def endurance() -> None:
 
 
 if __name__ == "__main__":
-    for part in (steps, batches, switches, growth, others, endurance):
+    for part in (steps, batches, switches, wandering, growth, others, endurance):
         part()

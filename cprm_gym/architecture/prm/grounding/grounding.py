@@ -79,6 +79,7 @@ class Grounding(Skeleton, Grounds):
         super().__init__(model, objects, references)
         self._slices: OrderedDict[Any, GroundSlice] = OrderedDict()
         self._answers: dict[Any, GroundSlice] = {}
+        self._written: dict[str | tuple[str, ...], str] = {}
         self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
 
     def ground(
@@ -154,6 +155,14 @@ class Grounding(Skeleton, Grounds):
         ------
         ModelError
         """
+        written = self._written.get(relation)
+        if written is None:
+            if len(self._written) >= CACHED_SLICES:
+                self._written.clear()
+            written = self._written[relation] = self._canonical(relation)
+        return written
+
+    def _canonical(self, relation: str | tuple[str, ...]) -> str:
         name, args = parse_tuple(relation)
         known = self.model.checked.relations
         if name not in known:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ....errors import ModelError, ParameterError, did_you_mean
+from ..grounding.grounding import Situation
 from ..grounding.slices import Grounds
 from ..model.domains import Index
 from ..model.schema import one_or_many
@@ -29,9 +30,14 @@ from .engines.exact import ExactEngine
 from .engines.particles import ParticleEngine
 from .engines.projection import ProjectionEngine
 from .filtering import POLICIES, FilterSettings, FilterState
+from .forms import Forms, Order
 from .posterior import Posterior
 
 ENGINES: dict[str, type[Engine]] = {e.name: e for e in (ExactEngine, ProjectionEngine, ParticleEngine, AnytimeEngine)}
+
+
+SETTLED = 8
+"""Sets of relations from which on a filter makes its steps by form, if it can."""
 
 
 class Filter:
@@ -87,15 +93,35 @@ class Filter:
         if not isinstance(batch, (int, np.integer)) or batch < 1:
             raise ParameterError(f"`batch` is the number of agents, at least 1, got {batch!r}")
         made = make_engine(engine, seed, memory_limit, options)
-        self.settings = make_settings(grounding, made, on_impossible, eps, window, static)
-        self.state: FilterState = filtering.begin(self.settings, int(batch))
+        settings = make_settings(grounding, made, on_impossible, eps, window, static)
+        self._begin(settings, filtering.begin(settings, int(batch)))
+
+    def _begin(self, settings: FilterSettings, state: FilterState) -> None:
+        self.settings = settings
+        self._seen: set[tuple[Any, ...]] | None = set() if Forms.applies(settings) else None
+        self._forms: Forms | None = None
+        self._state, self._asked = state, False
+        self._order: Order | None = None
 
     @classmethod
     def of(cls, settings: FilterSettings, state: FilterState) -> Filter:
         """A filter that goes on from a state."""
         made = cls.__new__(cls)
-        made.settings, made.state = settings, state
+        made._begin(settings, state)
         return made
+
+    @property
+    def state(self) -> FilterState:
+        """All that the filter knows, a value."""
+        if self._order is not None:
+            assert self._forms is not None
+            self._state, self._order = self._forms.in_own_names(self._state, self._order), None
+        self._asked = True
+        return self._state
+
+    @state.setter
+    def state(self, state: FilterState) -> None:
+        self._state, self._order, self._asked = state, None, False
 
     @property
     def grounding(self) -> Grounds:
@@ -110,27 +136,27 @@ class Filter:
     @property
     def batch(self) -> int:
         """W, the number of agents."""
-        return self.state.batch
+        return self._state.batch
 
     @property
     def step_count(self) -> int:
         """Number of slices so far."""
-        return self.state.step
+        return self._state.step
 
     @property
     def log_likelihood(self) -> np.ndarray:
         """ln P(readings since the agent began), (W,)."""
-        return self.state.log_likelihood
+        return self._state.log_likelihood
 
     @property
     def impossible_count(self) -> np.ndarray:
         """How often an agent's readings were impossible, (W,)."""
-        return self.state.impossible
+        return self._state.impossible
 
     @property
     def exact(self) -> bool:
         """No step has approximated anything."""
-        return self.state.exact
+        return self._state.exact
 
     # ------------------------------------------------------------------------------------------------- life
 
@@ -190,12 +216,28 @@ class Filter:
         ModelError
             For unknown or conflicting relations.
         """
+        if self._seen is not None and objects is None and not isinstance(relations, Situation):
+            relations = one_or_many(relations)
+            forms = self._forms_of(relations, self._seen)
+            made = forms.step(self._state, self._order, evidence, relations, soft) if forms is not None else None
+            if made is not None:
+                self._state, self._order, posterior = made
+                return posterior
         settings, state = self.settings, self.state
         situation = settings.grounding.situation(relations, objects, state.relations if state.step else None)
         info = filtering.slice_info(settings, state, settings.grounding.ground(situation, first=state.step == 0))
         readings = filtering.read(info, state.batch, evidence, soft)
         self.state, posterior = filtering.advance(settings, state, readings, situation, info)
         return posterior
+
+    def _forms_of(self, relations: tuple[Any, ...], seen: set[tuple[Any, ...]]) -> Forms | None:
+        """Forms, where there were many sets of relations, and nobody looked at the state since the last step."""
+        if len(seen) < SETTLED:
+            seen.add(relations)
+            return None
+        if self._forms is None:
+            self._forms = Forms(self.settings)
+        return None if self._asked else self._forms
 
     def predict(self, steps: int = 1, relations: Any = None, given: Mapping[str, Any] | None = None) -> Posterior:
         """The belief some slices ahead, without further readings; the filter stays where it is.

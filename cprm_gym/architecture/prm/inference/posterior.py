@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -38,9 +38,19 @@ class Posterior(Mapping[str, np.ndarray]):
     """
 
     def __init__(
-        self, result: StepResult, step: int, log_likelihood: np.ndarray, exact: bool, impossible: np.ndarray, relations: Any
+        self,
+        result: StepResult,
+        step: int,
+        log_likelihood: np.ndarray,
+        exact: bool,
+        impossible: np.ndarray,
+        relations: Any,
+        places: Mapping[str, str] | None = None,
+        ground: Callable[[], GroundSlice] | None = None,
     ) -> None:
         self._result = result
+        self._places = places  # what the result calls each object, if it has other names, and the slice with the right ones
+        self._ground = ground
         self._cache: dict[str, np.ndarray] = {}
         self.step = step
         self.increment = result.increment
@@ -59,7 +69,7 @@ class Posterior(Mapping[str, np.ndarray]):
     @property
     def slice(self) -> GroundSlice:
         """The ground slice."""
-        return self._result.info.slice
+        return self._result.info.slice if self._ground is None else self._ground()
 
     @property
     def variables(self) -> Mapping[str, GroundVariable]:
@@ -69,8 +79,15 @@ class Posterior(Mapping[str, np.ndarray]):
     def __getitem__(self, name: str) -> np.ndarray:
         found = self._cache.get(name)
         if found is None:
-            found = self._cache[name] = self._result.marginal(name)
+            found = self._cache[name] = self._result.marginal(self._placed(name))
         return found
+
+    def _placed(self, name: str) -> str:
+        """What the result calls a variable."""
+        if self._places is None:
+            return name
+        owner, dot, attribute = name.partition(".")
+        return self._places.get(owner, owner) + dot + attribute
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables
@@ -84,11 +101,12 @@ class Posterior(Mapping[str, np.ndarray]):
     def hidden(self, agent: int = 0) -> tuple[str, ...]:
         """Names of the variables that an agent did not observe."""
         hard = self._result.readings.hard
-        return tuple(n for i, n in enumerate(self._result.info.names) if hard[i, agent] < 0)
+        row = self._result.info.row
+        return tuple(n for n in self._result.info.names if hard[row[self._placed(n)], agent] < 0)
 
     def joint(self, *names: str) -> np.ndarray:
         """Joint posterior of some variables, shape (W, card, card, ...)."""
-        return self._result.joint(names)
+        return self._result.joint(names if self._places is None else tuple(map(self._placed, names)))
 
     def index_mean(self, name: str) -> np.ndarray:
         """Expectation of the state index, (W,)."""
