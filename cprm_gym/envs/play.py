@@ -53,20 +53,20 @@ def play(
         if others is None:
             pair = tuple("medium" if side == "hold" else side for side in pair)
         core = SoccerCore(task, 1, controlled=(), others=pair)
-        minds = []
+        agents = []
     else:
-        minds = [controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
-        needs = tuple(dict.fromkeys(part for mind in minds for part in getattr(mind, "needs", ())))
+        agents = [controller(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
+        needs = tuple(dict.fromkeys(part for agent in agents for part in getattr(agent, "needs", ())))
         core = SoccerCore(task, 1, others=others, include=needs)
     core.reset(seed)
-    for i, mind in enumerate(minds):
-        mind.reset({key: values[:, i] for key, values in core.observation.items()}, seed + i)
+    for i, agent in enumerate(agents):
+        agent.reset({key: values[:, i] for key, values in core.observation.items()}, seed + i)
     yield core, Status.IN_GAME
     for _ in range(task.max_cycles if cycles is None else min(cycles, task.max_cycles)):
         action = None
-        if minds:
-            seen = [{key: values[:, i] for key, values in core.observation.items()} for i in range(len(minds))]
-            chosen = [check_action(type(mind).__name__, mind.act(o), 1) for mind, o in zip(minds, seen)]
+        if agents:
+            seen = [{key: values[:, i] for key, values in core.observation.items()} for i in range(len(agents))]
+            chosen = [check_action(type(agent).__name__, agent.act(o), 1) for agent, o in zip(agents, seen)]
             action = {key: np.stack([c[key] for c in chosen], axis=1) for key in chosen[0]}
         step = core.step(action)
         yield core, Status(int(step.status[0]))

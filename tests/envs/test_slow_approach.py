@@ -105,8 +105,13 @@ def test_vector_form_resets_as_its_mode_says_and_plays_the_same_worlds(mode):
         envs.step(np.full(4, 5))
 
 
+def test_the_default_view_is_the_discrete_one_as_everywhere():
+    assert SlowApproachEnv().action_space == SlowApproachEnv(action_mode="discrete").action_space
+    assert SlowApproachVectorEnv(2).single_action_space == SlowApproachEnv().action_space
+
+
 def test_errors_say_what_is_allowed():
-    env = SlowApproachEnv()
+    env = SlowApproachEnv(action_mode="hybrid")
     env.reset(seed=0)
     with pytest.raises(CommandError, match=r"allowed are 0 \(accelerate\) and 1 \(turn\)"):
         env.step({"type": 2, "params": [0.0]})

@@ -264,8 +264,8 @@ class SlowApproachEnv(gymnasium.Env[np.ndarray, Any]):
 
     Actions
     -------
-    ``action_mode``: ``hybrid`` Dict(type: 0 accelerate, 1 turn; params: share of the bound), ``discrete`` (11 shares of each) or ``box``
-    (turn if the first is >= 0; share).
+    ``action_mode``: ``discrete`` (default; 11 shares of each), ``hybrid`` Dict(type: 0 accelerate, 1 turn; params: share of the bound) or
+    ``box`` (turn if the first is >= 0; share).
 
     Observations
     ------------
@@ -295,7 +295,7 @@ class SlowApproachEnv(gymnasium.Env[np.ndarray, Any]):
     metadata: dict[str, Any] = {"render_modes": ["ansi"], "render_fps": 10}  # noqa: RUF012
 
     def __init__(
-        self, action_mode: str = "hybrid", render_mode: str | None = None, max_episode_steps: int | None = None, **options: Any
+        self, action_mode: str = "discrete", render_mode: str | None = None, max_episode_steps: int | None = None, **options: Any
     ) -> None:
         if render_mode not in (None, "ansi"):
             raise UnknownName(f"render_mode {render_mode!r}: allowed are ansi or None")
@@ -351,7 +351,7 @@ class SlowApproachVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, Any, np.ndarr
     """`SlowApproachEnv` in `num_envs` worlds at once, with the autoreset modes of Gymnasium; world k depends on (seed, k) alone."""
 
     def __init__(
-        self, num_envs: int = 1, action_mode: str = "hybrid", autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        self, num_envs: int = 1, action_mode: str = "discrete", autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None, max_episode_steps: int | None = None, **options: Any,
     ) -> None:  # fmt: skip
         if num_envs < 1:
