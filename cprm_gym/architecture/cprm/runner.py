@@ -16,7 +16,8 @@ from ..petri.execution.executor import Executor
 from ..prm.grounding.grounding import Grounding
 from ..prm.grounding.slices import GroundVariable
 from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
-from ..prm.inference.filter_bank import FilterBank, Link, Role
+from ..prm.inference.filter_bank import FilterBank
+from ..prm.inference.links import Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
 from .separate import Holding, SeparateBeliefs, Told, separate_filters

@@ -43,14 +43,14 @@ if TYPE_CHECKING:
     from .inference.engines.engine import Engine as Engine
     from .inference.filter import Filter as Filter
     from .inference.filter_bank import FilterBank as FilterBank
-    from .inference.filter_bank import Link as Link
-    from .inference.filter_bank import Role as Role
     from .inference.filtering import FilterState as FilterState
     from .inference.filtering import advance as advance
     from .inference.learning import Episode as Episode
     from .inference.learning import Observed as Observed
     from .inference.learning import count as count
     from .inference.learning import em as em
+    from .inference.links import Link as Link
+    from .inference.links import Role as Role
     from .inference.posterior import Posterior as Posterior
     from .inference.views import View as View
     from .inference.views import view as view
@@ -110,7 +110,8 @@ else:
             "inference.deep_filter": "DeepFilter",
             "inference.engines.engine": "Engine",
             "inference.filter": "Filter",
-            "inference.filter_bank": "FilterBank Link Role",
+            "inference.filter_bank": "FilterBank",
+            "inference.links": "Link Role",
             "inference.filtering": "FilterState advance",
             "inference.learning": "Episode Observed count em",
             "inference.posterior": "Posterior",

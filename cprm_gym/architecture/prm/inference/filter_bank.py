@@ -18,14 +18,13 @@ Dissertation section 2.3.4 (clusters of relations that follow object tokens).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import EvidenceError, ModelError, did_you_mean
-from ..grounding.grounding import Grounding, Situation
+from ..grounding.grounding import Grounding
 from ..grounding.slices import GroundVariable
 from ..model.schema import canonical_tuple, parse_tuple
 from . import filtering
@@ -35,31 +34,10 @@ from .engines.engine import Engine
 from .evidence import UNOBSERVED, Readings, read_hard, state_of
 from .filter import Filter, make_engine, make_settings
 from .filtering import FilterState
+from .links import Indices, Link, Role, Tie, as_sets, tuples_of
 from .posterior import Posterior
+from .renaming import Renamings, fronted, rename_tuple
 from .views import View
-
-__all__ = ["FilterBank", "Link", "Role"]
-
-Indices = NDArray[np.integer[Any]]
-
-
-@dataclass(frozen=True, eq=False)
-class Role:
-    """Whom each agent means: ``index[k]`` numbers the objects of the class in their order; -1 is nobody."""
-
-    class_name: str
-    index: Indices
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """A relation that holds for those agents who mean somebody in all of its roles; a fixed object is given by its name."""
-
-    relation: str
-    roles: tuple[str | Role, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "roles", (self.roles,) if isinstance(self.roles, str | Role) else tuple(self.roles))
 
 
 class _Cohort(NamedTuple):
@@ -67,14 +45,6 @@ class _Cohort(NamedTuple):
 
     agents: Indices
     state: FilterState
-
-
-class _Tie(NamedTuple):
-    """A link as numbers: the objects that agents mean in each role, and for which agents it holds, (W,)."""
-
-    relation: str
-    roles: tuple[Role, ...]
-    held: NDArray[np.bool_]
 
 
 class _Rows(NamedTuple):
@@ -133,7 +103,7 @@ class FilterBank:
                 filtering.indexed(self.settings, grounding.ground(relations), {})
         self._exchangeable = self._divisible and not any(c.references for c in grounding.model.classes) and not grounding.static
         self._rows_in: Recent[SliceInfo, _Rows] = Recent(256)
-        self._renamings: Recent[Any, tuple[Situation, SliceInfo, tuple[tuple[str, str], ...]]] = Recent(1024)
+        self._renamings = Renamings(self.settings, grounding)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """Class -> (W, n): the object in each place of an agent's own order, for classes whose objects are alike."""
@@ -330,7 +300,7 @@ class FilterBank:
         found = np.array([self._row.get(name, -1) for name in info.names], np.int64)
         return _Rows(found, np.array([row for name, row in self._row.items() if name not in info.row], np.int64))
 
-    def _tie(self, link: Link, due: NDArray[np.bool_]) -> _Tie:
+    def _tie(self, link: Link, due: NDArray[np.bool_]) -> Tie:
         """A link with a role for every object, and for whom it holds."""
         roles = []
         for role in link.roles:
@@ -340,9 +310,9 @@ class FilterBank:
                     raise ModelError(f"a link names the unknown object {role!r}.{did_you_mean(role, self.grounding.objects)}")
                 role = Role(class_name, np.full(self.batch, self.members[class_name].index(role)))
             roles.append(role)
-        return _Tie(link.relation, tuple(roles), due & np.logical_and.reduce([role.index >= 0 for role in roles]))
+        return Tie(link.relation, tuple(roles), due & np.logical_and.reduce([role.index >= 0 for role in roles]))
 
-    def _engaged(self, ties: Sequence[_Tie]) -> dict[str, NDArray[np.bool_]]:
+    def _engaged(self, ties: Sequence[Tie]) -> dict[str, NDArray[np.bool_]]:
         """For each class of several objects that are alike: (W, n), which of them stand in relations."""
         engaged: dict[str, NDArray[np.bool_]] = {}
         for tie in ties:
@@ -369,7 +339,7 @@ class FilterBank:
             self.object_in[class_name] = order = self.object_in[class_name].copy()
             names = self.members[class_name]
             for k in turning.tolist():
-                came_from = _fronted(marks[k][order[k]].tolist())
+                came_from = fronted(marks[k][order[k]].tolist())
                 order[k] = order[k][came_from]
                 renamed.setdefault(k, {}).update({names[old]: names[new] for new, old in enumerate(came_from) if new != old})
             self._place_of[class_name] = np.argsort(order, axis=1)
@@ -381,11 +351,11 @@ class FilterBank:
         cohorts = []
         for (number, pairs), members in parts.items():
             part = self._those(self._cohorts[number], np.array(members))
-            cohorts.append(part._replace(state=self._with_names(part.state, dict(pairs))) if pairs else part)
+            cohorts.append(part._replace(state=self._renamings.of(part.state, dict(pairs))) if pairs else part)
         self._settle(cohorts)
 
-    def _codes(self, ties: Sequence[_Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
-        """For each kind of tie the tuples that hold for an agent, as sorted numbers (W, k) that `_tuples` reads; -1 fills up."""
+    def _codes(self, ties: Sequence[Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
+        """For each kind of tie the tuples that hold for an agent, as sorted numbers (W, k) that `tuples_of` reads; -1 fills up."""
         kinds: dict[tuple[str, ...], list[NDArray[np.int64]]] = {}
         everybody = np.arange(self.batch)
         for tie in ties:
@@ -397,7 +367,7 @@ class FilterBank:
                 code = code * len(self.members[role.class_name]) + index
             kind = (tie.relation, *(role.class_name for role in tie.roles))
             kinds.setdefault(kind, []).append(np.where(tie.held, code, -1))
-        return {kind: _sets(np.stack(columns, axis=1)) for kind, columns in kinds.items()}
+        return {kind: as_sets(np.stack(columns, axis=1)) for kind, columns in kinds.items()}
 
     def _are_alike(self, class_name: str) -> bool:
         """Whether the several objects of a class differ in their names only: nothing refers to them."""
@@ -416,7 +386,7 @@ class FilterBank:
             out[rows] = np.take_along_axis(hard[rows], order.T[None], axis=1)
         return out
 
-    def _groups(self, ties: Sequence[_Tie], due: NDArray[np.bool_]) -> list[tuple[_Cohort, tuple[str, ...] | None]]:
+    def _groups(self, ties: Sequence[Tie], due: NDArray[np.bool_]) -> list[tuple[_Cohort, tuple[str, ...] | None]]:
         """Agents who can step together, and with which relations; None: they are not due."""
         if self.batch == 1:
             (cohort,) = self._cohorts
@@ -431,12 +401,12 @@ class FilterBank:
             cohort = self._those(self._cohorts[cohort_number], order[bounds[k] : bounds[k + 1]])
             relations: list[str] = []
             for kind, columns in codes.items():
-                relations += self._tuples(kind, numbers[: columns.shape[1]])
+                relations += tuples_of(kind, numbers[: columns.shape[1]], self.members)
                 numbers = numbers[columns.shape[1] :]
             groups.append((cohort, None if idle else tuple(relations)))
         return groups
 
-    def _named(self, tie: _Tie) -> str:
+    def _named(self, tie: Tie) -> str:
         """The relation tuple of the only agent."""
         names = []
         for role in tie.roles:
@@ -444,52 +414,7 @@ class FilterBank:
             names.append(self.members[role.class_name][index if place_of is None else place_of[0, index]])
         return canonical_tuple(tie.relation, names)
 
-    def _tuples(self, kind: tuple[str, ...], numbers: Sequence[int]) -> list[str]:
-        """Relation tuples from their numbers (`_codes`)."""
-        relation, *classes = kind
-        found = []
-        for number in numbers:
-            if number < 0:
-                continue
-            names = []
-            for class_name in reversed(classes):
-                number, index = divmod(number, len(self.members[class_name]))
-                names.append(self.members[class_name][index])
-            found.append(canonical_tuple(relation, reversed(names)))
-        return found
-
     # ------------------------------------------------------------------------------------------------- names
-
-    def _with_names(self, state: FilterState, names: Mapping[str, str]) -> FilterState:
-        """A state in which objects have other names."""
-        if state.step == 0:
-            return state
-        assert state.info is not None
-        key = state.info, state.relations, tuple(names.items())
-        settled, info, pairs = self._renamings.fetch(key, lambda: self._renaming(state, names))
-        belief = self.settings.engine.renamed(state.belief, info, pairs)
-        return state._replace(belief=belief, relations=settled, history=(), info=info)
-
-    def _renaming(self, state: FilterState, names: Mapping[str, str]) -> tuple[Situation, SliceInfo, tuple[tuple[str, str], ...]]:
-        """What holds under other names, the slice with them, and old and new name of each variable."""
-        assert state.info is not None
-        situation = self._renamed_situation(state.relations, names)
-        name_of = {v.name: _rename_variable(v.name, v.object_name, names) for v in state.info.variables.values()}
-        # what entered with the slice is nothing to the next one; the common form lets beliefs be joined
-        settled = Situation(situation.relations, situation.objects)
-        info = filtering.indexed(self.settings, self.grounding.ground(settled), {})
-        if set(name_of.values()) != set(info.names):
-            info = filtering.indexed(self.settings, self.grounding.ground(situation, first=state.step == 1), {})
-        strange = set(name_of.values()) ^ set(info.names)
-        if strange:
-            raise ModelError(f"a belief cannot be renamed: {', '.join(sorted(strange)[:3])}")
-        return settled, info, tuple(name_of.items())
-
-    def _renamed_situation(self, situation: Situation, names: Mapping[str, str]) -> Situation:
-        relations = tuple(_rename_tuple(r, names) for r in situation.relations)
-        objects = None if situation.objects is None else tuple(names.get(o, o) for o in situation.objects)
-        entering = tuple(_rename_tuple(x, names) if "(" in x else names.get(x, x) for x in situation.entering)
-        return Situation(self.grounding.situation(relations).relations, objects, entering)
 
     def _own_name(self, variable: str, agent: int, place_of: Mapping[str, Indices]) -> str:
         """The name of a variable in an agent's own order of objects."""
@@ -500,7 +425,7 @@ class FilterBank:
             for c in (self.grounding.objects.get(o, ""),)
             if c in place_of
         }
-        return variable if not own else (_rename_tuple(owner, own) if "(" in owner else own[owner]) + dot + attribute
+        return variable if not own else (rename_tuple(owner, own) if "(" in owner else own[owner]) + dot + attribute
 
     # ------------------------------------------------------------------------------------------------- answers
 
@@ -580,33 +505,4 @@ class FilterBank:
             for place, index in enumerate(order[agent])
             if place != index
         }
-        return Filter.of(self.settings, self._with_names(state, names) if names else state)
-
-
-def _fronted(engaged: Sequence[bool]) -> list[int]:
-    """An order of places that begins with the engaged ones: those in front stay, whom they drive out come next."""
-    count = sum(engaged)
-    late = [k for k in range(count, len(engaged)) if engaged[k]]
-    front = [k if engaged[k] else late.pop(0) for k in range(count)]
-    return [*front, *(k for k in range(len(engaged)) if not engaged[k])]
-
-
-def _sets(codes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Each row as a set: sorted, repetitions replaced by -1."""
-    codes = np.sort(codes, axis=1)
-    again = codes[:, 1:] == codes[:, :-1]
-    if again.any():
-        codes[:, 1:][again] = -1
-        codes.sort(axis=1)
-    return codes
-
-
-def _rename_tuple(text: str, names: Mapping[str, str]) -> str:
-    relation, objects = parse_tuple(text)
-    return canonical_tuple(relation, (names.get(o, o) for o in objects))
-
-
-def _rename_variable(variable: str, owner: str, names: Mapping[str, str]) -> str:
-    if not owner or not variable.startswith(owner):
-        return variable
-    return (_rename_tuple(owner, names) if "(" in owner else names.get(owner, owner)) + variable[len(owner) :]
+        return Filter.of(self.settings, self._renamings.of(state, names) if names else state)

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from cprm_gym.architecture.prm.grounding.grounding import GroundCPD, Grounding, GroundSlice, GroundVariable, unroll
 from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
 from cprm_gym.architecture.prm.inference.filter import Filter
-from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link
+from cprm_gym.architecture.prm.inference.filter_bank import FilterBank
 from cprm_gym.architecture.prm.inference.learning import count
+from cprm_gym.architecture.prm.inference.links import Link
 from cprm_gym.architecture.prm.model.aggregates import All, AnyCause, Count, Exists, Max, Mean, Min
 from cprm_gym.architecture.prm.model.cpds import Dense, Mixture, NoisyOr, Prior, Switch, Table, Uniform
 from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Labels

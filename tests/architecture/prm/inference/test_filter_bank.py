@@ -6,7 +6,8 @@ import pytest
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.architecture.prm.inference.filter import Filter
-from cprm_gym.architecture.prm.inference.filter_bank import FilterBank, Link, Role
+from cprm_gym.architecture.prm.inference.filter_bank import FilterBank
+from cprm_gym.architecture.prm.inference.links import Link, Role
 from cprm_gym.architecture.prm.inference.views import View
 from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
 from cprm_gym.architecture.prm.model.domains import Bins, Index
