@@ -29,6 +29,9 @@ from inference_scene import Active, Scene  # noqa: E402
 
 from cprm_gym.architecture.prm.grounding.slices import GroundSlice  # noqa: E402
 from cprm_gym.architecture.prm.inference.filter import Filter  # noqa: E402
+from cprm_gym.architecture.prm.inference.filter_bank import FilterBank  # noqa: E402
+from cprm_gym.architecture.prm.inference.links import Link, Role  # noqa: E402
+from cprm_gym.architecture.prm.model.domains import Index  # noqa: E402
 
 QUICK = "--quick" in sys.argv
 
@@ -91,6 +94,7 @@ def steps() -> None:
         5.0,
         f"loss of a projection: mean {np.mean(losses):.1e}, worst {np.max(losses):.1e} nats",
     )
+    line("ball, 10 bins, anytime", median_ms(Stepper(Scene(10, 0), Active(), engine="anytime"), 100))
     for particles in (100, 1000, 10_000):
         stepper = Stepper(Scene(10, 0), Active(), engine="particles", particles=particles, seed=0)
         line(f"ball, 10 bins, {particles} particles", median_ms(stepper, 40))
@@ -159,6 +163,24 @@ def wandering() -> None:
             2.0 * fixed if many else None,
             f"the same ones all the time: {fixed:.3f}, {moving / fixed:.2f} times",
         )
+
+
+def banks() -> None:
+    """Agents of a bank, each of whom attends to two opponents at random."""
+    print("\na bank, ball + 11, 10 bins, each agent attends to two others in every step")
+    rng = np.random.default_rng(0)
+    for width in (1, 8, 250):
+        bank = FilterBank(ball_world.scene(10, 11), width)
+        told = {f"{o}.seen": rng.integers(0, 2, width) for o in bank.grounding.objects}
+        told |= {f"{o}.obs_dist": Index(rng.integers(2, 5, width)) for o in bank.grounding.objects}
+
+        def step(_: int) -> None:
+            pairs = rng.permuted(np.tile(np.arange(11), (width, 1)), axis=1)[:, :2].T  # noqa: B023
+            bank.step(told, [Link("attended", (Role("Opponent", whom),)) for whom in pairs])  # noqa: B023
+
+        for k in range(20 if width > 8 else 200):
+            step(k)
+        line(f"{width} agents", median_ms(step, 20 if width > 8 else 200))
 
 
 def growth() -> None:
@@ -308,5 +330,5 @@ def endurance() -> None:
 
 
 if __name__ == "__main__":
-    for part in (steps, batches, switches, wandering, growth, others, endurance):
+    for part in (steps, batches, switches, wandering, banks, growth, others, endurance):
         part()

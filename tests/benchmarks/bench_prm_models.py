@@ -1,6 +1,7 @@
 """Speed of the modelling side: tables, grounding, switching, views, files and learning. CPU time, best of several.
 
 python tests/benchmarks/bench_prm_models.py
+python tests/benchmarks/bench_prm_models.py --bif munin4.bif    # a query, and what it takes to explain impossible readings of leaves
 """
 
 from __future__ import annotations
@@ -18,12 +19,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 from ball_world import scene, soccer
 
 from cprm_gym.architecture.prm import Filter, Grounding
+from cprm_gym.architecture.prm.inference.bayes_net import BayesNet
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, em
 from cprm_gym.architecture.prm.inference.views import view
+from cprm_gym.architecture.prm.interchange.bif import load_bif
 from cprm_gym.architecture.prm.interchange.json import model_from_json, model_to_json
 from cprm_gym.architecture.prm.model import integration
 from cprm_gym.architecture.prm.model import resolved as checking
-from cprm_gym.architecture.prm.model.domains import Bins
+from cprm_gym.architecture.prm.model.domains import Bins, Index
+from cprm_gym.errors import ImpossibleEvidence
 
 
 def clear() -> None:
@@ -44,8 +48,30 @@ def cpu(action: Callable[[], object], times: int, repeats: int = 5, before: Call
     return float(1e3 * best)
 
 
+def explanations(path: str) -> None:
+    """Readings of the last leaves of a net, at random: what a query of all marginals takes, and what finding a conflict among them does."""
+    net = BayesNet(load_bif(path))
+    variables, cpds = net.info.slice.variables, net.info.slice.cpds
+    parents = {parent for cpd in cpds for parent, _ in cpd.parents}
+    leaves = [name for name in variables if name not in parents]
+    rng = np.random.default_rng(0)
+    states = {name: Index(int(rng.integers(variables[name].card))) for name in leaves}
+    print(f"{path}: {len(variables)} variables; a query {cpu(net.query, 1, 3):.0f} ms")
+    for count in (8, 30, len(leaves)):
+        evidence = {name: states[name] for name in leaves[-count:]}
+        start = time.process_time()
+        try:
+            net.query(evidence)
+            found = "possible"
+        except ImpossibleEvidence as error:
+            found = f"{len(error.conflict)} of them conflict"
+        print(f"{count} readings: {1e3 * (time.process_time() - start):.0f} ms, {found}")
+
+
 def main() -> None:
     """Print the table."""
+    if "--bif" in sys.argv:
+        return explanations(sys.argv[sys.argv.index("--bif") + 1])
     rows: list[tuple[str, float]] = []
     for bins in (10, 20, 30):
         rows.append((f"model with all tables, {bins} bins", cpu(partial(soccer, bins), 1, 3, clear)))
