@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.goalie import ReckoningGoalie as MemoryGoalie
+from cprm_gym.agents.skills.constants import ON_MEMORY
 from cprm_gym.envs.tasks import Task
 from cprm_gym.errors import UnknownName
 
 
 def make_controller(task: Task, agent: str) -> MemoryGoalie:
-    """The goalie on his memory.
+    """The goalie on his memory, with the numbers of his behaviour tuned for it.
 
     Raises
     ------
@@ -23,4 +24,4 @@ def make_controller(task: Task, agent: str) -> MemoryGoalie:
     """
     if task.name != "Goalie":
         raise UnknownName(f"controller 'goalie_memory' cannot play task {task.name!r}; it plays Goalie")
-    return MemoryGoalie(task.right if agent.startswith("left") else task.left, Body.of(task))
+    return MemoryGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), ON_MEMORY)

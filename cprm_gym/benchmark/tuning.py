@@ -2,7 +2,8 @@
 
 ``python -m cprm_gym.benchmark.tuning --tier memory --journal goalie_memory.jsonl`` goes on where it was interrupted. In each generation
 candidates are drawn from a normal distribution about the best so far, all play the same worlds, which no other generation and no
-measurement meets, and the best of them move the distribution.
+measurement meets, and the best of them move the distribution. The study whose result is used stands in
+``cprm_gym/benchmark/studies``.
 """
 
 from __future__ import annotations

@@ -1,11 +1,13 @@
 """Tuning: one seeded procedure, which goes on where it was interrupted, and whose studies are those that the constants come from."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
-from cprm_gym.agents.skills.constants import FIRST, GoalieConstants
+from cprm_gym.agents.skills.constants import FIRST, ON_MEMORY, GoalieConstants
+from cprm_gym.benchmark import tuning
 from cprm_gym.benchmark.tuning import Plan, result, study
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
 
@@ -65,3 +67,12 @@ def test_every_constant_stands_in_the_net():
         changed = GoalieConstants.of({name: other})
         assert reckoning_cprm(constants=changed).net != plain, name
     assert goalie_net(RECKONED, 0) == goalie_net(RECKONED, 0, constants=FIRST)
+
+
+def test_the_constants_in_use_are_those_that_the_kept_study_ends_with():
+    kept = Path(tuning.__file__).parent / "studies" / "goalie_memory.jsonl"
+    assert result(kept) == ON_MEMORY
+    plan = Plan(worlds=250, population=32, elite=6, generations=9)
+    found = list(study(plan, kept))
+    assert len(found) == 9
+    assert tuning.TUNING_SEED > 10_000, "no measurement meets these worlds"

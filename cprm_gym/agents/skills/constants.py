@@ -104,5 +104,9 @@ class GoalieConstants:
 
 FIRST = GoalieConstants()
 """Those set by hand."""
-ON_MEMORY = FIRST
-"""On the tier ``memory``: those set by hand, until a study finds better ones."""
+ON_MEMORY = GoalieConstants(
+    run=0.95474, start=0.85799, haste=1.0291, at_feet=0.43005, dare=20.80432, deepest=0.87002, wide=2.87063, out_share=0.32369,
+    out_least=0.82052, out_most=9.0884, side_on=86.71091, displaced=1.36587, turned=34.17585, strafe=2.17292, ahead=30.07796,
+    worth=0.64527, close=0.12059, early=0.05857, deepening=0.18492,
+)  # fmt: skip
+"""Tuned on the tier ``memory`` (`cprm_gym/benchmark/studies/goalie_memory.jsonl`)."""
