@@ -34,9 +34,9 @@ from .engines.engine import Engine
 from .evidence import UNOBSERVED, Readings, read_hard, state_of
 from .filter import Filter, make_engine, make_settings
 from .filtering import FilterState
+from .forms import Renamings, fronted, rename_tuple
 from .links import Indices, Link, Role, Tie, as_sets, tuples_of
 from .posterior import Posterior
-from .renaming import Renamings, fronted, rename_tuple
 from .views import View
 
 
