@@ -182,8 +182,8 @@ class Forms:
             return None
         place = dict(zip(objects, range(len(objects))))
         key = tuple(sorted([(name, tuple([place[o] for o in members])) for name, members in wanted.atoms]))
-        situation, info = self._slices.fetch(key, lambda: self._slice(key))
         try:
+            situation, info = self._slices.fetch(key, lambda: self._slice(key))
             told = filtering.read(info, state.batch, evidence, soft)
             readings = Readings(told.hard[self.rows(np.array(objects))], {self._placed(n, place): s for n, s in told.soft.items()})
             result = self.engine.advance(belief, info, readings)

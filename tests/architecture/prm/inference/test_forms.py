@@ -11,7 +11,7 @@ from ball_world import scene
 
 from cprm_gym.architecture.prm import BOOL, Attribute, Filter, Grounding, Model, Prior, PRMClass, Relation, Replace, Table
 from cprm_gym.architecture.prm.inference import filter as filter_module
-from cprm_gym.errors import EvidenceError, ImpossibleEvidence
+from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
 
 
 @pytest.fixture(autouse=True)
@@ -129,6 +129,8 @@ def test_errors_speak_in_own_names_and_leave_the_belief():
         with pytest.raises(ImpossibleEvidence) as told:
             f.step({"a3.seen": 0, "a1.seen": 0}, ["watch(a3)"])
         assert told.value.conflict == ("a3.seen",)
+        with pytest.raises(ModelError, match=r"near\(a3,a1\) and near\(a3,a2\) all change 'a3.up'"):
+            f.step({}, ["near(a3,a1)", "near(a3,a2)"])
         with pytest.raises(EvidenceError, match=r"a7\.seen"):
             f.step({"a7.seen": 0}, ["watch(a4)"])
     alike(by_form.step({"a4.seen": 1}, ["watch(a4)", "watch(a3)"]), own.step({"a4.seen": 1}, ["watch(a4)", "watch(a3)"]))
