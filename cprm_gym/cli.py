@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from typer.core import TyperGroup
 
 from . import __version__
 from .errors import CprmError
@@ -23,12 +24,6 @@ if TYPE_CHECKING:
     from .architecture.petri import PetriNet
     from .benchmark.plan import Plan
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    help="Structured, concurrent, real-time action: 2D soccer environments, Petri nets that act, models that infer.",
-)
 console = Console()
 complaints = Console(stderr=True)
 
@@ -51,6 +46,23 @@ def said_plainly() -> Iterator[None]:
 
 def _complain(message: str) -> None:
     complaints.print(f"[red]error:[/red] {escape(message)}", highlight=False, soft_wrap=True)
+
+
+class PlainGroup(TyperGroup):
+    """Commands whose mistakes are said plainly, also those that importing what a command needs brings up."""
+
+    def invoke(self, ctx: Any) -> Any:
+        with said_plainly():
+            return super().invoke(ctx)
+
+
+app = typer.Typer(
+    cls=PlainGroup,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Structured, concurrent, real-time action: 2D soccer environments, Petri nets that act, models that infer.",
+)
 
 
 def _version(wanted: bool) -> None:

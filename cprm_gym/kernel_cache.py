@@ -3,7 +3,7 @@
 What numba keeps are pickles, so whoever can write them can run code as their reader. They are therefore read from nowhere but a folder
 that belongs to this user (or to the administrator) and that nobody else can write:
 
-* the folder that ``CPRM_GYM_CACHE`` names; one that cannot be used is an error;
+* the folder that ``CPRM_GYM_CACHE`` names (an empty text names none); one that cannot be used is an error;
 * else ``$XDG_CACHE_HOME/cprm_gym``, ``~/.cache/cprm_gym``, or a folder of this user under the temporary directory, whichever is safe first;
 * else none: kernels are compiled anew in every process, which is said once.
 
@@ -56,7 +56,7 @@ def cache_root() -> Path | None:
         When ``CPRM_GYM_CACHE`` names a folder that cannot be used; the message says why.
     """
     given = os.environ.get(VARIABLE)
-    return _root(given, os.environ.get("XDG_CACHE_HOME"), os.environ.get("HOME"))
+    return _root(given or None, os.environ.get("XDG_CACHE_HOME"), os.environ.get("HOME"))
 
 
 @cache
@@ -86,7 +86,7 @@ def _candidates(xdg: str | None) -> Iterator[Path]:
 
 def _private(root: Path) -> Path:
     """`root`, made if it is not there, once it and the folder of kernels in it are known to be safe."""
-    if not str(root).strip() or not root.is_absolute():
+    if not root.is_absolute():
         root = Path.cwd() / root
     for folder in (root, root / "kernels"):
         try:

@@ -27,10 +27,10 @@ def folder(tmp_path):
     return tmp_path
 
 
-def run(folder, **environment):
+def run(folder, cwd=None, **environment):
     """What a process prints that compiles one kernel or loads it."""
     env = {k: v for k, v in os.environ.items() if k not in ("CPRM_GYM_CACHE", "XDG_CACHE_HOME", "CPRM_GYM_QUIET")} | environment
-    return subprocess.run([sys.executable, "-c", PROGRAM, str(folder / "code")], capture_output=True, text=True, env=env)
+    return subprocess.run([sys.executable, "-c", PROGRAM, str(folder / "code")], capture_output=True, text=True, env=env, cwd=cwd)
 
 
 def compiled(cache):
@@ -72,6 +72,23 @@ def test_a_named_folder_that_cannot_be_used_is_an_error_that_says_why(tmp_path, 
         CacheError, match=r"CPRM_GYM_CACHE='.*place.*': .*(written by others \(mode 777\)|[Nn]ot a (folder|directory)|File exists)"
     ):
         root()
+
+
+def test_an_empty_name_names_no_folder(folder):
+    assert run(folder, cwd=folder / "code", HOME=str(folder), CPRM_GYM_CACHE="").stdout == "4.0\n"
+    assert len(compiled(folder / ".cache" / "cprm_gym")) == 1
+    assert not (folder / "code" / "kernels").exists()
+
+
+@pytest.mark.parametrize("command", [("analyze", "go_to_ball"), ("benchmark", "--episodes", "1"), ("play",), ("demo", "striker")])
+def test_commands_say_plainly_that_the_named_folder_cannot_be_used(tmp_path, command):
+    place = tmp_path / "place"
+    place.write_text("")
+    env = {**os.environ, "CPRM_GYM_CACHE": str(place)}
+    done = subprocess.run([sys.executable, "-m", "cprm_gym", *command], capture_output=True, text=True, env=env, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: CPRM_GYM_CACHE=")
+    assert "Traceback" not in done.stderr
 
 
 @root_only
