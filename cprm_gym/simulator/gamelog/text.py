@@ -148,6 +148,8 @@ def parse_team(line: str) -> tuple[Team, Team]:
 
 def parse_show(line: str) -> Frame:
     """One ``(show T ((b) …) ((l 1) …) …)`` line; mode and teams are left to the caller."""
+    if "_" in line or not line.isascii():
+        raise ValueError("'_' and digits of other scripts stand in no number")
     head, ball, *players = line.split(" ((")
     frame = Frame(whole(head[6:]))
     if not ball.startswith("b) "):

@@ -11,6 +11,7 @@ from ...errors import FormatError
 _TOKEN = re.compile(r'[()]|"[^"]*"|[^\s()"]+')
 _KINDS = {"b": "ball", "g": "goal", "f": "flag", "p": "player", "l": "line"}
 _LONG = {"ball": "b", "goal": "g", "flag": "f", "player": "p", "line": "l"}
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 DEEPEST = 8
 """Lists in lists that a message may have; no message of the server has more than three."""
 _Tree = list["str | _Tree"]
@@ -88,7 +89,7 @@ def parse_see(text: str) -> SeeMessage:
     """
     items = _tree(text, "see")
     try:
-        return SeeMessage(int(_word(items[1])), tuple(_object(item) for item in items[2:]))
+        return SeeMessage(_whole(_word(items[1])), tuple(_object(item) for item in items[2:]))
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise FormatError(f"malformed see message ({str(error)[:100]}): {text[:60]!r}") from None
 
@@ -119,7 +120,7 @@ def _object(item: str | _Tree) -> SeenObject:
             direction_change=changes[1],
         )  # fmt: skip
     team = name[1].strip('"') if len(name) > 1 else None
-    unum = int(name[2]) if len(name) > 2 else None
+    unum = _whole(name[2]) if len(name) > 2 else None
     more: list[float | None] = list(rest[1:])
     pointing = more.pop() if len(more) in (1, 5) else None
     change, turn, body, head = more + [None] * (4 - len(more))
@@ -131,10 +132,15 @@ def _object(item: str | _Tree) -> SeenObject:
 
 def _real(word: str) -> float:
     """A finite number as the server prints it."""
-    number = float(word)
-    if not math.isfinite(number):
+    if not _NUMBER.fullmatch(word) or not math.isfinite(number := float(word)):
         raise ValueError(f"a finite number was expected, not {word[:20]!r}")
     return number
+
+
+def _whole(word: str) -> int:
+    if not word.isascii() or not word.removeprefix("-").isdigit():
+        raise ValueError(f"a whole number was expected, not {word[:20]!r}")
+    return int(word)
 
 
 def _int(value: float | None) -> int | None:
@@ -170,18 +176,15 @@ def parse_sense_body(text: str) -> dict[str, tuple[str | float, ...]]:
 
 
 def _value(word: str) -> str | float:
-    try:
-        return float(word)
-    except ValueError:
-        return word
+    return float(word) if _NUMBER.fullmatch(word) and math.isfinite(float(word)) else word
 
 
 _HEAR = re.compile(
     r"\(hear (?P<time>\d{1,9}) (?:(?P<by>referee|coach|online_coach_left|online_coach_right|self) (?P<rest>.+)"
     r'|(?:(?P<direction>-?\d{1,9}) )?(?:(?P<side>our|opp) ?)?(?P<unum>\d{1,9})? ?(?P<message>"[^"]*")?)\)',
-    re.DOTALL,
+    re.DOTALL | re.ASCII,
 )
-_OLD_HEAR = re.compile(r'\(hear (?P<time>\d{1,9}) (?P<direction>-?\d{1,9}) (?P<message>[^"]+)\)', re.DOTALL)
+_OLD_HEAR = re.compile(r'\(hear (?P<time>\d{1,9}) (?P<direction>-?\d{1,9}) (?P<message>[^"]+)\)', re.DOTALL | re.ASCII)
 
 
 def parse_hear(text: str) -> HearMessage:

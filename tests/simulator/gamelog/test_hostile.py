@@ -153,3 +153,10 @@ def test_a_message_may_be_as_long_as_the_budget_and_no_longer(tmp_path):
     path.write_text('ULG6\n(msg 0 1 "' + "a\n" * (LONGEST_ITEM // 2 + 100) + '")\n' + SHOW)
     with pytest.raises(FormatError, match="a message of more than 1048576 bytes"):
         frames(path)
+
+
+@pytest.mark.parametrize(("what", "said"), [("show 1 ", "show 1_0 "), ("(b) 0", "(b) 1_0"), ("8000", "8_000"), ("(b) 0", "(b) \u0661")])
+def test_numbers_that_only_python_knows_are_refused(tmp_path, what, said):
+    (tmp_path / "a.rcg").write_text("ULG6\n" + SHOW.replace(what, said), encoding="utf-8")
+    with pytest.raises(FormatError, match="line 2"):
+        frames(tmp_path / "a.rcg")

@@ -85,6 +85,11 @@ def test_hear_messages():
         (parse_see, "(" * 100_000),
         (parse_see, "(see " + "9" * 5000 + ")"),
         (parse_see, "(see 0 (((((b)))) 3))"),
+        (parse_see, "(see 0 ((b) 1_0 3))"),
+        (parse_see, "(see 0 ((b) \u0661 3))"),
+        (parse_see, "(see 1_0 ((b) 10 3))"),
+        (parse_see, '(see 0 ((p "a" 1_0) 3 4))'),
+        (parse_hear, '(hear \u0661 self "a")'),
         (parse_sense_body, "(sense_body 0 " + "(" * 100_000 + ")" * 100_000 + ")"),
         (parse_sense_body, "(sense_body 0 (arm (())))"),
         (parse_hear, "(hear " + "9" * 5000 + ' self "a")'),
@@ -94,6 +99,11 @@ def test_hear_messages():
 def test_hostile_messages_are_format_errors(parse, text):
     with pytest.raises(FormatError):
         parse(text)
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "1e999", "1_0", "\u0661"])
+def test_what_is_no_number_of_the_servers_stays_a_word(word):
+    assert parse_sense_body(f"(sense_body 0 (speed {word} 1))")["speed"] == (word, 1.0)
 
 
 @pytest.mark.parametrize(
