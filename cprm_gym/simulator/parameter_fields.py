@@ -189,9 +189,9 @@ def value_of(field: dataclasses.Field[Any], word: str, kind: str) -> Any:
             case "text":
                 return word[1:-1] if word.startswith('"') else word
             case "integer":
-                return int(word)
+                return int(_written(word))
             case _:
-                return float(word)
+                return float(_written(word))
     except (KeyError, ValueError):
         raise ParameterError(f"{kind} {field.name!r}: takes {allowed(field)}, got the text {word[:80]!r}") from None
 
@@ -274,3 +274,10 @@ class ParameterSet:
             fields = tuple(sorted(fields, key=lambda f: f.name))
         told = (f for f in fields if version is None or 0 < f.metadata["since"] <= version)
         return f"({head}" + "".join(f"({f.name} {word_of(f, getattr(self, f.name), digits)})" for f in told) + ")"
+
+
+def _written(word: str) -> str:
+    """`word`, unless it is a number to Python alone."""
+    if "_" in word or not word.isascii():
+        raise ValueError(word)
+    return word

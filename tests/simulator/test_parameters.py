@@ -208,3 +208,9 @@ def test_values_of_any_size_are_refused_in_a_short_message(value):
     with pytest.raises(ParameterError) as caught:
         ServerParameters(half_time=value)
     assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize("item", ["(goal_width 1_4)", "(goal_width \u0661\u0664)", "(half_time 3_00)"])
+def test_numbers_that_only_python_knows_are_refused(item):
+    with pytest.raises(ParameterError, match="got the text"):
+        ServerParameters.from_text(f"(server_param {item})")

@@ -39,6 +39,8 @@ def parameter_value(text: str) -> bool | int | float | str:
         return text.strip('"')
     if text in _WORDS:
         return _WORDS[text]
+    if "_" in text or not text.isascii():
+        raise ValueError(f"a number was expected, not {text[:20]!r}")
     try:
         return int(text)
     except ValueError:

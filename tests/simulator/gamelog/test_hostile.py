@@ -160,3 +160,9 @@ def test_numbers_that_only_python_knows_are_refused(tmp_path, what, said):
     (tmp_path / "a.rcg").write_text("ULG6\n" + SHOW.replace(what, said), encoding="utf-8")
     with pytest.raises(FormatError, match="line 2"):
         frames(tmp_path / "a.rcg")
+
+
+def test_parameters_of_a_log_are_no_numbers_that_only_python_knows(tmp_path):
+    (tmp_path / "a.rcg").write_text("ULG6\n(server_param (goal_width 1_4))\n" + SHOW)
+    with pytest.raises(FormatError, match="line 2"):
+        frames(tmp_path / "a.rcg")
