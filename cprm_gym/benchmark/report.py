@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import statistics
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
@@ -15,6 +16,9 @@ from ..envs.tasks import make_task
 from ..files import write_atomically
 from .plan import BlockResult, Plan
 from .statistics import wilson_interval
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 REPORT_VERSION = 1
 SECONDS = 0.1
@@ -186,12 +190,22 @@ def summarise(plan: Plan, results: Iterable[BlockResult]) -> Report:
 
 def plot(report: Report) -> bytes | None:
     """Success rates with their intervals, and cycles to success, as a PNG; None without matplotlib."""
+    import io
+
+    figure = figure_of(report)
+    if figure is None:
+        return None
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=120)
+    return buffer.getvalue()
+
+
+def figure_of(report: Report) -> Figure | None:
+    """What `plot` draws; of what was not played, nothing."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
         return None
-    import io
-
     tasks, controllers = report.plan.tasks, report.plan.controllers
     figure = Figure(figsize=(2.2 + 1.1 * max(3, len(tasks) * len(controllers)), 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -200,9 +214,9 @@ def plot(report: Report) -> bytes | None:
     for k, controller in enumerate(controllers):
         places = [i + (k - (len(controllers) - 1) / 2) * width for i in range(len(tasks))]
         found = [rows[t, controller] for t in tasks]
-        rates = [r.success_rate or 0.0 for r in found]
-        errors = [[max(0.0, x - r.wilson_low) if r.episodes else 0 for x, r in zip(rates, found)],
-                  [max(0.0, r.wilson_high - x) if r.episodes else 0 for x, r in zip(rates, found)]]  # fmt: skip
+        rates = [math.nan if r.success_rate is None else r.success_rate for r in found]
+        errors = [[max(0.0, x - r.wilson_low) for x, r in zip(rates, found)],
+                  [max(0.0, r.wilson_high - x) for x, r in zip(rates, found)]]  # fmt: skip
         left.bar(places, [100 * x for x in rates], width * 0.92, label=controller,
                  yerr=[[100 * e for e in side] for side in errors], capsize=3)  # fmt: skip
         right.bar(places, [r.median_cycles_to_success or 0.0 for r in found], width * 0.92, label=controller)
@@ -212,6 +226,4 @@ def plot(report: Report) -> bytes | None:
         axis.spines[["top", "right"]].set_visible(False)
     left.set_ylim(0, 105)
     left.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, 1.13), ncols=len(controllers))
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=120)
-    return buffer.getvalue()
+    return figure

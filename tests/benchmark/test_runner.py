@@ -18,7 +18,7 @@ from cprm_gym.benchmark import plan as plans
 from cprm_gym.benchmark import registry, runner
 from cprm_gym.benchmark.journal import Journal
 from cprm_gym.benchmark.plan import Block, Plan
-from cprm_gym.benchmark.report import plot, summarise
+from cprm_gym.benchmark.report import figure_of, plot, summarise
 from cprm_gym.benchmark.runner import play_block, run
 from cprm_gym.cli import app
 from cprm_gym.envs.controller import no_action
@@ -485,6 +485,16 @@ def test_a_report_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         report.write(tmp_path)
     assert (tmp_path / "report.json").read_bytes() == before
     assert set(tmp_path.iterdir()) == names
+
+
+def test_the_plot_of_an_interrupted_run_shows_no_rate_of_what_was_not_played():
+    pytest.importorskip("matplotlib")
+    plan = Plan(controllers=("fsm", "random"), episodes=5)
+    played = [result for result in run(plan) if result.block.controller == "random"]
+    rates = figure_of(summarise(plan, played)).axes[0]
+    heights = [bar.get_height() for bar in rates.patches]
+    assert np.isnan(heights[0])
+    assert heights[1] == 0.0
 
 
 def test_without_matplotlib_there_is_no_plot_but_a_report(tmp_path, monkeypatch):
