@@ -475,6 +475,19 @@ def test_an_interrupt_of_all_processes_is_reported_by_one(tmp_path):
     assert "--workers 2" in complaints
 
 
+def test_an_interrupt_that_comes_while_workers_are_started_is_met_afterwards():
+    started = []
+
+    def start():
+        with runner._deaf_to_interrupts():
+            signal.raise_signal(signal.SIGINT)
+            started.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        start()
+    assert started
+
+
 def test_a_report_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     plan = Plan(controllers=("random",), episodes=5)
     report = summarise(plan, run(plan))

@@ -48,7 +48,7 @@ def place_labels(labels: Sequence[tuple[float, int]], height: float, texts: Sequ
     paths : sequence of paths
         All arcs.
     """
-    length = sum(math.hypot(x1 - x0, y1 - y0) for path in paths for (x0, y0), (x1, y1) in pairwise(path))
+    length = math.fsum(math.hypot(x1 - x0, y1 - y0) for path in paths for (x0, y0), (x1, y1) in pairwise(path))
     if len(labels) * (length / STEP + 2 * len(paths) + len(texts)) > MAX_LOOKS:
         return [_at_middle(width, height, paths[arc]) for width, arc in labels]
     curves = [curve_points(path) for path in paths]

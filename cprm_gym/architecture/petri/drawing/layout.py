@@ -11,6 +11,7 @@ places, the longest run straight.
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -182,7 +183,7 @@ def _order(rows: list[list[int]], cells: Sequence[Node], pulls: Sequence[Sequenc
             keys = {}
             for i in rows[level]:
                 there = [position[j] for j, _ in pulls[i] if cells[j].layer == near]
-                keys[i] = sum(there) / len(there) if there else position[i]
+                keys[i] = math.fsum(there) / len(there) if there else position[i]
             rows[level].sort(key=lambda i: keys[i])
             position.update((i, k) for k, i in enumerate(rows[level]))
         if segments < 1500:
@@ -238,8 +239,8 @@ def _place(rows: Sequence[Sequence[int]], cells: Sequence[Node], pulls: Sequence
         for row in rows if sweep % 2 == 0 else reversed(rows):
             wanted, weights = [], []
             for i in row:
-                total = sum(pull for _, pull in pulls[i])
-                wanted.append(sum(cells[j].x * pull for j, pull in pulls[i]) / total if total else cells[i].x)
+                total = math.fsum(pull for _, pull in pulls[i])
+                wanted.append(math.fsum(cells[j].x * pull for j, pull in pulls[i]) / total if total else cells[i].x)
                 weights.append(total or 0.1)
             for i, x in zip(row, _spread(row, wanted, weights, cells)):
                 cells[i].x = x
