@@ -1,9 +1,12 @@
 """Shared test settings."""
 
 import os
+import signal
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it for what runs in the background; tests send it
 
 from hypothesis import settings
 
