@@ -19,8 +19,10 @@ from .pass_and_advance import PassAndAdvance
 TASKS: dict[str, Callable[[], Task]] = {
     "GoToBall": GoToBall,
     "KickOffShot": KickOffShot,
+    "KickOffShot2v2": partial(KickOffShot, name="KickOffShot2v2", right=2, right_goalie=1),
     "Goalie": Goalie,
     "PassAndAdvance": PassAndAdvance,
+    **{f"PassAndAdvance2v{d}": partial(PassAndAdvance, name=f"PassAndAdvance2v{d}", right=d) for d in (1, 2, 3)},
     **{f"Keepaway{k}v{t}": partial(keepaway, k, t, size) for k, t, size in ((3, 2, 20.0), (4, 3, 25.0), (5, 4, 30.0))},
     **{f"HFO{a}v{d}": partial(hfo, a, d) for a, d in ((1, 0), (1, 1), (2, 1), (2, 2), (3, 2), (3, 3), (4, 5))},
     **{name: partial(front_goal, name) for name in LADDER},
