@@ -131,7 +131,7 @@ class Pitch:
     def kickable(self, player: int) -> np.ndarray:
         """(W,) bool: the ball is within the player's reach (specification/simulator.md 3.6)."""
         out: np.ndarray = np.empty(self.worlds, np.bool_)
-        kernels.kickable(self.sim.world, self.sim.packed, player, out)
+        kernels.kickable_by(self.sim.world, self.sim.packed, player, 1, out)
         return out
 
     def kickable_by(self, side: int) -> np.ndarray:
@@ -146,13 +146,6 @@ class Pitch:
         if self._one_side:
             return (left if self._one_side > 0 else right)[:, None].repeat(len(self.players), axis=1)
         return np.where(self.sides > 0, left[:, None], right[:, None])
-
-    def won(self, left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Reward and success, (W, A), where the left or the right side has won, (W,) bool: 1 for the winners, -1 for the others."""
-        shape = (self.worlds, len(self.players))
-        reward, success = np.empty(shape), np.empty(shape, np.bool_)
-        kernels.win(left, right, self.sides, reward, success)
-        return reward, success
 
     # ------------------------------------------------------------------ where everything is
 

@@ -272,10 +272,10 @@ class Simulator:
 
     def _run(self, kernel: Any, *arguments: Any) -> None:
         """Call a kernel over ranges of worlds, one range per thread."""
+        kernel = getattr(kernel, "entry", kernel)  # without a Python call in between; made here, once, not by several threads
         if self._pool is None or len(self.world) == 1:
             kernel(self.world, self.packed, *arguments, 0, len(self.world))
             return
-        kernel = getattr(kernel, "entry", kernel)  # made here, once, not by several threads
         bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
         tasks = [self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop)) for start, stop in pairwise(bounds)]
         for task in tasks:

@@ -54,42 +54,38 @@ def match_outcome(worlds, gained, sides, reward, over, won):
 
 
 @kernel
-def kickable(worlds, packed, player, out):
-    """Whether the player (object number) can kick the ball (specification/simulator.md 3.6), for every world."""
-    p = packed[0]
-    i = player - 1
-    for n in range(worlds.shape[0]):
-        w = worlds[n]
+def in_reach(w, p, first, count):
+    """Whether one of `count` players from object number `first` on can kick the ball of one world (specification/simulator.md 3.6)."""
+    for player in range(first, first + count):
+        i = player - 1
         kind = w.type[i]
         reach = p.types[kind, T_PLAYER_SIZE] + p.ball_size + p.types[kind, T_KICKABLE_MARGIN]
         dx, dy = w.pos[player, 0] - w.pos[0, 0], w.pos[player, 1] - w.pos[0, 1]
-        out[n] = w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach
+        if w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach:
+            return True
+    return False
 
 
 @kernel
 def kickable_by(worlds, packed, first, count, out):
     """Whether one of `count` players from object number `first` on can kick the ball, for every world."""
-    p = packed[0]
     for n in range(worlds.shape[0]):
-        w = worlds[n]
-        out[n] = False
-        for player in range(first, first + count):
-            i = player - 1
-            kind = w.type[i]
-            reach = p.types[kind, T_PLAYER_SIZE] + p.ball_size + p.types[kind, T_KICKABLE_MARGIN]
-            dx, dy = w.pos[player, 0] - w.pos[0, 0], w.pos[player, 1] - w.pos[0, 1]
-            if w.enabled[i] > 0 and dx * dx + dy * dy <= reach * reach:
-                out[n] = True
+        out[n] = in_reach(worlds[n], packed[0], first, count)
 
 
 @kernel
-def win(left, right, sides, reward, success):
-    """What winning is worth: 1 to the agents of the side that has won, -1 to the others; both or nobody: 0.
+def race_outcome(worlds, packed, left, right, sides, status, reward, over, won, statuses):
+    """A race to the ball: 1 for the agents of the side that alone can kick it, -1 for the others; over when anybody can.
 
-    left, right : (W,) bool, who has won; sides : (A,) +1 or -1; reward, success : (W, A)
+    left, right : number of players of each side; sides : (A,) +1 or -1; status : of a race that is over; reward : (W, A); over : (W,) bool;
+    won : (W, A) bool, the agent's side can kick the ball; statuses : (W,) int
     """
-    for n in range(left.shape[0]):
-        worth = (1.0 if left[n] else 0.0) - (1.0 if right[n] else 0.0)
+    for n in range(worlds.shape[0]):
+        ours = in_reach(worlds[n], packed[0], 1, left)
+        theirs = in_reach(worlds[n], packed[0], PLAYERS // 2 + 1, right)
+        over[n] = ours or theirs
+        statuses[n] = status if over[n] else 0
+        worth = (1.0 if ours else 0.0) - (1.0 if theirs else 0.0)
         for k in range(sides.shape[0]):
             reward[n, k] = worth * sides[k]
-            success[n, k] = left[n] if sides[k] > 0.0 else right[n]
+            won[n, k] = ours if sides[k] > 0.0 else theirs

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...errors import ParameterError
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
-from ...simulator.state import LEFT, RIGHT, PlayMode
+from ...simulator.state import PlayMode
+from ..kernels import pitch as kernels
 from ..pitch import Pitch
 from .base import Outcome, Status, Task, within
 
@@ -97,12 +98,9 @@ class GoToBall(Task):
 
     def outcome(self, pitch: Pitch) -> Outcome:
         """Done when a player can kick the ball."""
-        left = pitch.kickable_by(LEFT)
-        if not self.right:
-            alone = left[:, None].repeat(len(pitch.players), axis=1)
-            reward = alone.astype(np.float64)
-            return Outcome(reward, left, alone, left * SUCCESS, {"reached": reward})
-        right = pitch.kickable_by(RIGHT)
-        over = left | right
-        reward, success = pitch.won(left, right)
-        return Outcome(reward, over, success, over * SUCCESS, {"reached": reward})
+        shape = (pitch.worlds, len(pitch.players))
+        reward, over, won = np.empty(shape), np.empty(pitch.worlds, np.bool_), np.empty(shape, np.bool_)
+        status = np.empty(pitch.worlds, np.int64)
+        world, packed = pitch.sim.world, pitch.sim.packed
+        kernels.race_outcome(world, packed, self.left, self.right, pitch.sides, SUCCESS, reward, over, won, status)
+        return Outcome(reward, over, won, status, {"reached": reward})
