@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError, UnknownName
+from ..simulator.pitch import HALF_LENGTH, HALF_WIDTH, PITCH_MARGIN
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, RIGHT, Stream
 from .kernels import pitch as kernels
 
+FARTHEST = np.array([HALF_LENGTH, HALF_WIDTH]) + PITCH_MARGIN
+"""|x| and |y| of the farthest places where somebody can be put, m."""
 COUNTERS = 8
 """Columns of `Pitch.memory`."""
 
@@ -105,6 +108,9 @@ class Pitch:
             values = np.asarray(given, np.float64) if np.ndim(given) == 1 else np.zeros(0)
             if values.size not in sizes or not np.isfinite(values).all():
                 raise ParameterError(f"start: {name!r} takes {sizes[0]} or {sizes[1]} finite numbers, got {given!r:.60}")
+            if np.any(np.abs(values[:2]) > FARTHEST):
+                far = " and ".join(f"{v:g}" for v in FARTHEST)
+                raise ParameterError(f"start: {name!r} at {given!r:.60}; |x| and |y| of a place are at most {far} m")
             if name == "ball":
                 self.place_ball(*values, worlds=worlds)
             else:

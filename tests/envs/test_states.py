@@ -114,6 +114,11 @@ def test_an_episode_starts_where_it_is_told_to():
         ({"left_2": (0, 0)}, UnknownName, "start: 'left_2' names nobody here"),
         ({"ball": (0, 0, 0)}, ParameterError, "start: 'ball' takes 2 or 4 finite numbers"),
         ({"left_1": (0, np.nan)}, ParameterError, "start: 'left_1' takes 2 or 3 finite numbers"),
+        (
+            {"left_1": (1e9, 0)},
+            ParameterError,
+            r"start: 'left_1' at \(1000000000.0, 0\); \|x\| and \|y\| of a place are at most 57.5 and 39 m",
+        ),
         ([0, 0], ParameterError, "start: expected a dict of places"),
     ):
         with pytest.raises(error, match=message):

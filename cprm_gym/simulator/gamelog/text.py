@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -159,6 +160,8 @@ def parse_show(line: str) -> Frame:
     frame.ball = np.array(ball[3:].rstrip(")").split(), dtype=np.float64)
     if frame.ball.shape != (4,):
         raise ValueError(f"{frame.ball.size} numbers of the ball instead of 4")
+    if not np.isfinite(frame.ball).all():
+        raise ValueError(f"a number of the ball is not finite: {ball[:40]!r}")
     rows = frame.players = empty_players()
     for text in players:
         _parse_player(rows, text)
@@ -174,6 +177,8 @@ def _parse_player(rows: Any, text: str) -> None:
     values = [float(number) for number in numbers]
     if len(values) not in (6, 8):
         raise ValueError(f"player {side} {unum} has {len(values)} numbers instead of 6 or 8")
+    if not math.isfinite(sum(values)):
+        raise ValueError(f"a number of player {side} {unum} is not finite")
     row["pos"], row["vel"], row["body"], row["neck"] = values[0:2], values[2:4], values[4], values[5]
     if len(values) == 8:
         row["point"] = values[6:8]

@@ -78,6 +78,21 @@ def test_a_hostile_json_log_is_a_format_error_with_its_line(item, tmp_path):
         frames(path)
 
 
+@pytest.mark.parametrize(
+    ("was", "now", "message"),
+    [
+        ("(b) 0 0 0 0", "(b) 0 nan 0 0", "a number of the ball is not finite"),
+        ("(b) 0 0 0 0", "(b) 1e999 0 0 0", "a number of the ball is not finite"),
+        ("0x1 0 0", "0x1 0 -inf", "a number of player l 1 is not finite"),
+    ],
+)
+def test_a_place_in_a_text_log_that_is_no_number_is_refused(was, now, message, tmp_path):
+    path = tmp_path / "x.rcg"
+    path.write_text("ULG6\n" + SHOW.replace(was, now))
+    with pytest.raises(FormatError, match=message):
+        frames(path)
+
+
 def test_a_json_log_that_is_right_is_read(tmp_path):
     assert len(frames(json_log(tmp_path / "x.rcg", show(), show({"kick": 3})))) == 2
 
