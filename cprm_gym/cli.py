@@ -92,11 +92,18 @@ def benchmark(
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
     suite: Annotated[str | None, typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The suite's short form.")] = False,
+    senses: Annotated[str | None, typer.Option(help="Of the suite: senses, separated by commas.", show_default="all")] = None,
+    tiers: Annotated[str | None, typer.Option(help="Of the suite: tiers of knowledge, separated by commas.", show_default="all")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
-    if suite is not None or quick:
+    if suite is not None or quick or senses is not None or tiers is not None:
         with said_plainly():
-            _suite(suite, quick, {"tasks": tasks, "controllers": controllers}, episodes, seed, output, resume)
+            if controllers is not None:
+                raise CprmError("--controllers does not go with --suite, where each task has its player")
+            chosen = {"tasks": tasks, "senses": senses, "tiers": tiers}
+            named: dict[str, Any] = {name: _names(text) for name, text in chosen.items() if text is not None}
+            numbers = {name: value for name, value in (("episodes", episodes), ("seed", seed)) if value is not None}
+            _suite(suite, quick, named | numbers, output, resume)
         return
     from .benchmark.plan import BlockResult, Plan
     from .benchmark.report import summarise
@@ -143,9 +150,7 @@ def benchmark(
         raise typer.Exit(1)
 
 
-def _suite(
-    suite: str | None, quick: bool, refused: dict[str, Any], episodes: int | None, seed: int | None, output: Path, resume: Path | None
-) -> None:
+def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, resume: Path | None) -> None:
     """Run the suite ``knowledge``."""
     from dataclasses import replace
 
@@ -155,20 +160,15 @@ def _suite(
     from .errors import unknown_name
 
     if suite is None:
-        raise CprmError("--quick goes with --suite")
+        raise CprmError("--quick, --senses and --tiers go with --suite")
     if suite != "knowledge":
         raise unknown_name("suite", suite, ["knowledge"])
-    for name, value in refused.items():
-        if value is not None:
-            raise CprmError(f"--{name} does not go with --suite, which says what is played")
     if resume is not None:
-        if quick or episodes is not None or seed is not None:
-            raise CprmError("--resume takes up a run as it was planned: leave --quick, --episodes and --seed out")
+        if quick or given:
+            raise CprmError("--resume takes up a run as it was planned: leave --quick and what is to be played out")
         plan, folder = knowledge.KnowledgePlan.read(resume), resume
     else:
-        plan = knowledge.KnowledgePlan.quick() if quick else knowledge.KnowledgePlan()
-        given = {name: value for name, value in (("episodes", episodes), ("seed", seed)) if value is not None}
-        plan = replace(plan, **given)  # type: ignore[arg-type]
+        plan = replace(knowledge.KnowledgePlan.quick() if quick else knowledge.KnowledgePlan(), **given)
         folder = _new_folder(output)
         plan.write(folder)
     results, interrupted = [], False
@@ -192,6 +192,41 @@ def _suite(
         again = f"cprm-gym benchmark --suite knowledge --resume {shlex.quote(str(folder))}"
         complaints.print(f"interrupted; go on with: {escape(again)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
+
+
+@app.command()
+def tune(
+    task: Annotated[str, typer.Option(help="Whose player is tuned.")] = "Goalie",
+    tier: Annotated[str, typer.Option(help="The tier of knowledge that he is tuned for.")] = "memory",
+    journal: Annotated[
+        Path | None, typer.Option(help="File that holds the study, and from which it goes on.", show_default="TASK_TIER.jsonl")
+    ] = None,
+    worlds: Annotated[int, typer.Option(help="Worlds of a generation; each candidate plays all of them.")] = 300,
+    population: Annotated[int, typer.Option(help="Candidates of a generation.")] = 24,
+    elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
+    generations: Annotated[int, typer.Option(help="When it ends.")] = 10,
+    seed: Annotated[int, typer.Option(help="Decides every random number.")] = 0,
+) -> None:
+    """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
+    import json
+
+    from .benchmark.tuning import Plan, study
+
+    with said_plainly():
+        plan = Plan(task, tier, worlds, population, elite, generations, seed)
+        place = Path(f"{task}_{tier}.jsonl") if journal is None else journal
+        check_place(place, "--journal")
+        found = None
+        try:
+            for found in study(plan, place):
+                console.print(
+                    f"generation {found.number}: middle {found.centre:.1%}, mean {found.rate:.1%}, best {found.best:.1%}", highlight=False
+                )
+        except KeyboardInterrupt:
+            complaints.print(f"interrupted; the same command goes on with {escape(str(place))}", highlight=False, soft_wrap=True)
+            raise typer.Exit(130) from None
+        if found is not None:
+            typer.echo(json.dumps(found.mean, indent=1))
 
 
 def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:

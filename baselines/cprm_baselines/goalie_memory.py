@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.goalie import ReckoningGoalie as MemoryGoalie
-from cprm_gym.agents.skills.constants import ON_MEMORY
+from cprm_gym.agents.skills.constants import GoalieConstants
 from cprm_gym.envs.tasks import Task
 from cprm_gym.errors import UnknownName
 
@@ -24,4 +24,4 @@ def make_controller(task: Task, agent: str) -> MemoryGoalie:
     """
     if task.name != "Goalie":
         raise UnknownName(f"controller 'goalie_memory' cannot play task {task.name!r}; it plays Goalie")
-    return MemoryGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), ON_MEMORY)
+    return MemoryGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), GoalieConstants.tuned("memory"))

@@ -1,4 +1,4 @@
-"""Episodes of one task, one of its agents played by a controller, in given worlds and with given senses."""
+"""Episodes of one task, its agents played by a controller, in given worlds and with given senses."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from ..envs.core import SoccerCore
 from ..envs.players.senses import Senses
 from ..envs.tasks import Task
 
+SLOTS = 50
+"""Episodes played side by side."""
+
 
 class Episodes(NamedTuple):
     """What became of each."""
@@ -24,9 +27,18 @@ class Episodes(NamedTuple):
 
 
 def play_episodes(
-    task: Task, make: Callable[[Task, str], Controller], count: int, seed: int, first_world: int = 0, senses: Senses | None = None
+    task: Task,
+    make: Callable[[Task, str], Controller],
+    count: int,
+    seed: int,
+    first_world: int = 0,
+    senses: Senses | None = None,
+    slots: int = SLOTS,
 ) -> Episodes:
-    """Play ``count`` worlds from `first_world` on, at once; every controller meets the same worlds.
+    """Play ``count`` worlds from `first_world` on; every controller meets the same worlds.
+
+    Episodes differ in length, so `slots` of them are played side by side, and each that ends makes room for the next world. World k is
+    the same in any slot.
 
     Parameters
     ----------
@@ -35,22 +47,39 @@ def play_episodes(
         (task, agent) -> controller, for each of the task's agents; those on an oracle's tier are shown the worlds.
     count, seed, first_world : int
     senses : Senses, optional
+    slots : int
+        At least 1.
     """
-    core = SoccerCore(task, count, seed=seed, first_world=first_world, include=("memory",), senses=senses or Senses())
+    slots = min(slots, count)
+    core = SoccerCore(task, slots, seed=seed, first_world=first_world, include=("memory",), senses=senses or Senses())
     controllers = [make(task, agent) for agent in core.agents]
     observation = core.reset(seed)
     for i, (agent, controller) in enumerate(zip(core.agents, controllers)):
         if isinstance(controller, Informed):
             controller.connect(core, agent)
         controller.reset({key: value[:, i] for key, value in observation.items()}, seed)
-    running, success, cycles = np.ones(count, bool), np.zeros(count, bool), np.zeros(count, np.int64)
-    while running.any():
+    playing = np.arange(slots)  # the episode of each slot; `count` where there is none left
+    following = slots
+    success, cycles = np.zeros(count + 1, bool), np.zeros(count + 1, np.int64)
+    while (playing < count).any():
         actions = [
-            check_action(type(controller).__name__, controller.act({key: value[:, i] for key, value in observation.items()}), count)
+            check_action(type(controller).__name__, controller.act({key: value[:, i] for key, value in observation.items()}), slots)
             for i, controller in enumerate(controllers)
         ]
         step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
-        cycles += running
-        success |= running & step.success.any(axis=1)
-        running &= ~(step.terminated | step.truncated)
-    return Episodes(success, cycles)
+        cycles[playing] += 1
+        success[playing] |= step.success.any(axis=1)
+        over = np.flatnonzero((step.terminated | step.truncated) & (playing < count))
+        if not len(over):
+            continue
+        again = over[: count - following]
+        playing[over] = count
+        playing[again] = np.arange(following, following + len(again))
+        following += len(again)
+        if len(again):
+            worlds = [np.random.SeedSequence(seed, spawn_key=(first_world + int(k),)) for k in playing[again]]
+            observation = core.reset(worlds, again)
+            begun = np.isin(np.arange(slots), again)
+            for i, controller in enumerate(controllers):
+                controller.reset({key: value[:, i] for key, value in observation.items()}, seed, begun)
+    return Episodes(success[:count], cycles[:count])

@@ -17,14 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from ..agents import striker
-from ..agents.body import Body
-from ..agents.goalie import ReckoningGoalie
-from ..agents.knowledge import TIERS, informed
-from ..agents.skills.constants import ON_MEMORY
-from ..envs.controller import Controller, ControllerFactory
+from ..agents.knowledge import TIERS
+from ..agents.knowledge.players import PLAYERS, RIVAL
 from ..envs.players.senses import Senses
-from ..envs.tasks import Task, make_task
+from ..envs.tasks import make_task
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
 from .episodes import play_episodes
@@ -39,18 +35,6 @@ SENSES: dict[str, Senses] = {
     "ball late 2": Senses(late_ball=2), "ball late 4": Senses(late_ball=4), "late 2": Senses(late=2), "no numbers": Senses(numbers=False),
 }  # fmt: skip
 """Name -> senses of the agents."""
-RIVAL = "memory"
-"""The tier that the others are compared with."""
-
-
-def _goalie(task: Task, agent: str) -> Controller:
-    return ReckoningGoalie(task.right, Body.of(task), ON_MEMORY)
-
-
-PLAYERS: dict[str, ControllerFactory] = {"Goalie": _goalie, "KickOffShot": striker.make_controller}
-"""Task -> who plays it on every tier: nets without a model, the goalie's tuned on memory."""
-UNKNOWN = {("KickOffShot", "belief")}
-"""Tiers that a task does not have."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +46,7 @@ class KnowledgePlan:
     UnknownName
         For a task, senses or a tier that there are not.
     ParameterError
-        For fewer episodes than one.
+        For none of them, the same one twice, or fewer episodes than one.
     """
 
     tasks: tuple[str, ...] = tuple(PLAYERS)
@@ -73,9 +57,13 @@ class KnowledgePlan:
 
     def __post_init__(self) -> None:
         for kind, names, known in (("task", self.tasks, PLAYERS), ("senses", self.senses, SENSES), ("tier", self.tiers, TIERS)):
-            for name in names:
+            if not names:
+                raise ParameterError(f"{kind}: none given; known are {', '.join(known)}")
+            for i, name in enumerate(names):
                 if name not in known:
                     raise unknown_name(kind, str(name), list(known))
+                if name in names[:i]:
+                    raise ParameterError(f"{kind} {name!r} is named twice")
         for number, value, least in (("episodes", self.episodes, 1), ("seed", self.seed, 0)):
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise ParameterError(f"{number}: {value!r} given, a whole number of at least {least} is needed")
@@ -92,7 +80,7 @@ class KnowledgePlan:
             for task in self.tasks
             for senses in self.senses
             for tier in self.tiers
-            if (task, tier) not in UNKNOWN
+            if tier in PLAYERS[task].tiers
             for first in range(0, self.episodes, BLOCK)
         ]
 
@@ -125,7 +113,7 @@ def play_block(block: Block) -> BlockResult:
     senses_name, tier = block.controller.rsplit("/", 1)
     task, senses = make_task(block.task), SENSES[senses_name]
     begin, spent = time.perf_counter(), time.process_time()
-    found = play_episodes(task, informed(PLAYERS[block.task], tier, senses), block.count, block.seed, block.first, senses)
+    found = play_episodes(task, PLAYERS[block.task].on(tier, senses), block.count, block.seed, block.first, senses)
     played = int(found.cycles.max()) * block.count
     return BlockResult(
         block, found.success.tolist(), found.cycles.tolist(), found.success.astype(float).tolist(),

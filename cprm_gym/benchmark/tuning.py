@@ -1,31 +1,24 @@
-"""The one procedure by which the goalie's constants are tuned for a tier of knowledge: the cross-entropy method, journalled.
+"""The one procedure by which a player's constants are tuned for a tier of knowledge: the cross-entropy method, journalled.
 
-``python -m cprm_gym.benchmark.tuning --tier memory --journal goalie_memory.jsonl`` goes on where it was interrupted. In each generation
-candidates are drawn from a normal distribution about the best so far, all play the same worlds, which no other generation and no
-measurement meets, and the best of them move the distribution. The study whose result is used stands in
-``cprm_gym/benchmark/studies``.
+``cprm-gym tune --task Goalie --tier memory`` goes on where it was interrupted. In each generation candidates are drawn from a normal
+distribution about the best so far, all play the same worlds, which no other generation and no measurement meets, and the best of them
+move the distribution. The studies whose results are used stand in ``cprm_gym/agents/studies``.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ..agents.body import Body
-from ..agents.goalie import ReckoningGoalie
-from ..agents.knowledge import TIERS, informed
-from ..agents.skills.constants import FIRST, GoalieConstants
+from ..agents.knowledge.players import Player, player_of
+from ..agents.skills.constants import Constants
 from ..envs.players.senses import Senses
-from ..envs.tasks import Task, make_task
+from ..envs.tasks import make_task
 from ..errors import CprmError, ParameterError, unknown_name
-from .arguments import at_least
 from .episodes import play_episodes
 
 TUNING_SEED = 800_000
@@ -42,6 +35,8 @@ class Plan:
 
     Parameters
     ----------
+    task : str
+        Its player is tuned (`cprm_gym.agents.knowledge.players`).
     tier : str
     worlds : int
         Per candidate and generation.
@@ -54,11 +49,12 @@ class Plan:
     Raises
     ------
     UnknownName, ParameterError
-        For a tier that there is not, or numbers that make no sense.
+        For a task without a player, a tier that he cannot be put on, a player without constants, or numbers that make no sense.
     """
 
+    task: str = "Goalie"
     tier: str = "memory"
-    worlds: int = 100
+    worlds: int = 300
     population: int = 24
     elite: int = 6
     generations: int = 10
@@ -66,13 +62,28 @@ class Plan:
     senses: Senses = Senses()  # noqa: RUF009
 
     def __post_init__(self) -> None:
-        if self.tier not in TIERS:
-            raise unknown_name("tier", self.tier, TIERS)
+        player = player_of(self.task)
+        if self.tier not in player.tiers:
+            raise unknown_name("tier", self.tier, player.tiers)
+        if player.constants is None:
+            raise ParameterError(f"tuning: the player of {self.task} has no constants")
         for name, least in (("worlds", 1), ("population", 2), ("elite", 1), ("generations", 1), ("seed", 0)):
             if getattr(self, name) < least:
                 raise ParameterError(f"tuning: {name}: {getattr(self, name)!r} given, a whole number of at least {least} is needed")
         if self.elite > self.population:
             raise ParameterError(f"tuning: elite {self.elite}: at most the population, {self.population}, is allowed")
+
+    @property
+    def player(self) -> Player:
+        """Who is tuned."""
+        return player_of(self.task)
+
+    @property
+    def constants(self) -> type[Constants]:
+        """What is tuned."""
+        kind = self.player.constants
+        assert kind is not None, "refused when the plan was made"
+        return kind
 
 
 @dataclass(frozen=True)
@@ -100,12 +111,6 @@ class Generation:
     centre: float
 
 
-def goalie(constants: GoalieConstants, tier: str, senses: Senses, task: Task, agent: str) -> Any:
-    """The goalie's net with these constants, on a tier."""
-    make = informed(lambda task, agent: ReckoningGoalie(task.right, Body.of(task), constants), tier, senses)
-    return make(task, agent)
-
-
 def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
     """The generations of a study, those of the journal first.
 
@@ -120,9 +125,10 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
     CprmError
         When the journal is of another plan or damaged.
     """
-    extents = np.array(list(GoalieConstants.extents().values()))
-    names, width = list(GoalieConstants.extents()), extents[:, 1] - extents[:, 0]
-    mean, sd = np.array(list(FIRST.to_dict().values())), width / 4.0
+    names = list(plan.constants.extents())
+    extents = np.array(list(plan.constants.extents().values()))
+    width = extents[:, 1] - extents[:, 0]
+    mean, sd = np.array(list(plan.constants().to_dict().values())), width / 4.0
     done = read_journal(plan, journal)
     for generation in done:
         mean, sd = (np.array([values[name] for name in names]) for values in (generation.mean, generation.sd))
@@ -131,7 +137,7 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
         draws = np.random.default_rng(np.random.SeedSequence([plan.seed, number])).standard_normal((plan.population, len(names)))
         draws[0] = 0.0
         candidates = np.clip(mean + sd * draws, extents[:, 0], extents[:, 1])
-        rates = np.array([rate_of(plan, dict(zip(names, row.tolist())), number) for row in candidates])
+        rates = np.array([rate_of(plan, plan.constants.of(dict(zip(names, row.tolist()))), number) for row in candidates])
         best = candidates[np.argsort(-rates, kind="stable")[: plan.elite]]
         mean = KEPT * mean + (1 - KEPT) * best.mean(axis=0)
         sd = np.maximum(KEPT * sd + (1 - KEPT) * best.std(axis=0), NARROWEST * width)
@@ -144,11 +150,11 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
         yield found
 
 
-def rate_of(plan: Plan, constants: dict[str, float], generation: int) -> float:
-    """Share of a generation's worlds without a goal."""
-    make = partial(goalie, GoalieConstants.of(constants), plan.tier, plan.senses)
+def rate_of(plan: Plan, constants: Constants, generation: int) -> float:
+    """Share of a generation's worlds in which the task is done with these constants."""
+    make = plan.player.on(plan.tier, plan.senses, constants)
     seed = TUNING_SEED + 1000 * plan.seed + generation
-    return float(play_episodes(make_task("Goalie"), make, plan.worlds, seed, senses=plan.senses).success.mean())
+    return float(play_episodes(make_task(plan.task), make, plan.worlds, seed, senses=plan.senses).success.mean())
 
 
 def read_journal(plan: Plan, journal: Path | None) -> list[Generation]:
@@ -173,27 +179,3 @@ def read_journal(plan: Plan, journal: Path | None) -> list[Generation]:
     if whole != text:
         journal.write_text(whole, encoding="utf-8")
     return found[: plan.generations]
-
-
-def result(journal: Path) -> GoalieConstants:
-    """The constants that a journal ends with."""
-    last = json.loads(journal.read_text(encoding="utf-8").splitlines()[-1])
-    return GoalieConstants.of(last["mean"])
-
-
-def main() -> None:
-    """Run a study."""
-    parser = argparse.ArgumentParser(description="Tune the goalie's constants for a tier of knowledge.")
-    parser.add_argument("--tier", choices=list(TIERS), default="memory")
-    parser.add_argument("--journal", type=Path, required=True, help="file that holds the study, and from which it goes on")
-    for name, low in (("worlds", 1), ("population", 2), ("elite", 1), ("generations", 1), ("seed", 0)):
-        parser.add_argument(f"--{name}", type=at_least(low), default=getattr(Plan(), name))
-    options = vars(parser.parse_args())
-    journal = options.pop("journal")
-    for g in study(Plan(**options), journal):
-        print(f"generation {g.number}: middle {g.centre:.1%}, mean {g.rate:.1%}, best {g.best:.1%}", flush=True)
-    print(json.dumps(result(journal).to_dict(), indent=1))
-
-
-if __name__ == "__main__":
-    main()

@@ -242,7 +242,7 @@ class SoccerCore(Pitch):
 
     def reset(
         self,
-        seed: int | Sequence[int | None] | None = None,
+        seed: int | Sequence[int | np.random.SeedSequence | None] | None = None,
         worlds: np.ndarray | None = None,
         *,
         start: Any = None,
@@ -252,9 +252,10 @@ class SoccerCore(Pitch):
 
         Parameters
         ----------
-        seed : int or sequence of int, optional
+        seed : int or sequence of int or SeedSequence, optional
             Seeds all streams of the worlds anew; without it they go on. One number for each chosen world: each is then what a single
-            world with that seed is; None in it lets a world go on.
+            world with that seed is; None in it lets a world go on. World k of a batch with a seed is that of
+            ``SeedSequence(seed, spawn_key=(k,))``.
         worlds : (W,) bool or (n,) int array, optional
             Which worlds; all if not given.
         start : mapping, optional
@@ -313,7 +314,7 @@ class SoccerCore(Pitch):
         self._begun = True
         return self.observe(fresh_start=chosen)
 
-    def _seed(self, seed: int | Sequence[int | None] | None, chosen: np.ndarray) -> None:
+    def _seed(self, seed: int | Sequence[int | np.random.SeedSequence | None] | None, chosen: np.ndarray) -> None:
         """Put the worlds into the state before an episode, with new streams where there is a seed."""
         if seed is None or isinstance(seed, (int, np.integer)):
             self.sim.reset(seed=seed, worlds=chosen)
@@ -323,6 +324,8 @@ class SoccerCore(Pitch):
         given = [k for k, one in enumerate(seed) if one is not None]
         for k in given:
             one = seed[k]
+            if isinstance(one, np.random.SeedSequence):
+                continue
             if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 0:
                 raise ParameterError(f"seed: entry {k} is {one!r}; expected a whole number of at least 0, or None")
         rest = np.delete(chosen, given)
@@ -330,7 +333,8 @@ class SoccerCore(Pitch):
             self.sim.reset(worlds=rest)
         if given:
             # each as world 0 of its own seed
-            seeds = [np.random.SeedSequence(int(seed[k]), spawn_key=(0,)) for k in given]  # type: ignore[arg-type]
+            seeds = [one if isinstance(one, np.random.SeedSequence) else np.random.SeedSequence(int(one), spawn_key=(0,))  # type: ignore[arg-type]
+                     for one in (seed[k] for k in given)]  # fmt: skip
             self.sim.reset(seed=seeds, worlds=chosen[given])
 
     def check(self, action: Any) -> None:

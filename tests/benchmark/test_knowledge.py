@@ -7,11 +7,15 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.agents.knowledge import TIERS
+from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.benchmark import knowledge
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.knowledge import SENSES, KnowledgePlan, play_block, run, summarise
 from cprm_gym.benchmark.plan import Block
 from cprm_gym.benchmark.statistics import paired_difference
 from cprm_gym.cli import app
+from cprm_gym.envs.players.senses import Senses
+from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
 
 SMALL = KnowledgePlan(("Goalie",), ("default", "noise 1"), ("frozen", "memory", "state"), episodes=80, seed=5)
@@ -67,13 +71,38 @@ def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypa
     for wrong, word in (
         (["--suite", "knwledge"], "knowledge"),
         (["--quick"], "--suite"),
-        (["--suite", "knowledge", "--tasks", "Goalie"], "--tasks"),
+        (["--suite", "knowledge", "--tasks", "Goali"], "Goalie, KickOffShot"),
+        (["--suite", "knowledge", "--senses", "default,noise"], "noise 1"),
+        (["--suite", "knowledge", "--senses", ""], "none given"),
+        (["--suite", "knowledge", "--tiers", "state,state"], "twice"),
+        (["--suite", "knowledge", "--controllers", "fsm"], "--controllers"),
+        (["--tiers", "memory"], "--suite"),
         (["--suite", "knowledge", "--resume", str(folder), "--quick"], "--quick"),
         (["--suite", "knowledge", "--resume", str(tmp_path)], "plan.json"),
     ):
         refused = call(app, ["benchmark", *wrong])
         assert refused.exit_code == 2
         assert word in refused.output
+
+
+def test_tasks_senses_and_tiers_can_be_chosen(tmp_path):
+    chosen = ["--tasks", "Goalie", "--senses", "lost .3,wide", "--tiers", "frozen,memory"]
+    result = CliRunner().invoke(
+        app, ["benchmark", "--suite", "knowledge", *chosen, "--episodes", "3", "--seed", "4", "--output", str(tmp_path)]
+    )
+    assert result.exit_code == 0, result.output
+    (folder,) = tmp_path.iterdir()
+    assert KnowledgePlan.read(folder) == KnowledgePlan(("Goalie",), ("lost .3", "wide"), ("frozen", "memory"), 3, 4)
+
+
+def test_worlds_are_the_same_however_many_are_played_at_once():
+    senses = Senses(noise=0.5, lost=0.2, late_ball=1, asynchronous=True)
+    make = PLAYERS["Goalie"].on("tracker", senses)
+    whole, few = (play_episodes(make_task("Goalie"), make, 40, 3, 5, senses, slots) for slots in (40, 7))
+    assert whole.success.tolist() == few.success.tolist()
+    assert whole.cycles.tolist() == few.cycles.tolist()
+    alone = play_episodes(make_task("Goalie"), make, 1, 3, 5 + 39, senses)
+    assert (alone.success[0], alone.cycles[0]) == (whole.success[39], whole.cycles[39])
 
 
 def test_the_quick_plan_is_small_and_the_full_one_takes_everything():

@@ -1,14 +1,16 @@
 """Tuning: one seeded procedure, which goes on where it was interrupted, and whose studies are those that the constants come from."""
 
 import json
-from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
-from cprm_gym.agents.skills.constants import FIRST, ON_MEMORY, GoalieConstants
+from cprm_gym.agents.knowledge.players import PLAYERS, Player
+from cprm_gym.agents.skills.constants import FIRST, STUDIES, GoalieConstants, last_mean
 from cprm_gym.benchmark import tuning
-from cprm_gym.benchmark.tuning import Plan, result, study
+from cprm_gym.benchmark.tuning import Plan, study
+from cprm_gym.cli import app
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
 
 SMALL = Plan(worlds=6, population=4, elite=2, generations=3, seed=1)
@@ -26,7 +28,7 @@ def test_a_study_goes_on_where_it_was_interrupted_and_ends_the_same(tmp_path):
     assert list(study(SMALL, tmp_path / "cut.jsonl")) == whole
     assert (tmp_path / "cut.jsonl").read_text() == (tmp_path / "whole.jsonl").read_text()
     assert list(study(SMALL)) == whole
-    assert result(tmp_path / "whole.jsonl") == GoalieConstants.of(whole[-1].mean)
+    assert last_mean(tmp_path / "whole.jsonl") == whole[-1].mean
 
 
 def test_a_journal_of_another_study_or_a_damaged_one_is_refused(tmp_path):
@@ -46,6 +48,10 @@ def test_a_journal_of_another_study_or_a_damaged_one_is_refused(tmp_path):
 def test_plans_that_make_no_sense_are_refused():
     with pytest.raises(UnknownName, match="memory"):
         Plan(tier="memry")
+    with pytest.raises(UnknownName, match="Goalie"):
+        Plan(task="Goali")
+    with pytest.raises(ParameterError, match="KickOffShot has no constants"):
+        Plan(task="KickOffShot")
     with pytest.raises(ParameterError, match="elite 9"):
         Plan(population=4, elite=9)
     with pytest.raises(ParameterError, match="worlds"):
@@ -69,10 +75,43 @@ def test_every_constant_stands_in_the_net():
     assert goalie_net(RECKONED, 0) == goalie_net(RECKONED, 0, constants=FIRST)
 
 
-def test_the_constants_in_use_are_those_that_the_kept_study_ends_with():
-    kept = Path(tuning.__file__).parent / "studies" / "goalie_memory.jsonl"
-    assert result(kept) == ON_MEMORY
-    plan = Plan(worlds=250, population=32, elite=6, generations=9)
-    found = list(study(plan, kept))
-    assert len(found) == 9
+def test_every_study_is_whole_and_of_a_tier_and_its_end_is_what_players_play_with():
+    studied = [(task, tier) for task, player in PLAYERS.items() if player.constants for tier in player.constants.studied(player.study)]
+    assert ("Goalie", "memory") in studied
+    for task, tier in studied:
+        player = PLAYERS[task]
+        journal = STUDIES / (player.study or player.constants.whose) / f"{tier}.jsonl"
+        head, *generations = (json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines())
+        assert (head["task"], head["tier"]) == (task, tier)
+        assert [g["number"] for g in generations] == list(range(len(generations)))
+        assert player.numbers(tier) == player.constants.of(generations[-1]["mean"])
+        assert player.origin(tier) == f"study {tier}"
     assert tuning.TUNING_SEED > 10_000, "no measurement meets these worlds"
+
+
+def test_a_tier_without_a_study_plays_with_the_rivals_numbers_and_without_any_by_hand(tmp_path, monkeypatch):
+    monkeypatch.setattr("cprm_gym.agents.skills.constants.STUDIES", tmp_path)
+    player = Player(lambda task, agent, constants: constants, GoalieConstants)
+    assert (player.origin("state"), player.numbers("state")) == ("by hand", FIRST)
+    (tmp_path / "goalie").mkdir()
+    (tmp_path / "goalie" / "memory.jsonl").write_text('{}\n{"mean": {"haste": 2.0}}\n')
+    assert (player.origin("state"), player.numbers("state")) == ("study memory", GoalieConstants(haste=2.0))
+    with pytest.raises(UnknownName, match=r"study of goalie for the tier 'state'.*memory"):
+        GoalieConstants.tuned("state")
+    assert Player(lambda *_: None).origin("memory") == "none"
+    with pytest.raises(UnknownName, match="tracker"):
+        Player(lambda *_: None).on("belief")
+
+
+def test_the_command_tunes_and_goes_on(tmp_path):
+    journal = tmp_path / "x.jsonl"
+    options = ["tune", "--worlds", "6", "--population", "4", "--elite", "2", "--seed", "1", "--journal", str(journal)]
+    first = CliRunner().invoke(app, [*options, "--generations", "1"])
+    assert first.exit_code == 0, first.output
+    whole = CliRunner().invoke(app, [*options, "--generations", "3"])
+    assert "generation 2" in whole.output
+    assert last_mean(journal) == list(study(SMALL))[-1].mean
+    for wrong, word in ((["--tier", "memry"], "memory"), (["--task", "Goali"], "Goalie"), (["--worlds", "0"], "worlds")):
+        refused = CliRunner().invoke(app, ["tune", *wrong])
+        assert refused.exit_code == 2
+        assert word in refused.output

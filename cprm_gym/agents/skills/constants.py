@@ -1,18 +1,26 @@
 """Numbers of behaviours: thresholds that are nobody's parameters, fitted to what the player knows.
 
-What is right depends on how well he knows things: who sees the shot late has to stand deeper. So the goalie's numbers are arguments of
-his net, and are tuned for a tier of knowledge by one procedure (`cprm_gym.benchmark.tuning`).
+What is right depends on how well he knows things: who sees the shot late has to stand deeper. So such numbers are arguments of a net, and
+are tuned for each tier of knowledge by one procedure (`cprm_gym.benchmark.tuning`), whose studies stand in ``cprm_gym/agents/studies``.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ...errors import ParameterError, did_you_mean
+from ...errors import ParameterError, did_you_mean, unknown_name
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+STUDIES = Path(__file__).parent.parent / "studies"
+"""``{whose}/{tier}.jsonl``: the journal of a study, whose last line holds the numbers that it found."""
 
 
 def between(default: float, low: float, high: float) -> Any:
@@ -21,14 +29,91 @@ def between(default: float, low: float, high: float) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GoalieConstants:
-    """Of the goalie; the defaults were set by hand.
+class Constants:
+    """Base of the numbers of a behaviour: fields made by `between`, whose defaults were set by hand.
+
+    Attributes
+    ----------
+    whose : str
+        The behaviour, and the folder of its studies.
 
     Raises
     ------
     ParameterError
         For a number outside its extent.
     """
+
+    whose: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value, (low, high) = getattr(self, entry.name), entry.metadata["extent"]
+            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not low <= value <= high:
+                raise ParameterError(f"{self.whose}: {entry.name}: {value!r} given; allowed are numbers from {low:g} to {high:g}")
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Self:
+        """Those that a mapping means; what is left out is the default.
+
+        Raises
+        ------
+        ParameterError
+            For a name that there is not.
+        """
+        known = [entry.name for entry in fields(cls)]
+        for name in given:
+            if name not in known:
+                raise ParameterError(
+                    f"{cls.whose}: there is no constant {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}."
+                )
+        return cls(**given)
+
+    def to_dict(self) -> dict[str, float]:
+        """Name -> number."""
+        return asdict(self)
+
+    @classmethod
+    def extents(cls) -> dict[str, tuple[float, float]]:
+        """Name -> least and largest value."""
+        return {entry.name: entry.metadata["extent"] for entry in fields(cls)}
+
+    @classmethod
+    def studied(cls, study: str = "") -> tuple[str, ...]:
+        """Tiers of knowledge for which there is a study, of this behaviour or in the folder `study`."""
+        return tuple(sorted(path.stem for path in (STUDIES / (study or cls.whose)).glob("*.jsonl")))
+
+    @classmethod
+    def tuned(cls, tier: str, study: str = "") -> Self:
+        """Those tuned for a tier of knowledge.
+
+        Parameters
+        ----------
+        tier : str
+        study : str
+            Folder of another study than that of the behaviour.
+
+        Raises
+        ------
+        UnknownName
+            For a tier without a study; the message lists those with one.
+        """
+        known = cls.studied(study)
+        if tier not in known:
+            raise unknown_name(f"study of {study or cls.whose} for the tier", tier, known)
+        return cls.of(last_mean(STUDIES / (study or cls.whose) / f"{tier}.jsonl"))
+
+
+def last_mean(journal: Path) -> dict[str, float]:
+    """The numbers that a study ends with."""
+    mean: dict[str, float] = json.loads(journal.read_text(encoding="utf-8").splitlines()[-1])["mean"]
+    return mean
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalieConstants(Constants):
+    """Of the goalie."""
+
+    whose: ClassVar[str] = "goalie"
 
     run: float = between(0.95, 0.6, 1.0)
     """Share of the top speed that a running player makes."""
@@ -69,44 +154,6 @@ class GoalieConstants:
     deepening: float = between(0.15, -0.2, 0.6)
     """Metres by which the ball must come deeper into his hands in a cycle for him to wait for it."""
 
-    def __post_init__(self) -> None:
-        for entry in fields(self):
-            value, (low, high) = getattr(self, entry.name), entry.metadata["extent"]
-            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not low <= value <= high:
-                raise ParameterError(f"goalie: {entry.name}: {value!r} given; allowed are numbers from {low:g} to {high:g}")
-
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> GoalieConstants:
-        """Those that a mapping means; what is left out is the default.
-
-        Raises
-        ------
-        ParameterError
-            For a name that there is not.
-        """
-        known = [entry.name for entry in fields(cls)]
-        for name in given:
-            if name not in known:
-                raise ParameterError(
-                    f"goalie: there is no constant {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}."
-                )
-        return cls(**given)
-
-    def to_dict(self) -> dict[str, float]:
-        """Name -> number."""
-        return asdict(self)
-
-    @classmethod
-    def extents(cls) -> dict[str, tuple[float, float]]:
-        """Name -> least and largest value."""
-        return {entry.name: entry.metadata["extent"] for entry in fields(cls)}
-
 
 FIRST = GoalieConstants()
-"""Those set by hand."""
-ON_MEMORY = GoalieConstants(
-    run=0.95474, start=0.85799, haste=1.0291, at_feet=0.43005, dare=20.80432, deepest=0.87002, wide=2.87063, out_share=0.32369,
-    out_least=0.82052, out_most=9.0884, side_on=86.71091, displaced=1.36587, turned=34.17585, strafe=2.17292, ahead=30.07796,
-    worth=0.64527, close=0.12059, early=0.05857, deepening=0.18492,
-)  # fmt: skip
-"""Tuned on the tier ``memory`` (`cprm_gym/benchmark/studies/goalie_memory.jsonl`)."""
+"""The goalie's, set by hand."""

@@ -1,0 +1,114 @@
+"""Who plays a task on any tier of knowledge, with which numbers: the one place where a task's player is registered.
+
+The suite ``knowledge`` and the tuning read `PLAYERS`; a new entry is measured and can be tuned at once::
+
+    "MyTask": Player(make_my_player, MyConstants)
+
+where ``make_my_player(task, agent, constants)`` returns a controller that reads the parts `PARTS` of an observation, and ``MyConstants``
+is a `Constants`, or is left out where there is nothing to tune. Its studies are the files ``cprm_gym/agents/studies/{whose}/{tier}.jsonl``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ...envs.controller import Controller, ControllerFactory
+from ...envs.players.senses import Senses
+from ...envs.tasks import Task
+from ...errors import unknown_name
+from .. import striker
+from ..body import Body
+from ..goalie import ReckoningGoalie
+from ..skills.constants import Constants, GoalieConstants
+from .registry import TIERS, informed
+from .tiers import Informed
+
+RIVAL = "memory"
+"""The tier that the others are compared with, and whose numbers a tier without a study plays with."""
+ANYWHERE = tuple(tier for tier in TIERS if tier != "belief")
+"""Tiers that know every task; the belief is that of the goalie's model."""
+
+
+@dataclass(frozen=True)
+class Player:
+    """Who plays a task.
+
+    Parameters
+    ----------
+    make : callable
+        (task, agent, constants) -> controller.
+    constants : type of Constants, optional
+        What his numbers are; without them he is the same on every tier.
+    tiers : tuple of str
+        Those that he can be put on.
+    study : str
+        Folder of the studies, if they are not those of the behaviour but of it in this task.
+    """
+
+    make: Callable[[Task, str, Any], Controller]
+    constants: type[Constants] | None = None
+    tiers: tuple[str, ...] = ANYWHERE
+    study: str = ""
+
+    def origin(self, tier: str) -> str:
+        """Where his numbers on a tier come from: ``study TIER``, ``by hand``, or ``none`` where he has none."""
+        if self.constants is None:
+            return "none"
+        studied = self.constants.studied(self.study)
+        return next((f"study {found}" for found in (tier, RIVAL) if found in studied), "by hand")
+
+    def numbers(self, tier: str) -> Constants | None:
+        """His numbers on a tier: of its study, else of that of `RIVAL`, else those set by hand."""
+        if self.constants is None:
+            return None
+        word, _, studied = self.origin(tier).partition(" ")
+        return self.constants.tuned(studied, self.study) if word == "study" else self.constants()
+
+    def on(self, tier: str, senses: Senses | None = None, constants: Constants | None = None) -> Callable[[Task, str], Informed]:
+        """A factory of controllers on a tier.
+
+        Parameters
+        ----------
+        tier : str
+        senses : Senses, optional
+            What a tracker may know of the noise.
+        constants : Constants, optional
+            Other numbers than those of `numbers`.
+
+        Raises
+        ------
+        UnknownName
+            For a tier that he cannot be put on.
+        """
+        if tier not in self.tiers:
+            raise unknown_name("tier", tier, self.tiers)
+        numbers = self.numbers(tier) if constants is None else constants
+        make: ControllerFactory = lambda task, agent: self.make(task, agent, numbers)  # noqa: E731
+        return informed(make, tier, senses)
+
+
+def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoalie:
+    """The goalie's net without a model."""
+    return ReckoningGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), constants)
+
+
+PLAYERS: dict[str, Player] = {
+    "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
+    "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
+}
+"""Task -> its player."""
+
+
+def player_of(task: str) -> Player:
+    """The player registered for a task.
+
+    Raises
+    ------
+    UnknownName
+        Listing the tasks that have one.
+    """
+    if task not in PLAYERS:
+        raise unknown_name("task with a player for tiers of knowledge", task, PLAYERS)
+    return PLAYERS[task]
