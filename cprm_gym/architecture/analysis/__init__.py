@@ -24,6 +24,7 @@ Rooms
 `behaviour`     reached from one marking, time left out: reachability, boundedness, deadlocks, liveness, coverability, bisimulation
 `timed`         the same with clocks, priorities and any environment, cycle by cycle; which modules may be active together
 `modules`       whether a behaviour module keeps the promises of its interface, and whether a net uses its modules well
+`markov`        what a chain of states ends in, and when, each number with a bound on its error
 ==============  ====================================================================================================================
 """
 
@@ -39,6 +40,18 @@ if TYPE_CHECKING:
     from .behaviour.properties import Structure as Structure
     from .behaviour.properties import analyze_structure as analyze_structure
     from .budget import Budget as Budget
+    from .markov.absorption import NEVER as NEVER
+    from .markov.absorption import Absorption as Absorption
+    from .markov.absorption import absorption as absorption
+    from .markov.chain import Certified as Certified
+    from .markov.chain import MarkovChain as MarkovChain
+    from .markov.files import chain_to_drn as chain_to_drn
+    from .markov.files import chain_to_prism as chain_to_prism
+    from .markov.files import load_chain as load_chain
+    from .markov.files import save_chain as save_chain
+    from .markov.lumping import lump as lump
+    from .markov.over_time import distribution_at as distribution_at
+    from .markov.over_time import outcomes_over_time as outcomes_over_time
     from .modules.composition import CompositionReport as CompositionReport
     from .modules.composition import check_composition as check_composition
     from .modules.contracts import ContractReport as ContractReport
@@ -63,6 +76,11 @@ else:
             "report": "Report analyze",
             "verdicts": "Step Verdict",
             "structure.conservation": "conservative",
+            "markov.absorption": "Absorption NEVER absorption",
+            "markov.chain": "Certified MarkovChain",
+            "markov.files": "chain_to_drn chain_to_prism load_chain save_chain",
+            "markov.lumping": "lump",
+            "markov.over_time": "distribution_at outcomes_over_time",
             "modules.contracts": "ContractReport check_contract",
             "modules.composition": "CompositionReport check_composition",
             "behaviour.properties": "Structure analyze_structure",

@@ -1,0 +1,143 @@
+"""The ladder of solvers: each component by the first method that gets there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels import chains as kernels
+from .chain import MarkovChain
+from .components import Components
+
+SMALL = 24
+"""Components of so few states are eliminated at once."""
+MEDIUM = 1500
+"""Components of so few states are eliminated where sweeps are slow."""
+SWEEPS = 40
+KRYLOV = 250
+"""Iterations of bi-conjugate gradients, where factors could be had instead."""
+LAST = 4000
+"""Iterations where they cannot."""
+GOAL = 1e-15
+"""Residual at which gradients stop, relative to the largest value."""
+FILL = 60.0
+"""Factors are tried where a component's widest level, by the square root of its size, is less."""
+
+
+def solve(chain: MarkovChain, parts: Components, closed: NDArray[np.bool_], values: NDArray[np.float64]) -> dict[str, int]:
+    """Fill in `values` (K, n) for all states that are not `closed`; the last row is the expected time, the others sum to one.
+
+    Parameters
+    ----------
+    chain : MarkovChain
+    parts : Components
+    closed : (n,) bool
+        States whose values are given.
+    values : (K, n) float64, changed
+
+    Returns
+    -------
+    dict of str to int
+        Method -> how many states it solved.
+    """
+    sizes = np.diff(parts.start)
+    largest = int(sizes[sizes <= MEDIUM].max(initial=1))
+    dense, known, leave = np.empty((largest, largest)), np.empty((largest, len(values))), np.empty(largest)
+    place = np.full(chain.n, -1, np.int32)
+    used = np.zeros(3, np.int64)
+    methods: dict[str, int] = {}
+    begin, end = 0, len(sizes)
+    while begin < end:
+        begin = int(kernels.solve_components(chain.offsets, chain.targets, chain.chances, closed, parts.start, parts.nodes, values, begin,
+                                             SMALL, MEDIUM, SWEEPS, place, dense, known, leave, used))  # fmt: skip
+        if begin < end:
+            method = _solve_large(chain, parts, begin, values)
+            methods[method] = methods.get(method, 0) + int(sizes[begin])
+            begin += 1
+    names = ("from successors", "elimination", "sweeps")
+    return {**{name: int(count) for name, count in zip(names, used) if count}, **methods}
+
+
+def _solve_large(chain: MarkovChain, parts: Components, c: int, values: NDArray[np.float64]) -> str:
+    """One component of many states: gradients, sparse factors where these get stuck and are small, else gradients to the end."""
+    first, last = int(parts.start[c]), int(parts.start[c + 1])
+    leave = np.zeros(chain.n)
+    kernels.leaving(chain.offsets, chain.targets, chain.chances, parts.nodes, first, last, leave)
+    thin = _is_thin(chain, parts, c)
+    states = parts.nodes[first:last]
+    # the time first: where it gets stuck, all would; of the chances one follows from the others, unless it would be small
+    time, *ends = (len(values) - 1, *range(len(values) - 1))
+    missing = [k for k in ends if values[k].any()]
+    scratch = [np.zeros(chain.n) for _ in range(5)]
+    done = True
+    for k in [time, *missing]:
+        if k == missing[-1]:
+            rest = 1.0 - values[missing[:-1]][:, states].sum(axis=0)
+            if rest.min() > 0.01:
+                values[k, states] = rest
+                continue
+        if not _gradients(chain, parts, c, values[k], float(k == time), leave, KRYLOV if thin else LAST, scratch):
+            if thin:
+                del scratch
+                _factors(chain, parts, c, values, leave)
+                return "factors"
+            done = False
+    return "gradients" if done else "gradients, not to the end"
+
+
+def _is_thin(chain: MarkovChain, parts: Components, c: int) -> bool:
+    """Whether a component looks like a strip or a sheet, so that its factors stay sparse."""
+    nodes = parts.nodes[parts.start[c] : parts.start[c + 1]]
+    inside, seen = np.zeros(chain.n, bool), np.zeros(chain.n, bool)
+    inside[nodes] = True
+    widest = kernels.widest_level(chain.offsets, chain.targets, inside, int(nodes[0]), seen, np.empty(chain.n, np.int32))
+    return bool(widest <= FILL * len(nodes) ** 0.5 / 10)
+
+
+def _gradients(
+    chain: MarkovChain, parts: Components, c: int, x: NDArray[np.float64], reward: float, leave: NDArray[np.float64], limit: int,
+    scratch: list[NDArray[np.float64]],
+) -> bool:  # fmt: skip
+    """Bi-conjugate gradients on one component, begun anew from their own answer until its true residual is small."""
+    first, last = int(parts.start[c]), int(parts.start[c + 1])
+    states = parts.nodes[first:last]
+    where = (chain.offsets, chain.targets, chain.chances, x, reward, parts.nodes, first, last, leave)
+    for _ in range(4):
+        for array in scratch:
+            array[states] = 0.0
+        used = int(kernels.bicgstab(*where, GOAL, limit, *scratch))
+        kernels.residual(*where, scratch[0])
+        if np.abs(scratch[0][states]).max() <= 20 * GOAL * np.abs(x[states]).max():
+            return True
+        if used < 0 and limit == KRYLOV:
+            break
+    return False
+
+
+def _factors(chain: MarkovChain, parts: Components, c: int, values: NDArray[np.float64], leave: NDArray[np.float64]) -> None:
+    """Sparse factors of one component, pivots on the diagonal, and one step of refinement."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    first, last = int(parts.start[c]), int(parts.start[c + 1])
+    states = parts.nodes[first:last]
+    m = len(states)
+    place = np.full(chain.n, -1, np.int32)
+    place[states] = np.arange(m, dtype=np.int32)
+    lengths = np.diff(chain.offsets)[states]
+    rows = np.repeat(np.arange(m, dtype=np.int32), lengths)
+    at = np.repeat(chain.offsets[states], lengths) + np.arange(len(rows)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    columns = place[chain.targets[at]]
+    keep = (columns >= 0) & (columns != rows)
+    data = np.concatenate((-chain.chances[at[keep]], leave[states]))
+    diagonal = np.arange(m, dtype=np.int32)
+    system = csc_array((data, (np.concatenate((rows[keep], diagonal)), np.concatenate((columns[keep], diagonal)))), shape=(m, m))
+    del rows, at, columns, keep, data
+    factors = splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
+    values[:, states] = 0.0
+    lack = np.zeros(chain.n)
+    for k, x in enumerate(values):
+        for _ in range(2):
+            reward = float(k == len(values) - 1)
+            kernels.residual(chain.offsets, chain.targets, chain.chances, x, reward, parts.nodes, first, last, leave, lack)
+            x[states] += factors.solve(lack[states] * leave[states])
