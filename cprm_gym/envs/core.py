@@ -27,6 +27,7 @@ from .options import EnvOptions, several
 from .pitch import Pitch
 from .players.macros import Macros
 from .players.memory import Memories, true_memory
+from .players.mixing import NOBODY
 from .players.scripted import POLICIES, ScriptedPlayers
 from .players.senses import LateNews, Senses, SensesChange
 from .presets import VECTORS, Preset, see_everything
@@ -225,7 +226,7 @@ class SoccerCore(Pitch):
                 raise unknown_name("scripted policy", str(name), POLICIES)
         if all(name == "hold" for name in policies.values()):
             return None
-        return ScriptedPlayers(self.sim, policies, counts, self.task.region, self.task.full_state)
+        return ScriptedPlayers(self.sim, policies, counts, self.task.region, self.task.full_state, self.task.mix)
 
     @property
     def action_mask(self) -> np.ndarray | None:
@@ -443,6 +444,17 @@ class SoccerCore(Pitch):
             raise unknown_name("agent", agent, self.agents)
         return true_memory(self.sim, player_number(agent), self._body)
 
+    @property
+    def mixes(self) -> bool:
+        """Whether there are players of the policy ``mixing``, whose modes `intentions` tells."""
+        return self.scripted is not None and self.scripted.mixing is not None
+
+    def intentions(self) -> np.ndarray:
+        """(W, 22) hidden `Mode` of every scripted player who mixes, -1 of all others; truth that no observation tells."""
+        if self.scripted is None or self.scripted.mixing is None:
+            return np.full((self.worlds, PLAYERS), NOBODY)
+        return self.scripted.mixing.modes
+
     def branch(self, into: SoccerCore | None = None) -> SoccerCore:
         """Another engine in the same state, in which a future can be tried; `into`, an earlier one, is used again."""
         other = SoccerCore(self.options, self.worlds, first_world=self.sim.first_world) if into is None else into
@@ -506,4 +518,6 @@ class SoccerCore(Pitch):
             arrays["memories"] = self._memories.records
         if self.scripted is not None and self.scripted.memories is not None:
             arrays["scripted"] = self.scripted.memories.records
+        if self.scripted is not None and self.scripted.mixing is not None:
+            arrays["intents"] = self.scripted.mixing.intents
         return arrays

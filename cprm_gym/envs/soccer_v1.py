@@ -16,9 +16,11 @@ from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from ..errors import CommandError, CprmError, UnknownName
+from ..simulator.state import PLAYERS
 from . import infos as of_infos
 from .core import SoccerCore, Step
 from .options import RENDER_MODES, EnvOptions, chosen_render_mode
+from .players.mixing import NOBODY, Mode
 from .rendering import FPS, Pictured
 from .tasks.base import Task, checked_reset
 
@@ -66,7 +68,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         self.observation_spaces = {a: self.core.observation_space() for a in self.possible_agents}
         # each with a random stream of its own
         self.action_spaces = {a: deepcopy(self.core.view.space) for a in self.possible_agents}
-        self.state_space = state_space()
+        self.state_space = state_space(self.core.mixes)
         self._seed_source = np.random.default_rng()
         self._seeded = False
         self._views = None if copy or not self.core.preset.plain else self._divided(self.core.observation)
@@ -211,7 +213,8 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
     def state(self) -> np.ndarray:
         """The true state for centralised critics, float32 (`state_space`).
 
-        For ball and players x, y, vx, vy, body, neck, stamina; then mode, time, score left, score right, cycle, stoppage.
+        For ball and players x, y, vx, vy, body, neck, stamina; then mode, time, score left, score right, cycle, stoppage; where players
+        mix, what each of the 22 has in mind (`cprm_gym.envs.players.mixing.Mode`, -1 for who does not mix).
         """
         w = self.core.sim.world[0]
         table = np.zeros((23, STATE_OBJECT))
@@ -219,15 +222,18 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         table[1:, 4], table[1:, 5], table[1:, 6] = w["body"], w["neck"], w["stamina"]
         table[1:] *= w["enabled"][:, None]
         tail = (w["mode"], w["time"], w["score"][0], w["score"][1], self.core.cycle[0], w["stoppage"])
-        return np.concatenate([table.ravel(), np.array(tail, dtype=np.float64)]).astype(np.float32)
+        minds = self.core.intentions()[0] if self.core.mixes else ()
+        return np.concatenate([table.ravel(), np.array((*tail, *minds), dtype=np.float64)]).astype(np.float32)
 
 
-def state_space() -> spaces.Box:
-    """Space of `SoccerParallelEnv.state`: metres, m / cycle, radians and stamina per object, then clocks and score."""
+def state_space(mixes: bool = False) -> spaces.Box:
+    """Space of `SoccerParallelEnv.state`: metres, m / cycle, radians and stamina per object, clocks and score, modes where players mix."""
     high = np.array([1e3, 1e3, 20.0, 20.0, 7.0, 7.0, 1e5], np.float32)
     tail = np.array([51, 1e6, 1e4, 1e4, 1e6, 1e6], np.float32)
     low = np.concatenate([np.tile(np.where(np.arange(STATE_OBJECT) < 6, -high, 0.0), 23), np.zeros(6)])
-    return spaces.Box(low.astype(np.float32), np.concatenate([np.tile(high, 23), tail]), dtype=np.float32)
+    modes = PLAYERS if mixes else 0
+    low, high = np.append(low, np.full(modes, NOBODY)), np.concatenate([np.tile(high, 23), tail, np.full(modes, max(Mode))])
+    return spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
 
 
 def _together(chosen: list[Any]) -> Any:

@@ -14,6 +14,7 @@ from ...simulator.state import PLAYERS, CommandKind, Stream
 from .kernels import keepers as keeper_kernels
 from .kernels import team as team_kernels
 from .memory import Memories
+from .mixing import Mix, MixingPlayers
 
 STRENGTHS: Mapping[str, int] = {"weak": 0, "medium": 1, "strong": 2}
 """Scripted teams by name."""
@@ -24,7 +25,9 @@ KEEPAWAY: Mapping[str, int] = {
     "take": keeper_kernels.TAKE,
 }  # fmt: skip
 """Keepers that pass at random, always hold or follow hand-written rules, and takers, of keepaway (`kernels.keepers`)."""
-POLICIES = (*SIMPLE, *STRENGTHS, *KEEPAWAY)
+MIXING = "mixing"
+"""As the strong team, but with the ball the hidden, linked modes of `mixing`."""
+POLICIES = (*SIMPLE, *STRENGTHS, *KEEPAWAY, MIXING)
 
 FORMATION = np.array(
     [
@@ -49,6 +52,13 @@ class ScriptedPlayers:
         Half length and half width of where keepers stay, m.
     full_state : bool
         The players know the truth (`Memories`).
+    mix : Mix
+        How those of the policy ``mixing`` mix.
+
+    Attributes
+    ----------
+    mixing : MixingPlayers or None
+        Those, if there are any.
 
     Raises
     ------
@@ -59,6 +69,7 @@ class ScriptedPlayers:
     def __init__(
         self, simulator: Simulator, policies: Mapping[int, str], counts: tuple[int, int],
         region: tuple[float, float] = (HALF_LENGTH, HALF_WIDTH), full_state: bool = False,
+        mix: Mix = Mix(),  # noqa: B008
     ) -> None:  # fmt: skip
         for player, name in policies.items():
             if name not in POLICIES:
@@ -80,8 +91,10 @@ class ScriptedPlayers:
         self._luck = np.zeros((simulator.worlds, len(keepers)))
         self._region = float(region[0]), float(region[1])
         active = np.zeros(PLAYERS, bool)
-        active[thinking + keepers] = True
-        self.memories = Memories(simulator, active, full_state) if thinking or keepers else None
+        mixing = [k - 1 for k, name in policies.items() if name == MIXING]
+        self.mixing = MixingPlayers(simulator, np.array(mixing, np.int64), self.counts, mix) if mixing else None
+        active[thinking + keepers + mixing] = True
+        self.memories = Memories(simulator, active, full_state) if active.any() else None
 
     @property
     def needs_senses(self) -> bool:
@@ -92,6 +105,8 @@ class ScriptedPlayers:
         """An episode begins in the given worlds."""
         if self.memories is not None:
             self.memories.forget(worlds)
+        if self.mixing is not None:
+            self.mixing.reset(worlds)
 
     def act(self, see: See, body: np.ndarray, commands: np.ndarray) -> None:
         """Write the commands of this cycle.
@@ -114,6 +129,8 @@ class ScriptedPlayers:
                 keeper_kernels.act(
                     self.simulator.world, records, self._keepers, self._kinds, self.counts, *self._region, self._luck, see.fresh, commands
                 )
+            if self.mixing is not None:
+                self.mixing.act(records, FORMATION, see.fresh, commands)
         if len(self._random):
             self._act_at_random(commands)
 

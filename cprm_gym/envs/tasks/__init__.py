@@ -9,7 +9,7 @@ from functools import partial
 from ...errors import ParameterError, did_you_mean, unknown_name
 from .base import Outcome, Status, Task
 from .go_to_ball import GoToBall
-from .goalie import Goalie
+from .goalie import Goalie, GoalieAgainstAttack, against_attack
 from .half_field import LADDER, HalfField, front_goal, hfo
 from .keepaway import Keepaway, keepaway
 from .kick_off_shot import KickOffShot
@@ -21,6 +21,7 @@ TASKS: dict[str, Callable[[], Task]] = {
     "KickOffShot": KickOffShot,
     "KickOffShot2v2": partial(KickOffShot, name="KickOffShot2v2", right=2, right_goalie=1),
     "Goalie": Goalie,
+    **{f"Goalie{a}v{d}": partial(against_attack, a, d) for a, d in ((2, 1), (3, 2))},
     "PassAndAdvance": PassAndAdvance,
     **{f"PassAndAdvance2v{d}": partial(PassAndAdvance, name=f"PassAndAdvance2v{d}", right=d) for d in (1, 2, 3)},
     **{f"Keepaway{k}v{t}": partial(keepaway, k, t, size) for k, t, size in ((3, 2, 20.0), (4, 3, 25.0), (5, 4, 30.0))},
@@ -70,6 +71,6 @@ def with_options(task: Task, **options: object) -> Task:
 
 
 __all__ = [
-    "TASKS", "GoToBall", "Goalie", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Status", "Task",
-    "make_task", "with_options",
+    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Status",
+    "Task", "make_task", "with_options",
 ]  # fmt: skip

@@ -18,6 +18,7 @@ from ...errors import ParameterError, did_you_mean
 from ...simulator.parameters import Rules, ServerParameters
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ..pitch import Pitch
+from ..players.mixing import Mix
 
 
 class Status(IntEnum):
@@ -95,6 +96,8 @@ class Task:
         Names of the parts of its reward.
     full_state : bool
         The memories behind scripted players, macros and memory presets hold the truth instead of what was perceived.
+    mix : Mix or mapping of its fields
+        How scripted players of the policy ``mixing`` mix (`cprm_gym.envs.players.mixing`).
     """
 
     name: str = ""
@@ -108,6 +111,7 @@ class Task:
     rules: Rules = Rules.NONE
     parameters: ServerParameters = field(default_factory=ServerParameters)
     full_state: bool = False
+    mix: Mix = Mix()  # noqa: RUF009
     metric: str = "success"
     statuses: tuple[Status, ...] = (Status.SUCCESS, Status.OUT_OF_TIME)
     terms: tuple[str, ...] = ()
@@ -115,6 +119,7 @@ class Task:
 
     def __post_init__(self) -> None:
         """Refuse numbers that are none, infinite, negative or not `within`; what the engine checks itself is left to it."""
+        object.__setattr__(self, "mix", Mix.of(self.mix))
         for entry in fields(self):
             value = getattr(self, entry.name)
             if entry.name in ("left", "right", "left_goalie", "right_goalie", "max_cycles") or entry.type not in ("int", "float"):
