@@ -71,6 +71,6 @@ def with_options(task: Task, **options: object) -> Task:
 
 
 __all__ = [
-    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer", "Status",
-    "Task", "make_task", "with_options",
+    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer",
+    "Status", "Task", "make_task", "with_options",
 ]  # fmt: skip
