@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 from . import __version__
 from .errors import CprmError
 from .files import check_place
+from .server.command import serve
 
 if TYPE_CHECKING:
     from .architecture.analysis.budget import Budget
@@ -69,6 +70,9 @@ def _version(wanted: bool) -> None:
     if wanted:
         console.print(f"cprm_gym {__version__}")
         raise typer.Exit
+
+
+app.command()(serve)
 
 
 @app.callback()

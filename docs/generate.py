@@ -35,6 +35,7 @@ FACES = (
     "cprm_gym.envs",
     "cprm_gym.wrappers",
     "cprm_gym.simulator",
+    "cprm_gym.server",
     "cprm_gym.agents",
     "cprm_gym.benchmark",
 )

@@ -31,7 +31,7 @@ _FIXED = 65536.0
 _COUNTS = [LOG_COUNTS.index(name) for name in ("kick", "dash", "turn", "say", "turn_neck", "catch", "move", "change_view")]
 
 # (names, format of each): i = real in fixed point, h = integer; x = two bytes of padding
-_SERVER_LAYOUT = (
+SERVER_LAYOUT = (
     (
         "goal_width inertia_moment player_size player_decay player_rand player_weight player_speed_max player_accel_max stamina_max "
         "stamina_inc_max recover_init recover_dec_thr recover_min recover_dec effort_init effort_dec_thr effort_min effort_dec "
@@ -57,7 +57,7 @@ _SERVER_LAYOUT = (
     ("padding", "h"),
     ("offside_kick_margin audio_cut_dist quantize_step quantize_step_l", "i"),
 )
-_PLAYER_LAYOUT = (
+PLAYER_LAYOUT = (
     ("player_types subs_max pt_max", "h"),
     ("padding", "h"),
     (
@@ -68,7 +68,7 @@ _PLAYER_LAYOUT = (
         "i",
     ),
 )
-_TYPE_LAYOUT = (
+TYPE_LAYOUT = (
     ("id", "hx"),
     (
         "player_speed_max stamina_inc_max player_decay inertia_moment dash_power_rate player_size kickable_margin kick_rand "
@@ -138,12 +138,12 @@ class BinaryParser:
         header = self.header
         while self.header.version == 3 and kind in (SERVER_PARAM, PLAYER_PARAM, PLAYER_TYPE):
             if kind == SERVER_PARAM:
-                header.add("server_param", _unpack(_SERVER_LAYOUT, self._read(_SERVER_SIZE)))
+                header.add("server_param", _unpack(SERVER_LAYOUT, self._read(_SERVER_SIZE)))
             elif kind == PLAYER_PARAM:
-                header.add("player_param", _unpack(_PLAYER_LAYOUT, self._read(_PLAYER_PARAM_SIZE)))
+                header.add("player_param", _unpack(PLAYER_LAYOUT, self._read(_PLAYER_PARAM_SIZE)))
             else:
                 try:
-                    header.add("player_type", _unpack(_TYPE_LAYOUT, self._read(_TYPE_SIZE)))
+                    header.add("player_type", _unpack(TYPE_LAYOUT, self._read(_TYPE_SIZE)))
                 except ValueError as error:
                     raise self._error(str(error)) from None
             kind = self._kind()

@@ -194,13 +194,13 @@ class GameLogWriter:
             self._write_team(frame.time)
         self._last = frame
         if self.version != JSON:
-            players = " ".join(_text_player(row, self.version) for row in _shown(frame.players))
+            players = " ".join(text_player(row, self.version) for row in shown_players(frame.players))
             ball = " ".join(quantised(value, POSITION_STEP) for value in frame.ball)
             self._file.write(f"(show {frame.time} ((b) {ball}) {players})\n")
             return
         ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))
-        players = ",".join(map(_json_player, _shown(frame.players)))
-        self._file.write(f'{{"show":{{{_json_time(frame.time, frame.stoppage)},"ball":{{{ball}}},"players":[{players}]}}}},\n')
+        players = ",".join(map(json_player, shown_players(frame.players)))
+        self._file.write(f'{{"show":{{{json_time(frame.time, frame.stoppage)},"ball":{{{ball}}},"players":[{players}]}}}},\n')
 
     def message(self, text: str, board: int = 1, time: int | None = None, stoppage: int = 0) -> None:
         """Write a text for the message board (1) or the log (2) of the viewer, at `time` or that of the last frame."""
@@ -211,7 +211,7 @@ class GameLogWriter:
                 raise FormatError(f"message {text!r}: a text log cannot hold a line break in a message")
             self._file.write(f'(msg {time} {board} "{text}")\n')
         else:
-            self._file.write(f'{{"msg":{{{_json_time(time, stoppage)},"board":{board},"message":{json.dumps(text)}}}}},\n')
+            self._file.write(f'{{"msg":{{{json_time(time, stoppage)},"board":{board},"message":{json.dumps(text)}}}}},\n')
 
     def close(self) -> None:
         """Write the result and finish the file. Without a frame the result is that of a game which did not begin."""
@@ -249,18 +249,18 @@ class GameLogWriter:
                 "[",
                 '{"version":"19.0.0"},',
                 f'{{"timestamp":"{self.date:%Y-%m-%dT%H:%M:%S+0000}"}},',
-                f'{{"server_param":{_json_parameters(self.parameters, alphabetical=True)}}},',
-                f'{{"player_param":{_json_parameters(self.player_parameters, alphabetical=True)}}},',
+                f'{{"server_param":{json_parameters(self.parameters, alphabetical=True)}}},',
+                f'{{"player_param":{json_parameters(self.player_parameters, alphabetical=True)}}},',
             ]
             for number_, kind in enumerate(self.player_types):
-                lines.append(f'{{"player_type":{{"id":{number_},{_json_parameters(kind)[1:]}}},')
+                lines.append(f'{{"player_type":{{"id":{number_},{json_parameters(kind)[1:]}}},')
         self._file.write("\n".join(lines) + "\n")
 
     def _write_mode(self, frame: Frame) -> None:
         if self.version != JSON:
             self._file.write(f"(playmode {frame.time} {frame.mode.name})\n")
         else:
-            time = _json_time(frame.time, frame.stoppage)
+            time = json_time(frame.time, frame.stoppage)
             self._file.write(f'{{"playmode":{{{time},"mode":"{frame.mode.name}"}}}},\n')
 
     def _write_team(self, time: int, last: bool = False) -> None:
@@ -273,7 +273,7 @@ class GameLogWriter:
                 text += f" {left.pen_score} {left.pen_miss} {right.pen_score} {right.pen_miss}"
             self._file.write(text + ")\n")
             return
-        self._file.write(f'{{"team":{{"time":{time},"l":{_json_team(left)},"r":{_json_team(right)}}}}}{"" if last else ","}\n')
+        self._file.write(f'{{"team":{{"time":{time},"l":{json_team(left)},"r":{json_team(right)}}}}}{"" if last else ","}\n')
 
 
 def _angle(value: float) -> str:
@@ -284,7 +284,7 @@ def _position(values: Sequence[float]) -> list[str]:
     return [quantised(value, POSITION_STEP) for value in values]
 
 
-class _Shown(NamedTuple):
+class ShownPlayer(NamedTuple):
     """One row of `PLAYER_FRAME` as plain numbers, fields in the same order."""
 
     side: int
@@ -321,17 +321,21 @@ class _Shown(NamedTuple):
         return (_SIDES[side], unum + 1) if self.attention else None
 
 
-def _shown(players: npt.NDArray[Any]) -> list[_Shown]:
-    return [_Shown(*row) for row in players.tolist()]
+def shown_players(players: npt.NDArray[Any]) -> list[ShownPlayer]:
+    """Rows of `PLAYER_FRAME` as plain numbers."""
+    return [ShownPlayer(*row) for row in players.tolist()]
 
 
-def _text_player(row: _Shown, version: int) -> str:
-    """``((l 1) TYPE STATE x y vx vy body neck [px py] (v h W) (fp D A) (s S E R K) [(f l 2)] (c ...))``; version 5 knows no focus."""
+def text_player(row: ShownPlayer, version: int) -> str:
+    """``((l 1) TYPE STATE x y vx vy body neck [px py] (v h W) (fp D A) (s S E R K) [(f l 2)] (c ...))``.
+
+    Log version 5 knows no focus, version 4 no capacity either.
+    """
     state = f"0x{row.state:x}" if row.state else "0"
     motion = [*_position(row.pos), *_position(row.vel), _angle(row.body), _angle(row.neck)]
     if not math.isnan(row.point[0]):
         motion += _position(row.point)
-    energy = " ".join(map(number, (row.stamina, row.effort, row.recovery, row.capacity)))
+    energy = " ".join(map(number, (row.stamina, row.effort, row.recovery, *((row.capacity,) if version > 4 else ()))))
     attention = "(f {} {}) ".format(*row.target) if row.target else ""
     counts = " ".join(str(max(count, 0)) for count in (row.counts if version > 5 else row.counts[:-1]))
     focus = f"(fp {' '.join(_position(row.focus))}) " if version > 5 else ""
@@ -341,8 +345,8 @@ def _text_player(row: _Shown, version: int) -> str:
     )
 
 
-def _json_player(row: _Shown) -> str:
-    """A player of a JSON log: as in the text, without the focus point."""
+def json_player(row: ShownPlayer, monitor: bool = False) -> str:
+    """A player of a JSON log: as in the text, without the focus point; monitors are told that and no counts."""
     (x, y), (vx, vy) = _position(row.pos), _position(row.vel)
     items = [
         f'"side":"{row.letter}","unum":{row.unum},"type":{max(row.type, 0)},"state":{row.state}',
@@ -351,25 +355,31 @@ def _json_player(row: _Shown) -> str:
     if not math.isnan(row.point[0]):
         items.append('"px":{},"py":{}'.format(*_position(row.point)))
     items.append(f'"vq":"{row.quality}","vw":{_angle(row.view_width)}')
+    if monitor:
+        items.append(f'"fdist":{quantised(row.focus[0], POSITION_STEP)},"fdir":{_angle(row.focus[1])}')
     energy = (row.stamina, row.effort, row.recovery, row.capacity)
     items += [f'"{name}":{number(value)}' for name, value in zip(("stamina", "effort", "recovery", "capacity"), energy)]
     if row.target:
         items.append('"fside":"{}","fnum":{}'.format(*row.target))
-    items += [f'"{name}":{max(count, 0)}' for name, count in zip(LOG_COUNTS, row.counts)]
+    if not monitor:
+        items += [f'"{name}":{max(count, 0)}' for name, count in zip(LOG_COUNTS, row.counts)]
     return "{" + ",".join(items) + "}"
 
 
-def _json_time(time: int, stoppage: int) -> str:
+def json_time(time: int, stoppage: int) -> str:
+    """Clock of a JSON object."""
     return f'"time":{time}' + (f',"stime":{stoppage}' if stoppage > 0 else "")
 
 
-def _json_team(team: Team) -> str:
+def json_team(team: Team) -> str:
+    """A team of a JSON object."""
     name = json.dumps(team.name) if team.name else "null"
     penalties = f',"pen_score":{team.pen_score},"pen_miss":{team.pen_miss}' if team.pen_score or team.pen_miss else ""
     return f'{{"name":{name},"score":{team.score}{penalties}}}'
 
 
-def _json_parameters(values: ParameterSet, alphabetical: bool = False) -> str:
+def json_parameters(values: ParameterSet, alphabetical: bool = False) -> str:
+    """A set of parameters as a JSON object."""
     fields = list(dataclasses.fields(values))  # type: ignore[arg-type]
     if alphabetical:
         fields.sort(key=lambda field: field.name)

@@ -1,0 +1,284 @@
+"""The server without sockets and clocks: datagrams in, datagrams out.
+
+`Server` takes every datagram at once and is told when time passes; what it wants to send waits in its outbox. A transport
+(`cprm_gym.server.transport`) moves the datagrams and keeps the time, a test replays a recorded session instead.
+
+One cycle of 100 ms (specification/simulator.md 1.2, 1.3)::
+
+    step()         the world moves; sense_body, fullstate, hear, see go out
+    look_again()   40 ms later: players who see asynchronously
+    think()        in synchronous mode, 60 ms after the step: (think); then datagrams are received until `is_complete`
+    look_late()    80 ms after the step: players who see asynchronously
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+from ..simulator.protocol.messages import fullstate_text, hear_text, see_text, sense_body_text
+from ..simulator.state import LEFT, PlayMode, Seed
+from .clients import LARGEST_DATAGRAM, Client, Coach, Monitor, Outgoing, Player, Port, Refused, Trainer
+from .roles import monitors, players, trainers
+from .roles.coaches import Coaches
+from .settings import Settings
+from .stadium import Stadium
+from .texts.pictures import picture
+
+MOST_MISSED = 20
+"""Windows in a row that may end without an answer of everybody; one more ends the match."""
+ONLY_INIT = "(error only_init_allowed_on_init_port)"
+
+
+class Server:
+    """A match that programs can join, datagram by datagram.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+    seed : int or SeedSequence
+        Decides every random number of the match.
+
+    Attributes
+    ----------
+    stadium : Stadium
+        The match and everybody who is connected.
+    over : str
+        Why the match is over; empty while it goes on.
+    """
+
+    def __init__(self, settings: Settings | None = None, seed: Seed = 0) -> None:
+        self.settings = Settings() if settings is None else settings
+        self.stadium = Stadium(self.settings, seed)
+        self.over = ""
+        self._coaches = Coaches(self.stadium)
+        self._clients: dict[tuple[Port, Hashable], Client] = {}
+        self._missed = 0
+        self._leaving = self.settings.server.game_over_wait
+
+    # ------------------------------------------------------------------------------------------ datagrams
+
+    def take_outbox(self) -> list[Outgoing]:
+        """What is to be sent, in order; the outbox is empty afterwards."""
+        outbox, self.stadium.outbox = self.stadium.outbox, []
+        return outbox
+
+    def receive(self, port: Port, address: Hashable, data: bytes) -> Client | None:
+        """A datagram at a well-known port.
+
+        Parameters
+        ----------
+        port : Port
+        address : hashable
+            Of the sender; it also names him in the answers.
+        data : bytes
+
+        Returns
+        -------
+        Client or None
+            The client that this datagram made, if it did.
+        """
+        known = self._clients.get((port, address))
+        if known is not None and not known.connected:
+            del self._clients[port, address]
+            known = None
+        if known is not None:
+            self._again(known, data[:LARGEST_DATAGRAM])
+            return None
+        text = data[:LARGEST_DATAGRAM].split(b"\0", 1)[0].decode("latin-1").rstrip("\n")
+        try:
+            client = self._newcomer(port, address, text)
+        except Refused as refused:
+            for error in refused.errors:
+                self.stadium.refuse(port, address, f"(error {error})")
+            return None
+        if client is not None:
+            self._clients[port, address] = client
+        return client
+
+    def _newcomer(self, port: Port, address: Hashable, text: str) -> Client | None:
+        """Somebody who is not connected."""
+        stadium = self.stadium
+        if port == Port.TRAINER:
+            return trainers.connect(stadium, address, text)
+        if port == Port.COACH:
+            return self._coaches.connect(address, text)
+        if text.startswith("(init "):
+            return players.connect(stadium, address, text)
+        if text.startswith("(reconnect "):
+            return players.reconnect(stadium, address, text)
+        if text.startswith("(dispinit"):
+            return monitors.connect(stadium, address, text)
+        raise Refused("unknown_command")
+
+    def _again(self, client: Client, data: bytes) -> None:
+        """A connected client that sends to the well-known port."""
+        if client.strict:
+            self.stadium.send(client, ONLY_INIT)
+        else:
+            self.receive_from(client, data)
+
+    def receive_from(self, client: Client, data: bytes) -> None:
+        """A datagram at the socket of a connected client."""
+        if not client.connected:
+            return
+        read = client.unpacked(data[:LARGEST_DATAGRAM])
+        if read is None:
+            return
+        text, ended = read
+        if not ended and client.strict and client.compression < 0:
+            warning = "(warning message_not_null_terminated)"
+            if isinstance(client, Monitor):
+                self.stadium.board(warning, only=client)
+            else:
+                self.stadium.send(client, warning)
+        if isinstance(client, Player):
+            self._log(client, text)
+            players.receive(self.stadium, client, text)
+        elif isinstance(client, Coach):
+            self._log(client, text)
+            self._coaches.receive(client, text)
+        elif isinstance(client, Trainer):
+            self._log(client, text)
+            trainers.receive(self.stadium, client, text)
+        elif isinstance(client, Monitor):
+            monitors.receive(self.stadium, client, text)
+
+    def _log(self, client: Player | Coach | Trainer, text: str) -> None:
+        """A line of the text log for a received datagram."""
+        if not self.stadium.listeners:
+            return
+        if isinstance(client, Trainer):
+            who = "Coach"
+        else:
+            name = self.stadium.team_of(client.side).name
+            who = f"{name}_Coach" if isinstance(client, Coach) else f"{name}_{client.unum}"
+        self.stadium.log(f"Recv {who}: {text}")
+
+    def lose(self, client: Client) -> None:
+        """The socket of a client failed: it is gone."""
+        if isinstance(client, Player):
+            self.stadium.disable(client)
+        else:
+            self.stadium.close(client)
+
+    # ------------------------------------------------------------------------------------------ time
+
+    def step(self) -> None:
+        """The end of a cycle: everything moves, then everybody is told."""
+        stadium = self.stadium
+        for player in stadium.players():
+            player.done = False
+        if stadium.trainer is not None:
+            stadium.trainer.done = False
+        self._coaches.deliver()
+        stadium.advance()
+        self._coaches.count_time()
+        self._show_monitors()
+        stadium.kick_off_if_due()
+        self._count_down()
+        self._tell_bodies()
+        self._tell_heard()
+        self._tell_seen(1, 0, None)
+        self._tell_pictures()
+
+    def look_again(self) -> None:
+        """The second see message of a cycle, of those who see asynchronously."""
+        self._tell_seen(2, 1, False)
+
+    def look_late(self) -> None:
+        """The see message between commands and step, of those who see asynchronously."""
+        self.stadium.count_late_see()
+        self._tell_seen(4, 2, False)
+
+    def think(self) -> None:
+        """Open a window of the synchronous mode: ask everybody who is waited for."""
+        for client in self.awaited():
+            self.stadium.send(client, "(think)")
+
+    def awaited(self) -> list[Client]:
+        """Who is waited for in synchronous mode: players, and officials with an open eye."""
+        stadium = self.stadium
+        officials: list[Client] = [coach for coach in stadium.coaches() if coach.eye]
+        if stadium.trainer is not None and stadium.trainer.eye:
+            officials.append(stadium.trainer)
+        return [*stadium.players(), *officials]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether everybody who is waited for has sent ``(done)``."""
+        return all(client.done for client in self.awaited())
+
+    def close_window(self, complete: bool) -> None:
+        """The window of the synchronous mode ends, because everybody is done or because time is up."""
+        if complete or self.stadium.time == 0:
+            self._missed = 0
+            return
+        self._missed += 1
+        if self._missed > MOST_MISSED:
+            self.over = "players do not answer"
+
+    # ------------------------------------------------------------------------------------------ messages of a step
+
+    def _show_monitors(self) -> None:
+        stadium = self.stadium
+        if stadium.monitors or stadium.viewers:
+            frame = stadium.frames.frame()
+            made: dict[int, bytes] = {}
+            for monitor in stadium.monitors:
+                version = monitor.version
+                if version not in made:
+                    made[version] = stadium.frames.datagram(frame, version)
+                stadium.send_raw(monitor, made[version])
+            for viewer in stadium.viewers:
+                viewer(frame)
+        for text in stadium.late_board:
+            stadium.board(text)
+        stadium.late_board.clear()
+
+    def _tell_bodies(self) -> None:
+        """sense_body, and fullstate for teams that get it."""
+        stadium, server = self.stadium, self.settings.server
+        for player in stadium.players():
+            if stadium.world["enabled"][player.row]:
+                stadium.send(player, sense_body_text(stadium.sim, 0, player.row + 1))
+                if (server.fullstate_l if player.side == LEFT else server.fullstate_r) and player.version >= 5:
+                    stadium.send(player, fullstate_text(stadium.sim, 0, player.row + 1))
+
+    def _tell_heard(self) -> None:
+        """What waited for the end of the step: trainer's words, own words, those of others."""
+        stadium = self.stadium
+        said = bool(stadium.world["audio_count"])
+        for player in stadium.players():
+            for text in player.pending:
+                stadium.send(player, f"(hear {stadium.time} {text})")
+            player.pending.clear()
+            if said and player.version >= 8:
+                for text in hear_text(stadium.sim, 0, player.row + 1):
+                    stadium.send(player, text)
+
+    def _tell_seen(self, bit: int, message: int, synchronous: bool | None) -> None:
+        """See messages that are due: those of `bit` in ``saw``, of players who see synchronously, asynchronously or both (None)."""
+        stadium = self.stadium
+        saw, in_step = stadium.world["saw"], stadium.world["synchronous"]
+        for player in stadium.players():
+            i = player.row
+            if saw[i] & bit and (synchronous is None or bool(in_step[i]) == synchronous):
+                stadium.send(player, see_text(stadium.sim, 0, i + 1, message=message))
+
+    def _tell_pictures(self) -> None:
+        """The picture of the whole pitch, for officials with an open eye."""
+        stadium = self.stadium
+        officials = [coach for coach in stadium.coaches() if coach.eye]
+        for client in officials:
+            stadium.send(client, picture(stadium.sim, client))
+        if stadium.trainer is not None and stadium.trainer.eye:
+            stadium.send(stadium.trainer, picture(stadium.sim, stadium.trainer))
+
+    def _count_down(self) -> None:
+        """In automatic mode the server ends some time after the match."""
+        if not self.settings.server.auto_mode or self.stadium.mode != PlayMode.time_over:
+            self._leaving = self.settings.server.game_over_wait
+            return
+        self._leaving -= 1
+        if self._leaving <= 0:
+            self.over = "the match is over"

@@ -1,0 +1,92 @@
+"""Recorded sessions of the real server, played against ours: the same answers in the same windows."""
+
+from pathlib import Path
+
+import pytest
+from paths import SHARED
+from session_replay import SessionReplay
+
+HERE = Path(__file__).parent / "data"
+SESSIONS = SHARED / "sessions"
+ALWAYS_EQUAL = ("think", "init", "error", "warning", "score", "reconnect", "server_param", "player_param", "player_type")
+"""Heads that the real server repeats to the letter."""
+
+
+def replayed(name):
+    """A session, from the test data or from the recordings beside the repository."""
+    for folder in (HERE, SESSIONS):
+        if (folder / f"{name}.jsonl.gz").exists():
+            return SessionReplay(folder / f"{name}.jsonl.gz").run()
+    pytest.skip(f"recording {name} is not here")
+
+
+def check(name, **least):
+    """Nothing is waited for in vain; what the real server repeats is equal; `least`: (equal, equal but for numbers) by head, percent."""
+    replay = replayed(name)
+    found = replay.agreements()
+    assert replay.in_vain == [] or replay.server.over
+    wanted = {kind: (100.0, 100.0) for kind in ALWAYS_EQUAL if kind in found} | least
+    below = {
+        kind: (found[kind].share(), found[kind].first)
+        for kind, (equal, alike) in wanted.items()
+        if found[kind].share()[0] < equal or found[kind].share()[1] < alike
+    }
+    assert below == {}
+
+
+SURE = (100.0, 100.0)
+ALIKE = (0.0, 100.0)
+
+
+def test_coaches_and_who_hears_them():
+    check("s07_coach", sense_body=SURE, hear=SURE, ok=SURE, see_global=SURE, msg=SURE, show=SURE, change_player_type=SURE, clang=SURE)
+
+
+def test_names_of_teams_and_fixed_names():
+    check("s05c_names", sense_body=SURE, hear=SURE, ok=SURE, see_global=SURE)
+
+
+def test_monitors_that_come_late_are_told_of_graphics():
+    check("s08c_monitor_bko", sense_body=SURE, ok=SURE, msg=ALIKE, show=ALIKE, team_graphic=SURE, change_player_type=SURE)
+
+
+def test_a_golden_goal_ends_the_match_and_the_server():
+    check("s09b_end_golden_goal", sense_body=ALIKE, hear=ALIKE, msg=ALIKE, show=ALIKE, ok=SURE, change_player_type=SURE)
+
+
+@pytest.mark.parametrize("versions", ["v5_v6", "v7_v8", "v12_v13", "v15_v16"])
+def test_coaches_of_every_version(versions):
+    check(f"s07_coach_{versions}", hear=(0.0, 90.0), sense_body=(0.0, 90.0), change_player_type=SURE)
+
+
+def test_every_command_of_a_trainer():
+    """Look and pictures differ in numbers: everybody was moved onto everybody."""
+    check(
+        "s06a_trainer",
+        ok=(93.0, 100.0),
+        sense_body=(90.0, 99.8),
+        fullstate=ALIKE,
+        hear=(97.0, 99.0),
+        change_player_type=SURE,
+        see_global=ALIKE,
+    )
+
+
+def test_every_command_by_players_of_every_version():
+    check("s05a_versions", sense_body=(5.0, 99.8), ok=SURE, fullstate=ALIKE, change_player_type=SURE, hear=(35.0, 60.0))
+
+
+@pytest.mark.parametrize("name", ["s09a_end_extra_time", "s09c_end_normal", "s09d_end_one_team"])
+def test_matches_end_as_they_ended(name):
+    check(name, sense_body=ALIKE, hear=ALIKE, msg=ALIKE, show=ALIKE, ok=SURE)
+
+
+@pytest.mark.parametrize("name", ["s09e_end_penalties", "s09g_end_penalty_fouls", "s09h_end_penalty_random_winner"])
+def test_shoot_outs_end_as_they_ended(name):
+    """Where the ball went is chance; who shoots and what counts is not."""
+    check(name, sense_body=(0.0, 99.0), hear=(0.0, 85.0), msg=(0.0, 96.0), ok=SURE)
+
+
+@pytest.mark.parametrize("name", ["s08a_monitors", "s08b_monitors"])
+def test_every_command_of_monitors(name):
+    check(name, sense_body=SURE, hear=SURE, ok=SURE, msg=(90.0, 100.0))

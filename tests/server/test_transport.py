@@ -1,0 +1,136 @@
+"""The server on real sockets of this machine."""
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from cprm_gym.errors import CprmError
+from cprm_gym.server import Server, Settings, Transport, run_in_real_time, run_synchronously
+from cprm_gym.simulator.gamelog.commands import CommandLogReader
+from cprm_gym.simulator.gamelog.reader import GameLogReader
+
+ANY = (0, 0, 0)
+
+
+class Program:
+    """A client on a socket, which is closed when the block ends."""
+
+    def __init__(self, port, first):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        self.socket.setblocking(False)
+        self.peer = ("127.0.0.1", port)
+        self.got = []
+        self.send(first)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def send(self, text):
+        self.socket.sendto(text.encode() + b"\0", self.peer)
+
+    def take(self):
+        new = []
+        while True:
+            try:
+                data, self.peer = self.socket.recvfrom(8192)
+            except OSError:
+                break
+            new.append(data.rstrip(b"\0").decode())
+        self.got += new
+        return new
+
+
+def serve(settings, programs, cycles, run=run_synchronously, **options):
+    """A server that plays `cycles`; before each, `programs(transport, n)` acts."""
+    server = Server(settings)
+    with Transport(server, ports=ANY) as transport:
+        count = iter(range(cycles))
+
+        def each():
+            n = next(count, None)
+            if n is not None:
+                programs(transport, n)
+            return n is not None
+
+        run(transport, each=each, **options)
+    return server
+
+
+def test_a_client_gets_a_socket_of_its_own_and_plays():
+    settings, made = Settings.from_words(["server::synch_mode=true"]), []
+
+    def act(transport, n):
+        if not made:
+            made.append(Program(transport.ports[0], "(init Left (version 19))"))
+        made[0].take()
+        if n == 4:
+            made[0].send("(move -7 3)(done)")
+        elif n > 1:
+            made[0].send("(done)")
+
+    server = serve(settings, act, 8, fast=True)
+    with made[0]:
+        made[0].take()
+    assert made[0].got[0] == "(init l 1 before_kick_off)"
+    assert made[0].peer[1] not in (0, 6000)
+    assert server.stadium.world["pos"][1].tolist() == [-7.0, 3.0]
+
+
+def test_real_time_is_kept():
+    settings, times = Settings.from_words(["server::simulator_step=20", "server::sense_body_step=20"]), []
+    serve(settings, lambda transport, n: times.append(time.monotonic()), 20, run=run_in_real_time)
+    assert 18 * 0.02 <= times[-1] - times[0] < 3.0
+
+
+def test_a_port_in_use_is_said():
+    with Transport(Server(), ports=ANY) as transport:
+        taken = transport.ports[0]
+        with pytest.raises(CprmError, match=f"port {taken} of 127.0.0.1 cannot be used: .*choose other ports"):
+            Transport(Server(), ports=(taken, 0, 0))
+
+
+def test_ctrl_c_ends_the_match_with_complete_logs(tmp_path):
+    free = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(3)]
+    for sock in free:
+        sock.bind(("127.0.0.1", 0))
+    ports = [sock.getsockname()[1] for sock in free]
+    for sock in free:
+        sock.close()
+    words = [f"server::{name}={port}" for name, port in zip(("port", "coach_port", "olcoach_port"), ports)]
+    command = [sys.executable, "-m", "cprm_gym", "serve", *words, "server::coach_w_referee=true", "--clock", "fast", "--log", str(tmp_path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+    try:
+        assert select.select([process.stdout], [], [], 120)[0]
+        assert "listening at 127.0.0.1" in process.stdout.readline()
+        with Program(ports[0], "(init Left (version 19))") as player, Program(ports[1], "(init (version 19))") as trainer:
+            end, thought = time.monotonic() + 60, 0
+            while thought < 30 and time.monotonic() < end:
+                time.sleep(0.005)
+                if trainer.take():
+                    trainer.send("(start)")
+                for text in player.take():
+                    if text == "(think)":
+                        thought += 1
+                        player.send("(dash 50)(done)")
+            process.send_signal(signal.SIGINT)
+            out, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert "Left 0 : 0 nobody" in out
+    game, text = (next(tmp_path.glob(f"*{ending}")) for ending in (".rcg", ".rcl"))
+    assert game.name.endswith("Left_0-vs-null.rcg")
+    frames = list(GameLogReader(game))
+    assert len(frames) > 5
+    assert frames[0].mode.name == "kick_off_l"
+    assert any(line.command == "(dash 50)(done)" and line.player == ("Left", 1) for line in CommandLogReader(text))
