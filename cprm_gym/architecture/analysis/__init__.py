@@ -25,6 +25,7 @@ Rooms
 `timed`         the same with clocks, priorities and any environment, cycle by cycle; which modules may be active together
 `modules`       whether a behaviour module keeps the promises of its interface, and whether a net uses its modules well
 `markov`        what a chain of states ends in, and when, each number with a bound on its error
+`bounded`       the same where chances are known within bounds: the text's unknown state, and nature's optimum
 ==============  ====================================================================================================================
 """
 
@@ -39,6 +40,15 @@ if TYPE_CHECKING:
     from .behaviour.coverability import karp_miller as karp_miller
     from .behaviour.properties import Structure as Structure
     from .behaviour.properties import analyze_structure as analyze_structure
+    from .bounded.interval_chain import IntervalChain as IntervalChain
+    from .bounded.interval_chain import load_interval_chain as load_interval_chain
+    from .bounded.learning import intervals_from_counts as intervals_from_counts
+    from .bounded.parametric import ParametricChain as ParametricChain
+    from .bounded.parametric import parameter_bounds as parameter_bounds
+    from .bounded.unknown_state import unknown_state_bounds as unknown_state_bounds
+    from .bounded.value_iteration import bounds_over_time as bounds_over_time
+    from .bounded.value_iteration import interval_bounds as interval_bounds
+    from .bounds import Bounds as Bounds
     from .budget import Budget as Budget
     from .markov.absorption import NEVER as NEVER
     from .markov.absorption import Absorption as Absorption
@@ -84,6 +94,12 @@ else:
             "modules.contracts": "ContractReport check_contract",
             "modules.composition": "CompositionReport check_composition",
             "behaviour.properties": "Structure analyze_structure",
+            "bounded.interval_chain": "IntervalChain load_interval_chain",
+            "bounded.learning": "intervals_from_counts",
+            "bounded.parametric": "ParametricChain parameter_bounds",
+            "bounded.unknown_state": "unknown_state_bounds",
+            "bounded.value_iteration": "bounds_over_time interval_bounds",
+            "bounds": "Bounds",
             "budget": "Budget",
             "behaviour.coverability": "karp_miller",
             "behaviour.bisimulation": "weakly_bisimilar",
