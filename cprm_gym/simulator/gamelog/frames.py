@@ -163,6 +163,10 @@ def _known(values: dict[str, Any], kind: type[ParameterSet]) -> dict[str, Any]:
 
 def empty_players() -> npt.NDArray[Any]:
     """Twenty-two `PLAYER_FRAME` rows with sides and numbers filled in and everything else unknown."""
+    return np.frombuffer(bytearray(_EMPTY), PLAYER_FRAME)  # records are copied field by field, bytes at once
+
+
+def _empty_players() -> npt.NDArray[Any]:
     rows = np.zeros(PLAYERS, PLAYER_FRAME)
     for name in ("pos", "vel", "body", "neck", "point", "view_width", "focus", "stamina", "effort", "recovery", "capacity"):
         rows[name] = np.nan
@@ -170,6 +174,9 @@ def empty_players() -> npt.NDArray[Any]:
     rows["side"] = np.repeat((LEFT, RIGHT), 11)
     rows["unum"] = np.tile(np.arange(1, 12), 2)
     return rows
+
+
+_EMPTY = _empty_players().tobytes()
 
 
 def player_row(side: int, unum: int) -> int:

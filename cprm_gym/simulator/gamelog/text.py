@@ -26,6 +26,7 @@ from .frames import (
     player_row,
     whole,
 )
+from .kernels import show
 from .streams import LONGEST_ITEM, read_lines
 
 _PAIR = re.compile(r'\(([A-Za-z_0-9]+) ("[^"]*"|[^()]*)\)')
@@ -151,6 +152,19 @@ def parse_team(line: str) -> tuple[Team, Team]:
 
 def parse_show(line: str) -> Frame:
     """One ``(show T ((b) …) ((l 1) …) …)`` line; mode and teams are left to the caller."""
+    frame = Frame(0, ball=np.empty(4))
+    try:
+        time = show.read_show(np.frombuffer(line.encode("ascii"), np.uint8), frame.ball, frame.players)
+    except UnicodeEncodeError:
+        time = -1
+    if time < 0:
+        return _parse_show(line)
+    frame.time = time
+    return frame
+
+
+def _parse_show(line: str) -> Frame:
+    """The same for a line that the kernel does not take, or what is wrong with it."""
     if "_" in line or not line.isascii():
         raise ValueError("'_' and digits of other scripts stand in no number")
     head, ball, *players = line.split(" ((")

@@ -20,24 +20,28 @@ from ..parameter_fields import ParameterSet, word_of
 from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
 from ..state import BALL, LEFT, Count, PlayMode
-from .frames import LOG_COUNTS, Frame, Team, empty_players
+from .frames import LOG_COUNTS, Frame, Team
+from .kernels import show
+from .kernels.frame import fill_players
+from .kernels.show import ANGLE_STEP, POSITION_STEP
 
-_COUNTS = [
-    Count.KICK,
-    Count.DASH,
-    Count.TURN,
-    Count.CATCH,
-    Count.MOVE,
-    Count.TURN_NECK,
-    Count.CHANGE_VIEW,
-    Count.SAY,
-    Count.TACKLE,
-    Count.ARM,
-    Count.ATTENTION,
-    Count.CHANGE_FOCUS,
-]
+_COUNTS = np.array(
+    [
+        Count.KICK,
+        Count.DASH,
+        Count.TURN,
+        Count.CATCH,
+        Count.MOVE,
+        Count.TURN_NECK,
+        Count.CHANGE_VIEW,
+        Count.SAY,
+        Count.TACKLE,
+        Count.ARM,
+        Count.ATTENTION,
+        Count.CHANGE_FOCUS,
+    ]
+)
 _SIDES = "l", "r"
-POSITION_STEP, ANGLE_STEP = 1e-4, 1e-3
 JSON = -1
 """The version number of JSON logs."""
 
@@ -67,14 +71,6 @@ def quantised(value: float, step: float) -> str:
     return f"{steps * step if steps else math.copysign(0.0, value):g}"
 
 
-def view_cone(world: Any, player: int, parameters: ServerParameters) -> float:
-    """Width (degrees) of the view of player 0..21: 60, 120, 180 in synchronous mode, else from ``visible_angle``."""
-    width = int(world["view_width"][player])
-    if world["synchronous"][player]:
-        return 60.0 * width
-    return parameters.visible_angle * (0.5, 1.0, 2.0)[width - 1]
-
-
 def frame_of(world: Any, parameters: ServerParameters, names: Sequence[str] = ("Left", "Right")) -> Frame:
     """What a log shows of one world, unrounded.
 
@@ -88,19 +84,8 @@ def frame_of(world: Any, parameters: ServerParameters, names: Sequence[str] = ("
     teams = [Team(names[side], int(world["score"][side]), int(world["pen_score"][side]), int(world["pen_miss"][side])) for side in (0, 1)]
     frame = Frame(int(world["time"]), int(world["stoppage"]), PlayMode(int(world["mode"])), teams[0], teams[1])
     frame.ball = np.concatenate([world["pos"][BALL], world["vel"][BALL]])
-    rows = frame.players = empty_players()
-    rows["type"], rows["state"] = world["type"], world["bits_shown"]
-    rows["pos"], rows["vel"] = world["pos"][1:], world["vel"][1:]
-    rows["body"], rows["neck"] = np.degrees(world["body"]), np.degrees(world["neck"])
-    pointing = (world["arm_timer"] < parameters.point_to_duration) & (world["enabled"] != 0)
-    rows["point"][pointing] = world["arm_target"][pointing]
-    rows["view_quality"] = np.where(world["view_quality"] == 2, 2, 1)
-    rows["view_width"] = [view_cone(world, player, parameters) for player in range(22)]
-    rows["focus"][:, 0], rows["focus"][:, 1] = world["focus_distance"], np.degrees(world["focus_direction"])
-    for name in ("stamina", "effort", "recovery", "capacity"):
-        rows[name] = world[name]
-    rows["attention"] = np.where(world["enabled"] != 0, world["attention"], 0)
-    rows["counts"] = world["counts"][:, _COUNTS]
+    worlds = np.atleast_1d(np.asarray(world))
+    fill_players(worlds, parameters.visible_angle, parameters.point_to_duration, _COUNTS, frame.players)
     return frame
 
 
@@ -155,6 +140,7 @@ class GameLogWriter:
         self._mode: PlayMode | None = None
         self._shown_teams: tuple[Team, Team] | None = None
         self._last: Frame | None = None
+        self._line = np.empty(show.LONGEST_LINE, np.uint8)
         self._file = AtomicFile(path)
         self._write_header()
 
@@ -194,9 +180,8 @@ class GameLogWriter:
             self._write_team(frame.time)
         self._last = frame
         if self.version != JSON:
-            players = " ".join(text_player(row, self.version) for row in shown_players(frame.players))
-            ball = " ".join(quantised(value, POSITION_STEP) for value in frame.ball)
-            self._file.write(f"(show {frame.time} ((b) {ball}) {players})\n")
+            size = show.write_show(frame.time, frame.ball, frame.players, self.version > 5, self._line)
+            self._file.write(self._line[:size].tobytes().decode("ascii") if size > 0 else text_show(frame, self.version))
             return
         ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))
         players = ",".join(map(json_player, shown_players(frame.players)))
@@ -324,6 +309,12 @@ class ShownPlayer(NamedTuple):
 def shown_players(players: npt.NDArray[Any]) -> list[ShownPlayer]:
     """Rows of `PLAYER_FRAME` as plain numbers."""
     return [ShownPlayer(*row) for row in players.tolist()]
+
+
+def text_show(frame: Frame, version: int) -> str:
+    """The line of a frame, also of one that `show.write_show` cannot write."""
+    players = " ".join(text_player(row, version) for row in shown_players(frame.players))
+    return f"(show {frame.time} ((b) {' '.join(_position(frame.ball.tolist()))}) {players})\n"
 
 
 def text_player(row: ShownPlayer, version: int) -> str:
