@@ -26,6 +26,7 @@ Rooms
 `modules`       whether a behaviour module keeps the promises of its interface, and whether a net uses its modules well
 `markov`        what a chain of states ends in, and when, each number with a bound on its error
 `bounded`       the same where chances are known within bounds: the text's unknown state, and nature's optimum
+`sampling`      what many runs show: intervals that hold, also while one looks, tests, properties in LTLf and STL
 ==============  ====================================================================================================================
 """
 
@@ -68,6 +69,16 @@ if TYPE_CHECKING:
     from .modules.contracts import check_contract as check_contract
     from .report import Report as Report
     from .report import analyze as analyze
+    from .sampling.gymnasium_runs import GymnasiumRuns as GymnasiumRuns
+    from .sampling.intervals import clopper_pearson as clopper_pearson
+    from .sampling.properties import Property as Property
+    from .sampling.runs import ChainRuns as ChainRuns
+    from .sampling.runs import Run as Run
+    from .sampling.runs import Runs as Runs
+    from .sampling.sample import Sample as Sample
+    from .sampling.sample import sample as sample
+    from .sampling.sequences import confidence_sequence as confidence_sequence
+    from .sampling.sequential import ProbabilityRatioTest as ProbabilityRatioTest
     from .structure.conservation import conservative as conservative
     from .structure.invariants import Invariant as Invariant
     from .structure.invariants import flow_basis as flow_basis
@@ -85,6 +96,13 @@ else:
         {
             "report": "Report analyze",
             "verdicts": "Step Verdict",
+            "sampling.gymnasium_runs": "GymnasiumRuns",
+            "sampling.intervals": "clopper_pearson",
+            "sampling.properties": "Property",
+            "sampling.runs": "ChainRuns Run Runs",
+            "sampling.sample": "Sample sample",
+            "sampling.sequences": "confidence_sequence",
+            "sampling.sequential": "ProbabilityRatioTest",
             "structure.conservation": "conservative",
             "markov.absorption": "Absorption NEVER absorption",
             "markov.chain": "Certified MarkovChain",
