@@ -205,10 +205,10 @@ def tune(
     journal: Annotated[
         Path | None, typer.Option(help="File that holds the study, and from which it goes on.", show_default="TASK_TIER.jsonl")
     ] = None,
-    worlds: Annotated[int, typer.Option(help="Worlds of a generation; each candidate plays all of them.")] = 300,
+    worlds: Annotated[int, typer.Option(help="Worlds of a generation; each candidate plays all of them.")] = 250,
     population: Annotated[int, typer.Option(help="Candidates of a generation.")] = 24,
     elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
-    generations: Annotated[int, typer.Option(help="When it ends.")] = 10,
+    generations: Annotated[int, typer.Option(help="When it ends.")] = 8,
     seed: Annotated[int, typer.Option(help="Decides every random number.")] = 0,
 ) -> None:
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""

@@ -75,7 +75,8 @@ class SoccerAgent:
         """Begin episodes; the copies are made at the first one."""
         count = len(observation["level"])
         if self.controller is None or self.controller.batch != count:
-            exclusive = [[name for name in BODY_COMMANDS if name in _emitted(self.cprm)]]
+            emitted = _emitted(self.cprm)
+            exclusive = [[name for name in BODY_COMMANDS if name in emitted]]
             self.controller = CPRMRunner(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
             self._turned = np.zeros(count)
             worlds = None

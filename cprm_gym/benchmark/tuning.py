@@ -25,6 +25,8 @@ TUNING_SEED = 800_000
 """Seeds from here on are those of tuning; measurements take small ones."""
 KEPT = 0.3
 """Share of the old distribution that remains."""
+WIDEST = 0.125
+"""Of the extent: the standard deviation with which a study begins, about the constants set by hand."""
 NARROWEST = 0.02
 """Of the extent: the least standard deviation."""
 
@@ -54,10 +56,10 @@ class Plan:
 
     task: str = "Goalie"
     tier: str = "memory"
-    worlds: int = 300
+    worlds: int = 250
     population: int = 24
     elite: int = 6
-    generations: int = 10
+    generations: int = 8
     seed: int = 0
     senses: Senses = Senses()  # noqa: RUF009
 
@@ -128,7 +130,7 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
     names = list(plan.constants.extents())
     extents = np.array(list(plan.constants.extents().values()))
     width = extents[:, 1] - extents[:, 0]
-    mean, sd = np.array(list(plan.constants().to_dict().values())), width / 4.0
+    mean, sd = np.array(list(plan.constants().to_dict().values())), WIDEST * width
     done = read_journal(plan, journal)
     for generation in done:
         mean, sd = (np.array([values[name] for name in names]) for values in (generation.mean, generation.sd))

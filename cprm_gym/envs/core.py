@@ -121,6 +121,14 @@ def player_number(agent: str) -> int:
     return int(match[2]) + (0 if match[1] == "left" else 11)
 
 
+def _copy(source: np.ndarray, into: np.ndarray) -> None:
+    """All of an array; records as bytes, much faster than field by field."""
+    if into.dtype.names is None:
+        into[...] = source
+    else:
+        into.view("u1")[...] = np.ascontiguousarray(source).view("u1")
+
+
 class SoccerCore(Pitch):
     """A batch of worlds that play one task.
 
@@ -367,16 +375,7 @@ class SoccerCore(Pitch):
         CommandError
             When the actions do not fit the view.
         """
-        if not self._begun:
-            raise CprmError("step before reset: call reset() first")
-        if self.macros is not None:
-            self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
-        elif self.agents:
-            self.view.commands(action, self._commands, self._rows)
-        if self.scripted is not None:
-            self.scripted.act(self._see, self._body, self._commands)
-        self.previous_ball[...] = self._ball
-        self.sim.step(self._commands)
+        self.advance(action)
         late = self.late
         any_late = pitch_kernels.tally(self.sim.world, self.max_cycles, self.cycle, self._score, self._gained, late)
         outcome = self.task.outcome(self)
@@ -388,6 +387,25 @@ class SoccerCore(Pitch):
             truncated &= ~outcome.terminated
             status = np.where(truncated, OUT_OF_TIME, status)
         return Step(outcome.reward, outcome.terminated, truncated, outcome.success, status, outcome.terms)
+
+    def advance(self, action: Any) -> None:
+        """The worlds go on by a cycle, and that is all of it: nothing is judged, nothing told (`step` does both).
+
+        Raises
+        ------
+        CprmError, CommandError
+            As for `step`.
+        """
+        if not self._begun:
+            raise CprmError("step before reset: call reset() first")
+        if self.macros is not None:
+            self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
+        elif self.agents:
+            self.view.commands(action, self._commands, self._rows)
+        if self.scripted is not None:
+            self.scripted.act(self._see, self._body, self._commands)
+        self.previous_ball[...] = self._ball
+        self.sim.step(self._commands)
 
     def observe(self, fresh_start: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Fill `observation` from the senses.
@@ -458,7 +476,7 @@ class SoccerCore(Pitch):
     def branch(self, into: SoccerCore | None = None) -> SoccerCore:
         """Another engine in the same state, in which a future can be tried; `into`, an earlier one, is used again."""
         other = SoccerCore(self.options, self.worlds, first_world=self.sim.first_world) if into is None else into
-        other.load_state(self.save_state())
+        other.load_state({"world": self.sim.world, **self._state(), **self.reward.save_state()})
         return other
 
     # ------------------------------------------------------------------ saved states
@@ -492,9 +510,14 @@ class SoccerCore(Pitch):
                 given, here = (f"{a.dtype} of shape {a.shape}" for a in (state[name], values))
                 raise ParameterError(f"state: {name!r} is {given}, here {here}: the state of other options or another number of worlds")
         rows = chosen if count == self.worlds else np.zeros(len(chosen), np.int64)
-        self.sim.restore(state["world"][rows], chosen)
-        for name, values in live.items():
-            values[chosen] = state[name][rows]
+        if worlds is None and count == self.worlds:
+            self.sim.restore(state["world"])
+            for name, values in live.items():
+                _copy(state[name], values)
+        else:
+            self.sim.restore(state["world"][rows], chosen)
+            for name, values in live.items():
+                values[chosen] = state[name][rows]
         self.reward.load_state(state, chosen, rows)
         self._begun = True
 

@@ -84,7 +84,7 @@ class Foresight(State):
         waiting = np.ones(core.worlds, bool)
         before = touches(future, others)
         for cycle in range(1, self.ahead + 1):
-            future.step(idle(future))
+            (future.step if cycle < self.ahead else future.advance)(idle(future))
             after = touches(future, others)
             hit = waiting & (after > before)
             before = after
