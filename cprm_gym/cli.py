@@ -201,11 +201,12 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
 @app.command()
 def tune(
     task: Annotated[str, typer.Option(help="Whose player is tuned.")] = "Goalie",
-    tier: Annotated[str, typer.Option(help="The tier of knowledge that he is tuned for.")] = "memory",
+    tier: Annotated[str | None, typer.Option(help="The tier of knowledge that he is tuned for.", show_default="memory")] = None,
+    tracker: Annotated[bool, typer.Option("--tracker", help="The tracker's own constants instead, by its error about the ball.")] = False,
     journal: Annotated[
         Path | None, typer.Option(help="File that holds the study, and from which it goes on.", show_default="TASK_TIER.jsonl")
     ] = None,
-    worlds: Annotated[int, typer.Option(help="Worlds of a generation; each candidate plays all of them.")] = 250,
+    worlds: Annotated[int | None, typer.Option(help="Of a generation; each candidate plays all.", show_default="250, tracker 60")] = None,
     population: Annotated[int, typer.Option(help="Candidates of a generation.")] = 24,
     elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
     generations: Annotated[int, typer.Option(help="When it ends.")] = 8,
@@ -214,18 +215,23 @@ def tune(
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
     import json
 
-    from .benchmark.tuning import Plan, study
+    from .benchmark.tracking import TrackingPlan
+    from .benchmark.tuning import Plan, Search, study
 
     with said_plainly():
-        plan = Plan(task, tier, worlds, population, elite, generations, seed)
-        place = Path(f"{task}_{tier}.jsonl") if journal is None else journal
+        if tracker and tier is not None:
+            raise CprmError(f"--tier {tier}: the tracker's own constants are the same for all; leave out --tier or --tracker")
+        tier = "memory" if tier is None else tier
+        sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
+        sizes |= {} if worlds is None else {"worlds": worlds}
+        plan: Search = TrackingPlan(task, **sizes) if tracker else Plan(task, tier, **sizes)  # type: ignore[arg-type]
+        place = Path(f"{'tracker_' + task if tracker else task + '_' + tier}.jsonl") if journal is None else journal
         check_place(place, "--journal")
         found = None
         try:
             for found in study(plan, place):
-                console.print(
-                    f"generation {found.number}: middle {found.centre:.1%}, mean {found.rate:.1%}, best {found.best:.1%}", highlight=False
-                )
+                scores = f"middle {found.centre:.4f}, mean {found.rate:.4f}, best {found.best:.4f}"
+                console.print(f"generation {found.number}: {scores}", highlight=False)
         except KeyboardInterrupt:
             complaints.print(f"interrupted; the same command goes on with {escape(str(place))}", highlight=False, soft_wrap=True)
             raise typer.Exit(130) from None

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -31,9 +32,53 @@ NARROWEST = 0.02
 """Of the extent: the least standard deviation."""
 
 
+class Search(Protocol):
+    """What a study searches, and how: a frozen dataclass whose fields stand in the journal."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def population(self) -> int:
+        """Candidates of a generation."""
+
+    @property
+    def elite(self) -> int:
+        """How many of them move the distribution."""
+
+    @property
+    def generations(self) -> int:
+        """When it ends."""
+
+    @property
+    def seed(self) -> int:
+        """Decides every random number."""
+
+    @property
+    def constants(self) -> type[Constants]:
+        """What is tuned."""
+
+    def score(self, constants: Constants, generation: int) -> float:
+        """How good they are in the worlds of a generation; the more the better."""
+
+
+def check_search(search: Search, **least: int) -> None:
+    """Refuse numbers that make no sense.
+
+    Raises
+    ------
+    ParameterError
+        Naming the number, what was given and what is allowed.
+    """
+    for name, low in {"population": 2, "elite": 1, "generations": 1, "seed": 0, **least}.items():
+        if getattr(search, name) < low:
+            raise ParameterError(f"tuning: {name}: {getattr(search, name)!r} given, a whole number of at least {low} is needed")
+    if search.elite > search.population:
+        raise ParameterError(f"tuning: elite {search.elite}: at most the population, {search.population}, is allowed")
+
+
 @dataclass(frozen=True)
 class Plan:
-    """A study.
+    """A study of a player on a tier: the score is the share of worlds in which the task is done.
 
     Parameters
     ----------
@@ -42,10 +87,8 @@ class Plan:
     tier : str
     worlds : int
         Per candidate and generation.
-    population, elite : int
-        Candidates of a generation, and how many of them move the distribution.
-    generations : int
-    seed : int
+    population, elite, generations, seed : int
+        As for `Search`.
     senses : Senses
 
     Raises
@@ -69,11 +112,7 @@ class Plan:
             raise unknown_name("tier", self.tier, player.tiers)
         if player.constants is None:
             raise ParameterError(f"tuning: the player of {self.task} has no constants")
-        for name, least in (("worlds", 1), ("population", 2), ("elite", 1), ("generations", 1), ("seed", 0)):
-            if getattr(self, name) < least:
-                raise ParameterError(f"tuning: {name}: {getattr(self, name)!r} given, a whole number of at least {least} is needed")
-        if self.elite > self.population:
-            raise ParameterError(f"tuning: elite {self.elite}: at most the population, {self.population}, is allowed")
+        check_search(self, worlds=1)
 
     @property
     def player(self) -> Player:
@@ -87,6 +126,12 @@ class Plan:
         assert kind is not None, "refused when the plan was made"
         return kind
 
+    def score(self, constants: Constants, generation: int) -> float:
+        """Share of a generation's worlds in which the task is done with these constants."""
+        make = self.player.on(self.tier, self.senses, constants)
+        seed = TUNING_SEED + 1000 * self.seed + generation
+        return float(play_episodes(make_task(self.task), make, self.worlds, seed, senses=self.senses).success.mean())
+
 
 @dataclass(frozen=True)
 class Generation:
@@ -98,11 +143,11 @@ class Generation:
     mean, sd : dict of str to float
         The distribution after it.
     best : float
-        Rate of its best candidate.
+        Score of its best candidate.
     rate : float
-        Mean rate of its candidates.
+        Mean score of its candidates.
     centre : float
-        Rate of the candidate in the middle of the distribution, drawn in every generation.
+        Score of the candidate in the middle of the distribution, drawn in every generation.
     """
 
     number: int
@@ -113,12 +158,12 @@ class Generation:
     centre: float
 
 
-def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
+def study(plan: Search, journal: Path | None = None) -> Iterator[Generation]:
     """The generations of a study, those of the journal first.
 
     Parameters
     ----------
-    plan : Plan
+    plan : Search
     journal : Path, optional
         One line for the plan and one for each generation.
 
@@ -139,7 +184,7 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
         draws = np.random.default_rng(np.random.SeedSequence([plan.seed, number])).standard_normal((plan.population, len(names)))
         draws[0] = 0.0
         candidates = np.clip(mean + sd * draws, extents[:, 0], extents[:, 1])
-        rates = np.array([rate_of(plan, plan.constants.of(dict(zip(names, row.tolist()))), number) for row in candidates])
+        rates = np.array([plan.score(plan.constants.of(dict(zip(names, row.tolist()))), number) for row in candidates])
         best = candidates[np.argsort(-rates, kind="stable")[: plan.elite]]
         mean = KEPT * mean + (1 - KEPT) * best.mean(axis=0)
         sd = np.maximum(KEPT * sd + (1 - KEPT) * best.std(axis=0), NARROWEST * width)
@@ -152,27 +197,20 @@ def study(plan: Plan, journal: Path | None = None) -> Iterator[Generation]:
         yield found
 
 
-def rate_of(plan: Plan, constants: Constants, generation: int) -> float:
-    """Share of a generation's worlds in which the task is done with these constants."""
-    make = plan.player.on(plan.tier, plan.senses, constants)
-    seed = TUNING_SEED + 1000 * plan.seed + generation
-    return float(play_episodes(make_task(plan.task), make, plan.worlds, seed, senses=plan.senses).success.mean())
-
-
-def read_journal(plan: Plan, journal: Path | None) -> list[Generation]:
+def read_journal(plan: Search, journal: Path | None) -> list[Generation]:
     """The generations that a journal holds; begins it, with the plan, if there is none. A last line cut short is removed."""
     if journal is None:
         return []
-    head = json.dumps({**asdict(replace(plan, generations=1)), "generations": None})
+    head = {**asdict(plan), "generations": None}
     if not journal.exists():
-        journal.write_text(head + "\n", encoding="utf-8")
+        journal.write_text(json.dumps(head) + "\n", encoding="utf-8")
         return []
     text = journal.read_text(encoding="utf-8")
     whole = text[: text.rfind("\n") + 1]
     lines = whole.splitlines()
-    if not lines or lines[0] != head:
-        raise CprmError(f"{journal}: the journal of another study; give another --journal")
     try:
+        if not lines or json.loads(lines[0]) != head:
+            raise CprmError(f"{journal}: the journal of another study; give another --journal")
         found = [Generation(**json.loads(line)) for line in lines[1:]]
     except (ValueError, TypeError) as error:
         raise CprmError(f"{journal}: not the journal of a study: {error}") from None

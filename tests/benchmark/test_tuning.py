@@ -7,10 +7,13 @@ from typer.testing import CliRunner
 
 from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
 from cprm_gym.agents.knowledge.players import PLAYERS, Player
+from cprm_gym.agents.knowledge.tracker import Tracker, TrackerConstants
 from cprm_gym.agents.skills.constants import FIRST, STUDIES, GoalieConstants, last_mean
 from cprm_gym.benchmark import tuning
+from cprm_gym.benchmark.tracking import TrackingPlan, error_of
 from cprm_gym.benchmark.tuning import Plan, study
 from cprm_gym.cli import app
+from cprm_gym.envs.players.senses import Senses
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
 
 SMALL = Plan(worlds=6, population=4, elite=2, generations=3, seed=1)
@@ -103,6 +106,27 @@ def test_a_tier_without_a_study_plays_with_the_rivals_numbers_and_without_any_by
         Player(lambda *_: None).on("belief")
 
 
+def test_the_trackers_own_constants_are_those_of_its_study_and_know_the_ball_no_worse_than_by_hand():
+    used = Tracker().constants
+    assert used == TrackerConstants.of(last_mean(STUDIES / "tracker" / "Goalie.jsonl"))
+    for senses in (Senses(), Senses(noise=1.0), Senses(lost=0.3)):
+        tuned, by_hand, deaf = (
+            error_of("Goalie", 30, 5, senses, c) for c in (used, TrackerConstants(), TrackerConstants(surprise=60.0, live=0.02, near=0.0))
+        )
+        assert tuned < 1.03 * by_hand
+        assert tuned < deaf
+
+
+def test_a_study_of_the_tracker_goes_on(tmp_path):
+    plan = TrackingPlan(worlds=3, population=4, elite=2, generations=2, seed=1)
+    whole = list(study(plan))
+    next(study(plan, tmp_path / "x.jsonl"))
+    assert list(study(plan, tmp_path / "x.jsonl")) == whole
+    assert whole[1].best >= whole[1].rate
+    with pytest.raises(ParameterError, match="worlds"):
+        TrackingPlan(worlds=0)
+
+
 def test_the_command_tunes_and_goes_on(tmp_path):
     journal = tmp_path / "x.jsonl"
     options = ["tune", "--worlds", "6", "--population", "4", "--elite", "2", "--seed", "1", "--journal", str(journal)]
@@ -111,7 +135,12 @@ def test_the_command_tunes_and_goes_on(tmp_path):
     whole = CliRunner().invoke(app, [*options, "--generations", "3"])
     assert "generation 2" in whole.output
     assert last_mean(journal) == list(study(SMALL))[-1].mean
-    for wrong, word in ((["--tier", "memry"], "memory"), (["--task", "Goali"], "Goalie"), (["--worlds", "0"], "worlds")):
+    for wrong, word in (
+        (["--tier", "memry"], "memory"),
+        (["--task", "Goali"], "Goalie"),
+        (["--worlds", "0"], "worlds"),
+        (["--tracker", "--tier", "tracker"], "leave out"),
+    ):
         refused = CliRunner().invoke(app, ["tune", *wrong])
         assert refused.exit_code == 2
         assert word in refused.output

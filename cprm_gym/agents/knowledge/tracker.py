@@ -7,6 +7,7 @@ news are. The ball rolls and slows down; whoever is near it may change its way, 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -19,21 +20,34 @@ from ...simulator.senses import BallLevel
 from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
+from ..skills.constants import Constants, between
 
-LIVE = 0.2
-"""m / cycle by which the velocity of a ball near another player may change in a cycle (standard deviation)."""
-SURPRISE = 18.0
-"""Squared distance of a reading from what was expected, in standard deviations, beyond which the way of the ball has been changed."""
-NEAR = 0.6
-"""Metres beyond a player's reach within which he may change it."""
-RECENT = 6
-"""Cycles for which the others' places are good enough to say so."""
-RUN, TIRING = 0.12, 0.95
-"""m / cycle by which a player's velocity changes in a cycle, and the share of it that he keeps."""
 VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
 """Steps in which the changes of distance, as a share of it, and of direction are told (specification/simulator.md 6.1.5)."""
-TURNED = np.radians(0.6)
-"""Error of where he believes to look, radians."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerConstants(Constants):
+    """Of the tracker: what is not the senses' noise, which it is told. Tuned by the least error about the ball (`benchmark.tracking`)."""
+
+    whose: ClassVar[str] = "tracker"
+
+    live: float = between(0.2, 0.02, 0.8)
+    """m / cycle by which the velocity of a ball near another player may change in a cycle (standard deviation)."""
+    surprise: float = between(18.0, 8.0, 60.0)
+    """Squared distance of a reading from what was expected, in standard deviations, beyond which the way of the ball has been changed."""
+    opened: float = between(0.7, 0.1, 2.0)
+    """Metres, and m / cycle, by which it may then be elsewhere."""
+    near: float = between(0.6, 0.0, 2.0)
+    """Metres beyond a player's reach within which he may change it."""
+    recent: float = between(6.0, 1.0, 15.0)
+    """Cycles for which the others' places are good enough to say so, and to carry them on."""
+    run: float = between(0.12, 0.02, 0.5)
+    """m / cycle by which a player's velocity changes in a cycle."""
+    tiring: float = between(0.95, 0.5, 1.0)
+    """Share of it that he keeps."""
+    turned: float = between(0.6, 0.1, 3.0)
+    """Error of where he believes to look, degrees."""
 
 
 class Tracker:
@@ -45,13 +59,16 @@ class Tracker:
         What is known of the noise.
     body : Body
         His own.
+    constants : TrackerConstants, optional
+        Those tuned if not given.
     """
 
     name: ClassVar[str] = "tracker"
     oracle: ClassVar[bool] = False
 
-    def __init__(self, senses: Senses | None = None, body: Body = DEFAULT) -> None:
+    def __init__(self, senses: Senses | None = None, body: Body = DEFAULT, constants: TrackerConstants | None = None) -> None:
         self.senses, self.body = senses or Senses(), body
+        self.constants = TrackerConstants.tuned("Goalie") if constants is None else constants
         self._late, self._late_others, everything = self.senses.delays
         # of what he believes of himself when the ball was seen, counted from what he is told now
         self._back = self._late - everything
@@ -129,8 +146,8 @@ class Tracker:
         speed = np.hypot(self._mean[:, 2], self._mean[:, 3])
         noise = (0.6 * self.body.server.ball_rand * speed) ** 2 + 1e-4 + (0.15 * np.hypot(push[:, 0], push[:, 1])) ** 2
         gap = np.hypot(*(self._others[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
-        played = (self._known & (gap < self.body.reach + NEAR)).any(axis=1)
-        noise = noise + np.where(played, LIVE**2, 0.0)
+        played = (self._known & (gap < self.body.reach + self.constants.near)).any(axis=1)
+        noise = noise + np.where(played, self.constants.live**2, 0.0)
         for k in range(4):
             self._cov[:, k, k] += noise
 
@@ -147,7 +164,7 @@ class Tracker:
         s, n = self.senses, self.senses.noise * np.array(NOISE)
         step = 2.0 * s.gaussian if s.gaussian else s.quantise * self.body.server.quantize_step / np.sqrt(12.0)
         radial = distance * np.hypot(step, n[0]) + 0.03
-        aside = distance * np.sqrt((np.radians(s.quantise) ** 2) / 12.0 + n[1] ** 2 + TURNED**2) + 0.02
+        aside = distance * np.sqrt((np.radians(s.quantise) ** 2) / 12.0 + n[1] ** 2 + np.radians(self.constants.turned) ** 2) + 0.02
         moving = level >= BallLevel.MOVING
         fast = np.where(moving, np.sqrt((VELOCITY_STEP * distance) ** 2 / 12.0 + n[2] ** 2 + 0.02**2), 1e3)
         turn = distance * np.hypot(TURN_STEP / np.sqrt(12.0), n[3]) + np.abs(across) * radial / distance + 0.02
@@ -177,8 +194,8 @@ class Tracker:
         if not again.any():
             return
         off, cov, noise = told[again] - self._mean[again], self._cov[again], noise[again]
-        odd = np.einsum("ni,ni->n", off, np.linalg.solve(cov + noise, off[..., None])[..., 0]) > SURPRISE
-        cov[odd] += np.diag([0.5, 0.5, 1.0, 1.0])
+        odd = np.einsum("ni,ni->n", off, np.linalg.solve(cov + noise, off[..., None])[..., 0]) > self.constants.surprise
+        cov[odd] += self.constants.opened**2 * np.diag([1.0, 1.0, 2.0, 2.0])
         gain = np.linalg.solve(cov + noise, cov).transpose(0, 2, 1)
         self._mean[again] += np.einsum("nij,nj->ni", gain, off)
         cov = cov - gain @ cov
@@ -190,12 +207,13 @@ class Tracker:
         """The other players' places, written into `memory` (N, 23, 4); where each was last seen stands there."""
         x, p = self._others, self._spread
         seen = (age[:, 1:] <= self._late_others) & (age[:, 1:] < NEVER)
+        run, tiring = self.constants.run**2, self.constants.tiring
         if not started:
             x[..., :2] += x[..., 2:]
-            x[..., 2:] *= TIRING
-            p[..., 0] += 2.0 * p[..., 1] + p[..., 2] + RUN**2
-            p[..., 1] = TIRING * (p[..., 1] + p[..., 2]) + RUN**2
-            p[..., 2] = TIRING**2 * p[..., 2] + RUN**2
+            x[..., 2:] *= tiring
+            p[..., 0] += 2.0 * p[..., 1] + p[..., 2] + run
+            p[..., 1] = tiring * (p[..., 1] + p[..., 2]) + run
+            p[..., 2] = tiring**2 * p[..., 2] + run
         place = np.asarray(memory[:, 1:, :2], np.float64)
         away = np.hypot(*(place[..., k] - me[:, None, k] for k in (SelfFeature.X, SelfFeature.Y)))
         s = self.senses
@@ -215,7 +233,7 @@ class Tracker:
         p[more] -= np.stack([gains[0] * p[..., 0], gains[0] * p[..., 1], gains[1] * p[..., 1]], axis=-1)[more]
         self._known |= seen
         self._known &= age[:, 1:] < NEVER
-        recent = self._known & (age[:, 1:] <= self._late_others + RECENT)
+        recent = self._known & (age[:, 1:] <= self._late_others + self.constants.recent)
         x[~recent, 2:] = 0.0
         ahead = x[..., :2] + self._late_others * x[..., 2:]
         memory[:, 1:, :2] = np.where(recent[..., None], ahead, memory[:, 1:, :2])

@@ -12,13 +12,15 @@ from paths import ROOT
 from cprm_gym.agents import goalie
 from cprm_gym.agents.knowledge import ORACLES, TIERS, Informed, informed, make_tier
 from cprm_gym.agents.knowledge.oracles import Foresight, idle
+from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.knowledge.tracker import Tracker
-from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.agents.registry import AGENTS
+from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import make_task
-from cprm_gym.errors import ControllerError, ParameterError, UnknownName
+from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
 from cprm_gym.simulator.state import Count
 
 
@@ -218,15 +220,15 @@ def test_foresight_tells_the_kick_before_it_happens_and_otherwise_the_truth():
 # ---------------------------------------------------------------------- who reads the truth
 
 
-def reads_only_observations(factory, senses=None):
+def reads_only_observations(factory, senses=None, task="Goalie", cycles=25):
     """Whether the same observations, with other worlds behind them, give the same actions."""
-    _, seen, actions = play(factory, senses=senses, cycles=25)
-    made = make_task("Goalie")
+    _, seen, actions = play(factory, senses=senses, cycles=cycles, task=task)
+    made = make_task(task)
     elsewhere = SoccerCore(made, 6, seed=77, include=("memory",))
     elsewhere.reset(77)
-    controller = factory(made, "left_1")
+    controller = factory(made, elsewhere.agents[0])
     if isinstance(controller, Informed):
-        controller.connect(elsewhere, "left_1")
+        controller.connect(elsewhere, elsewhere.agents[0])
     controller.reset(seen[0], 0)
     again = []
     for observation in seen[:-1]:
@@ -235,20 +237,35 @@ def reads_only_observations(factory, senses=None):
     return same(actions, again)
 
 
-@pytest.mark.parametrize("tier", [tier for tier in TIERS if tier not in ORACLES])
-def test_no_other_tier_reads_the_truth(tier):
-    assert reads_only_observations(informed(goalie_memory.make_controller, tier))
+TASKS_OF_CONTROLLERS = {*AGENTS, *PLAYERS} - {"Soccer", "Soccer11v11"}
+"""Tasks in which somebody can act; of the matches the smallest."""
 
 
-@pytest.mark.parametrize("controller", ["cprm", "goalie_raw", "scripted", "random"])
-def test_no_controller_reads_the_truth(controller):
-    assert reads_only_observations(load_controller(controller))
-    assert reads_only_observations(goalie_memory.make_controller)
+def playable(controller, task):
+    """Whether a registered controller plays a task."""
+    try:
+        load_controller(controller)(make_task(task), "left_1")
+    except CprmError:
+        return False
+    return True
 
 
-@pytest.mark.parametrize("tier", ORACLES)
-def test_the_oracles_are_found_to_read_it(tier):
-    assert not reads_only_observations(informed(goalie_memory.make_controller, tier))
+def test_no_registered_controller_reads_the_truth():
+    played = set()
+    for controller in controller_entries():
+        for task in sorted(TASKS_OF_CONTROLLERS):
+            if playable(controller, task):
+                assert reads_only_observations(load_controller(controller), task=task, cycles=12), (controller, task)
+                played.add(controller)
+    assert played == set(controller_entries()), "each was played in one task at least"
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_oracles_alone_read_the_truth_whoever_plays_on_them(tier):
+    for task, player in PLAYERS.items():
+        if tier in player.tiers:
+            assert reads_only_observations(player.on(tier), task=task) == (tier not in ORACLES), task
+    assert tuple(name for name in TIERS if make_tier(name, make_task("Goalie"), "left_1").oracle) == ORACLES
 
 
 class Cheat:
@@ -274,7 +291,8 @@ def test_the_hooks_of_the_truth_are_used_by_oracles_alone():
     for folder in ("cprm_gym", "baselines"):
         for path in Path(ROOT, folder).rglob("*.py"):
             text = path.read_text(encoding="utf-8")
-            if re.search(r"core\.(truth|branch)\(|true_memory\(", text):
+            # what measures how far a tracker is off is no controller
+            if path.name != "tracking.py" and re.search(r"core\.(truth|branch)\(|true_memory\(", text):
                 users.add(path.relative_to(ROOT).as_posix())
     assert users == {"cprm_gym/agents/knowledge/oracles.py", "cprm_gym/envs/core.py", "cprm_gym/envs/players/memory.py"}
 
