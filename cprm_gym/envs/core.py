@@ -162,7 +162,7 @@ class SoccerCore(Pitch):
     see_changes : list of callable
         Each is given what everybody sees (`See`) before anything is made of it, observations and memories alike, and may change it.
 
-    The attributes of `Pitch`, and this class, are one object because a task sees the worlds that the engine plays.
+    One class because a task sees, as a `Pitch`, the very worlds that the engine plays, saves and branches.
     """
 
     def __init__(
