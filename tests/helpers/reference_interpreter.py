@@ -24,9 +24,10 @@ class Reference:
     def __init__(self, net: PetriNet, objects: dict[str, int] | None = None, seed: int | None = None, copy: int = 0) -> None:
         self.net = flatten(net)
         self.places = {p.name: p for p in self.net.places}
-        self.maths = compile_net(self.net).math  # only their order; it is checked by itself
+        compiled = compile_net(self.net)
+        self.maths = compiled.math  # only their order; it is checked by itself
         self.sizes = objects or {}
-        self.marking = {name: float(x) for name, x in zip(self.places, compile_net(self.net).initial)}
+        self.marking = {name: float(x) for name, x in zip(self.places, compiled.initial)}
         self.held = {p.name: -1 for p in self.net.places if isinstance(p, ObjectPlace)}
         self.running = {t.name: [] for t in self.net.transitions if t.is_timed}
         self.paused = {t.name: [] for t in self.net.transitions if t.is_timed}

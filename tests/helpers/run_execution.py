@@ -1,22 +1,92 @@
-"""Runs that analysis shows, performed by the reference interpreter with values that are observed, found by trying."""
+"""Runs that analysis shows, performed by the reference interpreter with values that are observed, found by trying.
+
+What a cycle does depends on a value only through what arcs and expressions make of it. So points at which every threshold is passed or
+not passed alike, at all markings through which the run says that the cycle goes, are tried once.
+"""
 
 from __future__ import annotations
 
 import copy
-import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+import numpy as np
 from reference_interpreter import Reference
 from run_replay import read_cell
 
-from cprm_gym.architecture.petri import Input, PetriNet, Place, Ports, Transition, flatten
+from cprm_gym.architecture.analysis.timed.regions import evaluate
+from cprm_gym.architecture.expressions import Expression
+from cprm_gym.architecture.petri import Input, Math, PetriNet, Place, Ports, Transition, flatten
 from cprm_gym.errors import ExpressionError
+
+LOOSE = 20_000
+"""Points tried beyond the grid, where the grid has none that fits."""
 
 
 class IllegalStep(Exception):
     """The interpreter cannot do what the run says."""
+
+
+class Points:
+    """Points of what is observed, and what a net makes of them.
+
+    Parameters
+    ----------
+    net : PetriNet
+        Flat.
+    maths : sequence of Math
+        In order.
+    columns : mapping from observed quantity to (N,) values
+    """
+
+    def __init__(self, net: PetriNet, maths: Sequence[Math], columns: dict[str, np.ndarray]) -> None:
+        self.columns = columns
+        self.size = len(next(iter(columns.values())))
+        self.shown = {p.name: columns[p.observes] for p in net.places if isinstance(p, Input)}
+        self.maths = [(m.name, Expression(m.expression)) for m in maths]
+        self.read = sorted({n for _, e in self.maths for n in e.names} - self.shown.keys() - {name for name, _ in self.maths})
+        named = {p.name for p in net.places if isinstance(p, (Input, Math))}
+        arcs = {(p, w) for t in net.transitions for kind in (t.inputs, t.tests, t.inhibitors) for p, w in kind.items() if p in named}
+        self.thresholds = sorted(arcs)
+        self._known: dict[tuple[float, ...], tuple[dict[str, np.ndarray], np.ndarray]] = {}
+
+    def at(self, index: int) -> dict[str, float]:
+        """One point: observed quantity -> value."""
+        return {name: float(column[index]) for name, column in self.columns.items()}
+
+    def seen(self, tokens: dict[str, float]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """The values of all places and the class of each point, (N,), while places hold these tokens."""
+        key = tuple(tokens[name] for name in self.read)
+        if key not in self._known:
+            values = self.shown | {name: np.full(self.size, tokens[name]) for name in self.read}
+            for name, expression in self.maths:
+                values[name] = evaluate(expression.tree, values, self.size)
+            code = np.zeros(self.size, np.int64)
+            for name, _ in self.maths:
+                code = _joined(code, np.isnan(values[name]))
+            for name, threshold in self.thresholds:
+                code = _joined(code, values[name] >= threshold)
+            self._known[key] = values, code
+        return self._known[key]
+
+    def classes(self, moments: Sequence[dict[str, float]], cells: Sequence[tuple[int, str, float, float]]) -> list[int]:
+        """The first point of each class that lies in all cells (number of the moment, place, low, high)."""
+        code = np.zeros(self.size, np.int64)
+        for tokens in moments:
+            code = _joined(code, self.seen(tokens)[1])
+        fits = np.ones(self.size, bool)
+        for moment, name, low, high in cells:
+            values = self.seen(moments[moment])[0][name]
+            fits &= (values >= low) & (values < high)
+        index = np.flatnonzero(fits)
+        _, first = np.unique(code[fits], return_index=True)
+        return index[np.sort(first)].tolist()
+
+
+def _joined(code: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Classes of points that are alike in both, numbered from 0."""
+    return np.unique(code * (int(other.max()) + 1) + other, return_inverse=True)[1]
 
 
 class RunExecution:
@@ -40,30 +110,45 @@ class RunExecution:
         self.net = replace(flat, places=(*flat.places, *books), ports=Ports(), semantics=semantics)
         self.moves = {t.name: t for t in moves}
         self.own = {t.name: t for t in self.net.transitions}
-        self.observes = {p.name: p.observes for p in flat.places if isinstance(p, Input)}
+        self.start = Reference(self.net)
         self.names = sorted({p.observes for p in flat.places if isinstance(p, Input)})
-        fine = {v for x in grid for v in (x, math.nextafter(x, -math.inf))}
-        self.values = [dict(zip(self.names, point)) for point in itertools.product(*([sorted(fine)] * len(self.names)))]
+        fine = sorted({v for x in grid for v in (x, math.nextafter(x, -math.inf), math.nextafter(x, math.inf))})
+        columns = [column.ravel() for column in np.meshgrid(*[fine] * len(self.names))]
+        self.grid = Points(self.net, self.start.maths, dict(zip(self.names, columns)))
+        self._loose: Points | None = None
+        self._fine = fine
+
+    @property
+    def loose(self) -> Points:
+        """Many points between and beyond those of the grid."""
+        if self._loose is None:
+            draw = np.random.default_rng(0)
+            columns = {}
+            for name in self.names:
+                near = draw.choice(self._fine, LOOSE)
+                some = near + draw.normal(size=LOOSE) * draw.choice([0.01, 0.1, 1.0, 10.0, 100.0], LOOSE)
+                columns[name] = np.where(draw.random(LOOSE) < 0.4, near, some)
+            self._loose = Points(self.net, self.start.maths, columns)
+        return self._loose
 
     def perform(self, run: Iterable, loop: Iterable = ()) -> Reference | None:
         """The interpreter at the end of a run, None if no values that were tried allow it."""
-        steps, loop = list(run), list(loop)
         cycles: dict[int, list] = {}
-        for step in steps:
+        for step in run:
             cycles.setdefault(step.cycle, []).append(step)
-        last = max(cycles, default=0)
-        start = Reference(self.net)
-        return self._from(start, [cycles.get(k, []) for k in range(last + 1)], 0, loop)
+        steps, loop = [cycles.get(k, []) for k in range(max(cycles, default=0) + 1)], list(loop)
+        found = self._from(self.start, steps, 0, loop, (self.grid,))
+        return found if found is not None else self._from(self.start, steps, 0, loop, (self.grid, self.loose))
 
-    def _from(self, state: Reference, cycles: list[list], at: int, loop: list) -> Reference | None:
+    def _from(self, state: Reference, cycles: list[list], at: int, loop: list, points: Sequence[Points]) -> Reference | None:
         """Depth first over the values of each cycle; equal ends of a cycle are followed once."""
         seen = set()
-        for values in self._values(cycles[at]):
+        final = at == len(cycles) - 1
+        for values in self._values(state, [*cycles[at], *(loop if final else [])], points):
             here = copy.copy(state)
             here.marking = dict(state.marking)
             here.running, here.paused = ({name: list(c) for name, c in clocks.items()} for clocks in (state.running, state.paused))
             try:
-                final = at == len(cycles) - 1
                 self._cycle(here, cycles[at], values, not final)
                 if final:
                     if loop:
@@ -74,21 +159,26 @@ class RunExecution:
                     return here
             except (IllegalStep, ExpressionError):
                 continue
-            key = (tuple(here.marking[n] for n in sorted(here.places)), repr(here.running), repr(here.paused))
-            key = tuple(v for n, v in here.marking.items() if isinstance(here.places[n], Place)), *key[1:]
+            key = tuple(v for n, v in here.marking.items() if isinstance(here.places[n], Place)), repr(here.running), repr(here.paused)
             if key in seen:
                 continue
             seen.add(key)
-            found = self._from(here, cycles, at + 1, loop)
+            found = self._from(here, cycles, at + 1, loop, points)
             if found is not None:
                 return found
         return None
 
-    def _values(self, steps: list) -> list[dict[str, float]]:
-        """The values that lie in the cells in which inputs are found."""
-        cells = [read_cell(step.what) for step in steps if step.kind == "observed"]
-        shown = [(self.observes[name], low, high) for name, low, high in cells if name in self.observes]
-        return [values for values in self.values if all(low <= values[name] < high for name, low, high in shown)]
+    def _values(self, state: Reference, steps: list, points: Sequence[Points]) -> Iterable[dict[str, float]]:
+        """One point of each class that lies in the cells that are shown, while the tokens go as the steps say."""
+        moments, cells = [state.marking], []
+        for step in steps:
+            if step.kind == "observed":
+                cells.append((len(moments) - 1, *read_cell(step.what)))
+            else:
+                moments.append(dict.fromkeys(state.marking, 0) | dict(step.marking))
+        for some in points:
+            for index in some.classes(moments, cells):
+                yield some.at(index)
 
     def _cycle(self, state: Reference, steps: list, values: dict[str, float], whole: bool) -> None:
         """One cycle; `whole`: it ends, and the next begins."""

@@ -165,7 +165,7 @@ class System:
         )
         free = np.ones(c.n_places, bool)
         free[kept] = False
-        for t in range(c.n_transitions):
+        for t in np.unique(np.concatenate([a.rows[free[a.place]] for a in (c.tests, c.inhibitors)])).tolist():
             least = {p: value for p, value in c.tests.of(t) if free[p]}
             below = {p: value for p, value in c.inhibitors.of(t) if free[p]}
             if initial_values:
@@ -245,9 +245,8 @@ def _dense(c: CompiledNet, arcs: Arcs, kept: np.ndarray, nothing: int) -> np.nda
     column = np.full(c.n_places, -1, np.int64)
     column[kept] = np.arange(len(kept))
     table = np.full((c.n_transitions, len(kept)), nothing, np.int32)
-    rows = np.repeat(np.arange(c.n_transitions), np.diff(arcs.start))
     there = column[arcs.place] >= 0
-    table[rows[there], column[arcs.place[there]]] = np.ceil(arcs.value[there]).astype(np.int32)
+    table[arcs.rows[there], column[arcs.place[there]]] = np.ceil(arcs.value[there]).astype(np.int32)
     return table
 
 
@@ -261,10 +260,10 @@ def _add_capacities(inhibit: np.ndarray, pre: np.ndarray, post: np.ndarray, capa
 
     What a transition produces needs its room even where a set arc then overwrites it.
     """
-    for p in np.flatnonzero(capacity >= 0):
-        gain = post[:, p].astype(np.int64) - (0 if weak else pre[:, p])
-        for t in np.flatnonzero((post[:, p] > 0) & ((gain > 0) | weak)):
-            threshold = capacity[p] - gain[t] + 1
-            if threshold < 1:
-                threshold = NEVER
-            inhibit[t, p] = threshold if inhibit[t, p] == FREE else min(threshold, inhibit[t, p])
+    limited = np.flatnonzero(capacity >= 0)
+    made = post[:, limited].astype(np.int64)
+    gain = made - (0 if weak else pre[:, limited])
+    may, held = (made > 0) & ((gain > 0) | weak), inhibit[:, limited]
+    room = np.maximum(capacity[limited] - gain + 1, 0)
+    least = np.where(room == 0, NEVER, np.where(held == FREE, room, np.minimum(room, held)))
+    inhibit[:, limited] = np.where(may, least, held)

@@ -36,7 +36,8 @@ def _wide(low: float, high: float, total: bool) -> Interval:
     largest = 1.7976931348623157e308
     if low < -largest or high > largest:
         total = False  # an overflow is undefined
-    below, above = (end if end == 0.0 else math.nextafter(end, way) for end, way in ((low, -_INF), (high, _INF)))
+    below = low if low == 0.0 else math.nextafter(low, -_INF)
+    above = high if high == 0.0 else math.nextafter(high, _INF)
     return Interval(max(below, -largest), min(above, largest), total)
 
 
@@ -286,24 +287,30 @@ def bound(node: Node, ranges: Mapping[str, tuple[float, float]]) -> Interval:
         low, high = ranges[node.name]
         return Interval(float(low), float(high))
     first = bound(node.args[0], ranges)
-    if first.empty:
+    if first.low > first.high:
         return _NEVER
     if op in ("and", "or", "if"):
         return _branches(op, node, first, ranges)
     if op == "not":
         false, true = _truth(first)
         return Interval(0.0 if true else 1.0, 1.0 if false else 0.0, first.total)
-    rest = [bound(arg, ranges) for arg in node.args[1:]]
-    if any(part.empty for part in rest):
-        return _NEVER
-    total = first.total and all(part.total for part in rest)
+    total = first.total
+    rest = []
+    for arg in node.args[1:]:
+        part = bound(arg, ranges)
+        if part.low > part.high:
+            return _NEVER
+        total = total and part.total
+        rest.append(part)
     if op == "clip":
         result = _BINARY["min"](_BINARY["max"](first, rest[0]), rest[1])
     elif op in ("<", "<=", ">", ">=", "==", "!="):
         result = _compare(op, first, rest[0])
     else:
         result = _BINARY[op](first, rest[0]) if rest else _UNARY[op](first)
-    return result._replace(total=result.total and total) if not result.empty else _NEVER
+    if result.low > result.high:
+        return _NEVER
+    return result if total else Interval(result.low, result.high, False)
 
 
 def _branches(op: str, node: Node, first: Interval, ranges: Mapping[str, tuple[float, float]]) -> Interval:
@@ -321,4 +328,4 @@ def _branches(op: str, node: Node, first: Interval, ranges: Mapping[str, tuple[f
                 second = Interval(0.0 if no else 1.0, 1.0 if yes else 0.0, second.total)
             parts.append(second)
     hull = _hull(*parts)
-    return hull if hull.empty else hull._replace(total=hull.total and first.total)
+    return hull if hull.empty or first.total else Interval(hull.low, hull.high, False)

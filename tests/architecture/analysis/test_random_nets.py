@@ -21,7 +21,7 @@ from cprm_gym.architecture.analysis.queries import can_become
 from cprm_gym.architecture.analysis.timed.environment import caller, closed_system
 from cprm_gym.architecture.analysis.timed.properties import judge_timed
 from cprm_gym.architecture.analysis.timed.state_space import explore_timed
-from cprm_gym.architecture.petri import Executor, Place, compile_net, flatten, instances
+from cprm_gym.architecture.petri import Executor, Place, compile_net, instances
 from cprm_gym.errors import ExpressionError, LivelockError
 
 COPIES, CYCLES = 48, 10
@@ -32,8 +32,8 @@ MAKERS = (random_plain, random_module, random_user)
 class Seen:
     """What executions at random showed."""
 
-    def __init__(self, net, seed):
-        self.net, self.compiled = flatten(net), compile_net(net)
+    def __init__(self, compiled, seed):
+        self.net, self.compiled = compiled.net, compiled
         self.names = [p.name for p in self.net.places if isinstance(p, Place)]
         self.columns = [self.compiled.place(n) for n in self.names]
         self.ports = self.net.ports if self.net.ports.begin and self.net.ports.outcomes else None
@@ -63,7 +63,8 @@ class Seen:
                 break
             if self.ports:
                 self.judge(before)
-        self.fired = {f.transition for f in self.executor.trace.firings()}
+        names = self.compiled.transition_names
+        self.fired = {names[t] for _, events in self.executor.trace.cycles() for t in events[:, 2].tolist()}
 
     def tokens(self, name):
         return self.executor.marking[:, self.compiled.place(name)] > 0
@@ -115,8 +116,8 @@ def check(seed):
     compiled = compile_net(net)
     space = explore_timed(closed_system(compiled, limit=5), Budget(states=30_000))
     found = judge_timed(compiled, space)
-    untimed = analyze_structure(closed_system(compiled).untimed, Budget(states=30_000))
-    seen = Seen(net, seed)
+    untimed = analyze_structure(space.system.untimed, Budget(states=30_000))
+    seen = Seen(compiled, seed)
     where = f"net {seed}"
     flat = compiled.net
     is_module = bool(flat.ports.begin and flat.ports.outcomes)
@@ -152,7 +153,7 @@ def check(seed):
                 assert not any((m[:, columns] > 0).all(axis=1).any() for m in seen.markings), (where, a, b)
 
     # fails: some execution does
-    performer = RunExecution(net, moves, extra, GRID)
+    performer = RunExecution(flat, moves, extra, GRID)
     shown = [found.deterministic, found.becomes_quiet, found.bounded, found.never_stops, found.reversible]
     if found.modules:
         shown += [replace(v, holds=False) for v in found.modules.together.values() if v.holds is True and v.run]
@@ -179,7 +180,7 @@ def check(seed):
             assert end.marking[a] >= 1, (where, text)
             assert end.marking[b] >= 1, (where, text)
     if is_module:
-        said += contract(net, seen, where)
+        said += contract(compiled, seen, where)
     if compiled.source.modules:
         report = check_composition(compiled, space=space)
         said.append(("composition", report.holds))
@@ -189,16 +190,15 @@ def check(seed):
     return said
 
 
-def contract(net, seen, where):
+def contract(compiled, seen, where):
     """Clauses that hold are kept by the executions; runs that break one are performed."""
-    report = check_contract(net, budget=Budget(states=30_000), most_tokens=5)
-    flat = flatten(net)
+    report = check_contract(compiled.source, budget=Budget(states=30_000), most_tokens=5)
+    performer = RunExecution(compiled.net, *caller(compiled.net, True), GRID)
     for clause in report.clauses:
         if clause.holds:
             assert clause.name not in seen.faults, (where, clause.name)
         elif clause.holds is False and clause.run:
-            moves, extra = caller(flat, True)
-            performed = RunExecution(net, moves, extra, GRID).perform(clause.run, clause.loop)
+            performed = performer.perform(clause.run, clause.loop)
             assert performed is not None, (where, clause.name, clause.why, [str(s) for s in clause.run])
     return [(clause.name, clause.holds) for clause in report.clauses]
 

@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ....errors import NetError
-from ...petri import PetriNet, flatten
-from ..budget import Budget, Clock
+from ...petri import PetriNet, compile_net
+from ..budget import Budget
 from ..timed.environment import caller
 from ..timed.state_space import TimedStateSpace, explore_timed
 from ..timed.system import timed_system
@@ -127,25 +128,32 @@ def check_contract(
         raise NetError(f"net {module.name!r}: a behaviour module has ports begin, ongoing and done or errors; it has {ports}")
     k = ports.within if k is None else k
     budget, clock = (budget or Budget()).start()
-    flat = flatten(module)
-    space = _explore(flat, False, budget.part(0.45 if ports.interrupts else 0.9), bounds, most_tokens, clock)
+    compiled = compile_net(module)
+    flat = compiled.net
+    moves, extra = caller(flat, idle_interrupts=False)
+    system = timed_system(compiled, moves, extra, bounds, most_tokens, clock.spent)
+    space = explore_timed(system, budget.part(0.45 if ports.interrupts else 0.9))
     spaces = [space]
 
+    @cache
+    def judge(s: TimedStateSpace) -> Judge:
+        return Judge(flat, k, s)
+
     def judged(check: Callable[[Judge], Verdict]) -> Verdict:
-        return space.judged(lambda s: check(Judge(flat, k, s)))
+        return space.judged(lambda s: check(judge(s)))
 
     clauses = [judged(Judge.start), judged(Judge.exclusive_end), judged(Judge.clean)]
     if ports.interrupts:
         clauses.append(judged(Judge.interruption))
         known = {c.name for c in clauses if c.holds is not True}
-        other = _explore(flat, True, budget.part(0.9), bounds, most_tokens, clock)
-        clauses.append(other.judged(lambda s: Judge(flat, k, s).idle_interrupt(known)))
+        other = explore_timed(system.with_outside(caller(flat, idle_interrupts=True)[0]), budget.part(0.9))
+        clauses.append(other.judged(lambda s: judge(s).idle_interrupt(known)))
         spaces.append(other)
-    clauses += [judged(Judge.spontaneous), judged(Judge.bounded), Judge(flat, k, space).may_end(), judged(Judge.quiet)]
+    clauses += [judged(Judge.spontaneous), judged(Judge.bounded), judge(space).may_end(), judged(Judge.quiet)]
     return ContractReport(
         module.name,
         tuple(clauses),
-        (*_warnings(flat, spaces), *Judge(flat, k, space).ends_only_by_interrupt()),
+        (*_warnings(flat, spaces), *judge(space).ends_only_by_interrupt()),
         k,
         space.n_states,
         sum(s.n_nodes for s in spaces),
@@ -157,13 +165,6 @@ def check_contract(
             "what the caller does is no firing: it resets no clock with resampling memory",
         ),
     )
-
-
-def _explore(
-    flat: PetriNet, idle_interrupts: bool, budget: Budget, bounds: Mapping[str, tuple[float, float]] | None, most: int, clock: Clock
-) -> TimedStateSpace:
-    moves, extra = caller(flat, idle_interrupts)
-    return explore_timed(timed_system(flat, moves, extra, bounds, most, clock.spent), budget)
 
 
 def _warnings(flat: PetriNet, spaces: list[TimedStateSpace]) -> tuple[str, ...]:

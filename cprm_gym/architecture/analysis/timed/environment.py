@@ -68,4 +68,5 @@ def caller(flat: PetriNet, idle_interrupts: bool) -> tuple[list[Transition], dic
 
 
 def asked(interrupt: str) -> str:
+    """The place of the caller's books that is marked from an interrupt that he gave until he takes the outcome."""
     return f"asked: {interrupt}"

@@ -364,9 +364,9 @@ class _Builder:
         limits = tuple((name, self.ranges[name.partition(" ")[2]]) for name, _ in steps if name.partition(" ")[2] in self.bounds)
         question = Question(tuple(ranges.items()), tuple(steps), asked, limits)
         answer = combinations(question, self.enough)
-        found: dict[Combination, Mapping[str, float] | None] = dict.fromkeys(answer.undecided)
+        found: dict[Combination, Mapping[str, float] | None] = dict.fromkeys(sorted(answer.undecided))
         found |= {cells_: None if vague else point for cells_, point in answer.possible.items()}
-        for cells_ in self._unobserved(question):
+        for cells_ in sorted(self._unobserved(question)):
             found.setdefault(cells_, None)
         return found, answer.complete
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 import struct
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -163,7 +164,7 @@ def _marks(question: Question) -> Marks:
     found: dict[str, set[float]] = {name: set() for name in question.names}
     tails: dict[str, set[str]] = {name: {name} for name, _ in question.ranges}
 
-    def add(node: Node, numbers: Iterable[float]) -> None:
+    def add(node: Node, numbers: Sequence[float]) -> None:
         for name in _tails(node, tails):
             if name in found:
                 found[name].update(numbers)
@@ -177,11 +178,11 @@ def _marks(question: Question) -> Marks:
                     if other.op == "number":
                         add(one, (other.value,))
             elif node.op == "clip":
-                add(node.args[0], (arg.value for arg in node.args[1:] if arg.op == "number"))
+                add(node.args[0], [arg.value for arg in node.args[1:] if arg.op == "number"])
             elif node.op in ("abs", "sqrt", "log", "if"):
                 add(node.args[0], (0.0,))
     for name, cells in question.quantities:
-        add(Node("name", name=name), (edge for cell in cells for edge in cell if abs(edge) <= LARGEST))
+        add(Node("name", name=name), [edge for cell in cells for edge in cell if abs(edge) <= LARGEST])
     both = {name: {sign * m for m in some for sign in (1.0, -1.0)} for name, some in found.items()}
     # a cut at m parts what is below m from m, one at the next number m from what is above: abs(x) < 3, x > 3
     return {name: sorted(some | {math.nextafter(m, math.inf) for m in some}) for name, some in both.items()}
@@ -322,12 +323,16 @@ def _refine(
         else:
             continue
         break
+    asked = open_ if open_ is not None else set(itertools.product(*(range(1, len(cells) + 1) for _, cells in question.quantities)))
+    asked = asked - answer.possible.keys()
     left: set[Combination] = set()
     for box in queue:
+        if len(left) == len(asked):
+            break
         cells = question.within(box)
         if cells is not None:
-            left |= set(itertools.product(*cells))
-    return (left if open_ is None else left & open_) - answer.possible.keys()
+            left.update(asked.intersection(itertools.product(*cells)))
+    return left
 
 
 def _parts(
@@ -364,10 +369,15 @@ def _parts(
 
 def _split(marks: Marks, box: Mapping[str, tuple[float, float]]) -> tuple[str | None, float]:
     """Where to cut a box: at a mark inside it, else in the middle of what holds most numbers; no name if it is a point."""
-    inside = {name: [m for m in some if box[name][0] < m <= box[name][1]] for name, some in marks.items()}
-    name = max(inside, key=lambda n: len(inside[n]), default=None)
-    if name is not None and inside[name]:
-        return name, inside[name][len(inside[name]) // 2]
+    most, name, middle = 0, "", 0.0
+    for other, some in marks.items():
+        low, high = box[other]
+        first = bisect_right(some, low)
+        inside = bisect_right(some, high) - first
+        if inside > most:
+            most, name, middle = inside, other, some[first + inside // 2]
+    if most:
+        return name, middle
     widest = _widest(box)
     return (None, 0.0) if widest is None else (widest, _between(*box[widest]))
 

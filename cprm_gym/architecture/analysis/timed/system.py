@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,17 @@ Rows = list[list[tuple[Any, ...]]]
 """Entries per transition."""
 
 
+class Observed(NamedTuple):
+    """What the environment sets, and what hangs on it; the same whatever the outside may do with tokens."""
+
+    variables: tuple[Variable, ...]
+    of_place: Mapping[str, int]
+    """Place -> its variable."""
+    volatile: Mapping[str, list[int]]
+    """Moved place -> variables whose value hangs on it within a cycle."""
+    joint: Joint
+
+
 @dataclass(frozen=True, eq=False)
 class TimedSystem:
     """A net with its outside, ready to be explored cycle by cycle.
@@ -26,29 +37,50 @@ class TimedSystem:
     Attributes
     ----------
     compiled : CompiledNet
-    places : tuple of str
-        Discrete and object places, then the places added for the outside.
     transitions : tuple of Transition
         Those of the net, then those of the outside.
-    variables : tuple of Variable
     labels : tuple of str
         What each edge label means: transitions, then cells, then ``clocks stop``, ``end of cycle`` and ``next cycle``.
     untimed : System
         The same discrete part without time.
-    joint : Joint
-        Which cells of several variables go together.
+    observed : Observed
+        What the environment sets.
     """
 
     compiled: CompiledNet
-    places: tuple[str, ...]
     transitions: tuple[Transition, ...]
-    n_own: int
-    variables: tuple[Variable, ...]
     labels: tuple[str, ...]
     untimed: System
     net: kernels.TimedNet
     start: np.ndarray
-    joint: Joint
+    observed: Observed
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Discrete and object places, then the places added for the outside."""
+        return self.untimed.places
+
+    @property
+    def n_own(self) -> int:
+        """Number of transitions of the net; those of the outside follow."""
+        return self.compiled.n_transitions
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """What the environment sets."""
+        return self.observed.variables
+
+    @property
+    def joint(self) -> Joint:
+        """Which cells of several variables go together."""
+        return self.observed.joint
+
+    def with_outside(self, outside: Sequence[Transition]) -> TimedSystem:
+        """The same net with other moves of its surroundings, on the same places; nothing is cut into cells anew."""
+        own = slice(self.n_own)
+        rows = {key: getattr(self.untimed, key)[own] for key in ("pre", "post", "need", "inhibit", "sets", "group", "preempts")}
+        untimed = _extended(replace(self.untimed, transitions=self.untimed.transitions[own], **rows), outside)
+        return _assembled(self.compiled, untimed, outside, self.observed, int(self.net.limit))
 
     def place(self, name: str) -> int:
         """Column of a place."""
@@ -96,16 +128,23 @@ def timed_system(
     """
     c = net if isinstance(net, CompiledNet) else compile_net(net)
     limit = _check_size(c, limit)
-    untimed = _discrete_part(c, outside, extra or {})
+    own = _widened(System.from_net(c), extra or {})
     ranges = ranges_of(c, bounds or {})
     variables, of_place = variables_of(c, ranges)
     volatile = volatile_variables(c, of_place)
-    joint = joint_cells(c, variables, untimed.places, ranges, bounds or {}, {x for found in volatile.values() for x in found}, enough)
+    joint = joint_cells(c, variables, own.places, ranges, bounds or {}, {x for found in volatile.values() for x in found}, enough)
+    return _assembled(c, _extended(own, outside), outside, Observed(variables, of_place, volatile, joint), limit)
+
+
+def _assembled(c: CompiledNet, untimed: System, outside: Sequence[Transition], observed: Observed, limit: int) -> TimedSystem:
+    """The arrays of a net whose discrete part and cells are known."""
+    variables = observed.variables
     transitions = (*c.net.transitions, *outside)
     own = c.n_transitions
-    immediate = sorted((t for t in range(own) if c.delay[t] == 0), key=lambda t: (-c.priority[t], t))
-    timed = sorted((t for t in range(own) if c.delay[t] > 0), key=lambda t: (-c.priority[t], t))
-    ends = [k + 1 for k in range(len(immediate)) if k + 1 == len(immediate) or c.priority[immediate[k]] != c.priority[immediate[k + 1]]]
+    delay, priority = c.delay.tolist(), c.priority.tolist()
+    ranked = sorted(range(own), key=lambda t: (-priority[t], t))
+    immediate, timed = [t for t in ranked if not delay[t]], [t for t in ranked if delay[t]]
+    ends = [k + 1 for k in range(len(immediate)) if k + 1 == len(immediate) or priority[immediate[k]] != priority[immediate[k + 1]]]
     labels = [t.name for t in transitions]
     first = []
     for v in variables:
@@ -113,7 +152,7 @@ def timed_system(
         labels += [v.text(k + 1) for k in range(len(v.cells))]
     labels += ["clocks stop", "end of cycle", "next cycle"]
     fixed = [v.fixed for v in variables]
-    arcs = _arc_tables(c, untimed, transitions, variables, of_place, volatile)
+    arcs = _arc_tables(c, untimed, transitions, observed)
     clocks = [c.clock_count(t) for t in timed]
     shifts = _shifting(arcs, timed) & (c.memory[timed] == kernels.ENABLING)
     arrays = kernels.TimedNet(
@@ -124,7 +163,7 @@ def timed_system(
         immediate=_ints(immediate),
         group_end=_ints(ends),
         timed=_ints(timed),
-        clock_start=len(untimed.places) + len(variables) + np.concatenate(([0], np.cumsum(clocks))).astype(np.int64),
+        clock_start=len(untimed.places) + len(variables) + np.cumsum([0, *clocks], dtype=np.int64),
         delay=c.delay[timed].astype(np.int64),
         memory=c.memory[timed].astype(np.int64),
         touches=_touching(c, untimed, timed),
@@ -138,10 +177,10 @@ def timed_system(
         end_label=len(labels) - 2,
         tick_label=len(labels) - 1,
         limit=limit,
-        **_joint_tables(joint),
+        **_joint_tables(observed.joint),
     )
     start = np.concatenate((untimed.marking, fixed, np.zeros(sum(clocks) + 1))).astype(np.int16)
-    return TimedSystem(c, untimed.places, transitions, own, variables, tuple(labels), untimed, arrays, start, joint)
+    return TimedSystem(c, transitions, tuple(labels), untimed, arrays, start, observed)
 
 
 MOST = 15_000
@@ -152,7 +191,8 @@ MOST_CLOCKS = 64
 
 def _check_size(c: CompiledNet, limit: int) -> int:
     """Refuse what a node cannot hold; the number of tokens beyond which a place counts as unbounded."""
-    for k, t in enumerate(c.net.transitions):
+    for k in np.flatnonzero(c.delay).tolist():
+        t = c.net.transitions[k]
         if c.clock_count(k) > MOST_CLOCKS:
             raise NetError(
                 f"net {c.net.name!r}, transition {t.name!r}: analysis follows up to {MOST_CLOCKS} clocks per transition, it may have "
@@ -162,7 +202,7 @@ def _check_size(c: CompiledNet, limit: int) -> int:
             raise NetError(f"net {c.net.name!r}, transition {t.name!r}: analysis follows delays up to {MOST} cycles, it has {t.delay}")
     discrete = c.kind == PlaceKind.DISCRETE
     tokens = int(c.initial[discrete].max(initial=0))
-    weight = int(max(a.max(initial=0) for a in (c.pre, c.post, c.set_to)))
+    weight = int(max(a.value.max(initial=0) for a in (c.inputs, c.outputs, c.sets)))
     capacity = int(c.capacity[c.capacity < UNBOUNDED].max(initial=0))
     most = max(tokens, weight, capacity)
     if most > MOST:
@@ -170,29 +210,30 @@ def _check_size(c: CompiledNet, limit: int) -> int:
     return min(max(limit, capacity, tokens + weight), MOST)
 
 
-def _arc_tables(
-    c: CompiledNet,
-    u: System,
-    transitions: tuple[Transition, ...],
-    variables: tuple[Variable, ...],
-    of_place: Mapping[str, int],
-    volatile: Mapping[str, list[int]],
-) -> dict[str, Any]:
+def _arc_tables(c: CompiledNet, u: System, transitions: tuple[Transition, ...], observed: Observed) -> dict[str, Any]:
     """The arcs of `TimedNet`, from `guard_start` to `write`, by field."""
-    guards, cells, takes, puts, sets, writes = tables = [Rows() for _ in range(6)]
-    for t, transition in enumerate(transitions):
-        guards.append([(p, u.need[t, p], u.inhibit[t, p]) for p in np.flatnonzero((u.need[t] > 0) | (u.inhibit[t] != FREE))])
-        takes.append([(p, u.pre[t, p]) for p in np.flatnonzero(u.pre[t])])
-        puts.append([(p, u.post[t, p]) for p in np.flatnonzero((u.post[t] > 0) & (u.sets[t] == KEEP))])
-        sets.append([(p, u.sets[t, p]) for p in np.flatnonzero(u.sets[t] != KEEP)])
-        masks, written = cell_arcs(transition, variables, of_place) if t < c.n_transitions else ([], [])
-        cells.append(masks)
-        touched = {u.places[p] for p in np.flatnonzero((u.incidence[t] != 0) | (u.sets[t] != KEEP))}
-        stale = {x for name in touched for x in volatile.get(name, ())} - {w[0] for w in written}
-        writes.append([*written, *((x, -1) for x in sorted(stale))])
     arrays: dict[str, Any] = {}
-    for name, rows, width in zip(("guard", "cell", "take", "put", "set", "write"), tables, (3, 2, 2, 2, 2, 2)):
-        arrays[f"{name}_start"], arrays[name] = _table(rows, width)
+    sets = u.sets != KEEP
+    for name, there, columns in (
+        ("guard", (u.need > 0) | (u.inhibit != FREE), (u.need, u.inhibit)),
+        ("take", u.pre != 0, (u.pre,)),
+        ("put", (u.post > 0) & ~sets, (u.post,)),
+        ("set", sets, (u.sets,)),
+    ):
+        row, place = np.nonzero(there)
+        arrays[f"{name}_start"] = np.searchsorted(row, np.arange(len(there) + 1)).astype(np.int64)
+        arrays[name] = np.stack((place, *(column[row, place] for column in columns)), axis=1).astype(np.int64)
+    cells, writes = Rows(), Rows()
+    for t, transition in enumerate(transitions):
+        masks, written = cell_arcs(transition, observed.variables, observed.of_place) if t < c.n_transitions else ([], [])
+        cells.append(masks)
+        stale: set[int] = set()
+        if observed.volatile:
+            touched = np.flatnonzero((u.pre[t] != u.post[t]) | sets[t])
+            stale = {x for p in touched for x in observed.volatile.get(u.places[p], ())} - {w[0] for w in written}
+        writes.append([*written, *((x, -1) for x in sorted(stale))])
+    for name, rows in (("cell", cells), ("write", writes)):
+        arrays[f"{name}_start"], arrays[name] = _table(rows, 2)
     return arrays
 
 
@@ -235,25 +276,37 @@ def _table(rows: Rows, width: int) -> tuple[np.ndarray, np.ndarray]:
     return start, np.array(flat, np.int64).reshape(len(flat), width)
 
 
-def _discrete_part(c: CompiledNet, outside: Sequence[Transition], extra: Mapping[str, int]) -> System:
-    """Discrete and object places and the extra ones, with the transitions of the outside, as an untimed system."""
-    base = System.from_net(c)
-    known = {name: i for i, name in enumerate((*base.places, *extra))}
-    shape = (len(base.transitions) + len(outside), len(known))
-    own, width = len(base.transitions), len(base.places)
+def _widened(base: System, extra: Mapping[str, int]) -> System:
+    """The system with more places, which none of its transitions touches."""
+    count = len(extra)
+    if not count:
+        return base
+    wider: dict[str, Any] = {}
+    for key, nothing in (("pre", 0), ("post", 0), ("need", 0), ("inhibit", FREE), ("sets", KEEP)):
+        narrow = getattr(base, key)
+        wider[key] = np.concatenate((narrow, np.full((len(narrow), count), nothing, np.int32)), axis=1)
+    marking = np.concatenate((base.marking, np.array(list(extra.values()), np.int64)))
+    capacity = np.concatenate((base.capacity, np.full(count, KEEP)))
+    return replace(base, places=(*base.places, *extra), marking=marking, capacity=capacity, **wider)
+
+
+def _extended(own: System, outside: Sequence[Transition]) -> System:
+    """The system with the transitions of the outside, without priorities."""
+    known = {name: i for i, name in enumerate(own.places)}
+    shape = (len(outside), len(known))
     pre, post, test, inhibit = (np.zeros(shape, np.int32) for _ in range(4))
     sets = np.full(shape, KEEP, np.int32)
-    for array, source in ((pre, base.pre), (post, base.post), (test, base.need), (sets, base.sets)):
-        array[:own, :width] = source
     for k, t in enumerate(outside):
         for array, arcs in ((pre, t.inputs), (post, t.outputs), (test, t.tests), (inhibit, t.inhibitors), (sets, t.sets)):
             for name, value in arcs.items():
-                array[own + k, known[name]] = int(value)
-    capacity = np.concatenate((base.capacity, np.full(len(extra), KEEP)))
-    marking = np.concatenate((base.marking, np.array(list(extra.values()), np.int64)))
-    whole = System.from_arrays(
-        pre, post, marking, places=tuple(known), transitions=(*base.transitions, *(t.name for t in outside)), test=test,
-        inhibit=inhibit, sets=sets, capacity=capacity, name=base.name,
+                array[k, known[name]] = int(value)
+    names = tuple(t.name for t in outside)
+    moves = System.from_arrays(
+        pre, post, own.marking, places=own.places, transitions=names, test=test, inhibit=inhibit, sets=sets, capacity=own.capacity,
+        name=own.name,
     )  # fmt: skip
-    whole.inhibit[:own, :width] = base.inhibit
-    return whole
+    both: dict[str, Any] = {
+        key: np.concatenate((getattr(own, key), getattr(moves, key))) for key in ("pre", "post", "need", "inhibit", "sets")
+    }
+    count = len(own.transitions) + len(names)
+    return replace(own, transitions=(*own.transitions, *names), group=np.zeros(count, np.int64), preempts=np.ones(count, bool), **both)

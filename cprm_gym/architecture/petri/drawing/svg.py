@@ -80,6 +80,19 @@ def _extent(item: Item) -> tuple[float, float, float]:
 
 
 def lay_out(box: Box, outermost: bool = False) -> Laid:
+    """Where everything in a box goes, inner boxes first: they are nodes of the layout around them.
+
+    Parameters
+    ----------
+    box : Box
+    outermost : bool
+        Without the room for a heading and a margin that a box in another one has.
+
+    Returns
+    -------
+    Laid
+        Width, height and positions in pixels, from the box's top left corner.
+    """
     children = [lay_out(inner) for inner in box.boxes]
     laid = Laid(box, 0.0, 0.0, items={item.key: item for item in box.items})
     nodes = []

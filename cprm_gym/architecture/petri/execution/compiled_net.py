@@ -73,6 +73,11 @@ class Arcs:
     place: NDArray[np.int32]
     value: NDArray[np.float64]
 
+    @cached_property
+    def rows(self) -> NDArray[np.int64]:
+        """(arcs,) the transition of each."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
     def of(self, t: int) -> list[tuple[int, float]]:
         """The (place, value) pairs of transition `t`."""
         low, high = self.start[t], self.start[t + 1]
@@ -214,8 +219,7 @@ class CompiledNet:
 
     def _dense(self, arcs: Arcs, nothing: float) -> NDArray[np.float64]:
         table = np.full((self.n_transitions, self.n_places), nothing, dtype=np.float64)
-        rows = np.repeat(np.arange(self.n_transitions), np.diff(arcs.start))
-        table[rows, arcs.place] = arcs.value
+        table[arcs.rows, arcs.place] = arcs.value
         return table
 
 

@@ -6,7 +6,7 @@ import sys
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from ....errors import NetError
 from .checks import MAX_WEIGHT, check_name, is_word, place_name, real_number, shown, whole_number
@@ -43,7 +43,12 @@ class Command:
         object.__setattr__(self, "params", FrozenMap(params))
 
 
+_NONE: FrozenMap[Any] = FrozenMap()
+
+
 def _weights(spec: object, where: str) -> FrozenMap[int]:
+    if isinstance(spec, tuple) and not spec:
+        return _NONE
     if isinstance(spec, str):
         raise NetError(f"{where} takes a tuple of place names, got the string {spec!r}; write ({spec!r},)")
     if isinstance(spec, Mapping):
@@ -56,6 +61,8 @@ def _weights(spec: object, where: str) -> FrozenMap[int]:
 
 
 def _thresholds(spec: object, where: str) -> FrozenMap[float]:
+    if isinstance(spec, tuple) and not spec:
+        return _NONE
     if isinstance(spec, str):
         raise NetError(f"{where} takes a mapping from place to threshold, got the string {spec!r}; write {{{spec!r}: 1}}")
     if isinstance(spec, Mapping):
