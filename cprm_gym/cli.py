@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 from . import __version__
 from .errors import CprmError
 from .files import check_place
+from .joining.command import join
 from .server.command import serve
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ def _version(wanted: bool) -> None:
 
 
 app.command()(serve)
+app.command()(join)
 
 
 @app.callback()

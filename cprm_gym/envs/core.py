@@ -175,17 +175,7 @@ class SoccerCore(Pitch):
         self.options = task
         self.task = task = self.options.played()
         counts = (task.left, task.right)
-        sim = Simulator(
-            worlds,
-            parameters=task.parameters,
-            seed=seed,
-            first_world=first_world,
-            rules=task.rules,
-            threads=threads,
-            left=task.left,
-            right=task.right,
-            goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
-        )
+        sim = self.simulator(task, worlds, seed, first_world, threads)
         controlled = task.controlled if self.options.controlled is None else self.options.controlled
         self.agents = select_agents(controlled, *counts)
         players = np.array([player_number(a) for a in self.agents], np.int64)
@@ -221,6 +211,20 @@ class SoccerCore(Pitch):
         self.term_keys = tuple((term, f"reward_{term}") for term in self.reward.terms)
         self.preset = Preset(self, self.options.observation, self.options.flatten, space)
         self.output: dict[str, np.ndarray] | np.ndarray = self.observation
+
+    def simulator(self, task: Task, worlds: int, seed: int, first_world: int, threads: int) -> Simulator:
+        """The simulator that plays; called once, when the engine is made."""
+        return Simulator(
+            worlds,
+            parameters=task.parameters,
+            seed=seed,
+            first_world=first_world,
+            rules=task.rules,
+            threads=threads,
+            left=task.left,
+            right=task.right,
+            goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
+        )
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""
@@ -304,24 +308,35 @@ class SoccerCore(Pitch):
             self.task.setup(self, chosen)
             if start is not None:
                 self.start_at(chosen, start)
-            self.cycle[chosen] = 0
-            self.late[chosen] = False
-            self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
-            self.memory[chosen] = 0
-            self._score[chosen] = self.sim.world["score"][chosen]
-            self._now["age"][chosen] = MAX_AGE
-            self._senses.begin(chosen)
-            self._commands[chosen] = NO_COMMAND[0]
-            self.reward.begin(self, chosen)
-            self.preset.begin(self, chosen)
-            if self.scripted is not None:
-                self.scripted.reset(chosen)
-            if self.macros is not None:
-                self.macros.reset(chosen)
-            elif self._memories is not None:
-                self._memories.forget(chosen)
+            self._begin(chosen)
         self._begun = True
         return self.observe(fresh_start=chosen)
+
+    def enter(self) -> dict[str, np.ndarray]:
+        """Begin episodes where everything stands, without the task's start: for worlds that others keep (`cprm_gym.joining`)."""
+        chosen = np.arange(self.worlds)
+        self._begin(chosen)
+        self._begun = True
+        return self.observe(fresh_start=chosen)
+
+    def _begin(self, chosen: np.ndarray) -> None:
+        """Forget everything of earlier episodes."""
+        self.cycle[chosen] = 0
+        self.late[chosen] = False
+        self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
+        self.memory[chosen] = 0
+        self._score[chosen] = self.sim.world["score"][chosen]
+        self._now["age"][chosen] = MAX_AGE
+        self._senses.begin(chosen)
+        self._commands[chosen] = NO_COMMAND[0]
+        self.reward.begin(self, chosen)
+        self.preset.begin(self, chosen)
+        if self.scripted is not None:
+            self.scripted.reset(chosen)
+        if self.macros is not None:
+            self.macros.reset(chosen)
+        elif self._memories is not None:
+            self._memories.forget(chosen)
 
     def _seed(self, seed: int | Sequence[int | np.random.SeedSequence | None] | None, chosen: np.ndarray) -> None:
         """Put the worlds into the state before an episode, with new streams where there is a seed."""
@@ -359,6 +374,14 @@ class SoccerCore(Pitch):
         elif not self.view.space.contains(action):
             names = self.macros.names
             raise CommandError(f"action 'macro': {action!r:.60} is none; allowed are 0 to {len(names) - 1}: {', '.join(names)}")
+
+    def commanded(self, action: Any) -> np.ndarray:
+        """(W, 22) commands that the actions mean, without playing them; `observe` then looks at what came of them."""
+        if self.macros is not None:
+            self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
+        elif self.agents:
+            self.view.commands(action, self._commands, self._rows)
+        return self._commands
 
     def step(self, action: Any) -> Step:
         """Play one cycle in every world.
@@ -398,10 +421,7 @@ class SoccerCore(Pitch):
         """
         if not self._begun:
             raise CprmError("step before reset: call reset() first")
-        if self.macros is not None:
-            self.macros.act(self.task.decide(self.macros.names, self.macros.mask, action), self._commands)
-        elif self.agents:
-            self.view.commands(action, self._commands, self._rows)
+        self.commanded(action)
         if self.scripted is not None:
             self.scripted.act(self._see, self._body, self._commands)
         self.previous_ball[...] = self._ball

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import CprmError
+from ..simulator.state import PLAYERS, PlayMode
 from .clients import LARGEST_DATAGRAM, Client, Port
 from .core import Server
 
@@ -193,7 +194,7 @@ def run_synchronously(transport: Transport, fast: bool = False, each: Callable[[
     ----------
     transport : Transport
     fast : bool
-        As fast as possible, without the server's short rests before the kick-off and for monitors.
+        As fast as possible, without the server's short rests before the kick-off, once all 22 players are there, and for monitors.
     each : callable
         Called before every cycle; False ends the match.
     """
@@ -205,17 +206,16 @@ def run_synchronously(transport: Transport, fast: bool = False, each: Callable[[
             return
         server.look_again()
         transport.send()
-        if not fast:
-            windows += 1
-            if server.stadium.time == 0:
-                time.sleep(0.05)
-            elif server.stadium.monitors and windows % 32 == 0:
-                time.sleep(0.02)
+        windows += 1
+        waiting = server.stadium.time == 0 and server.stadium.mode == PlayMode.before_kick_off
+        if waiting and not (fast and len(list(server.stadium.players())) == PLAYERS):
+            time.sleep(0.05)
+        elif not fast and server.stadium.monitors and windows % 32 == 0:
+            time.sleep(0.02)
         server.think()
         transport.send()
         deadline = time.monotonic() + PATIENCE
-        awaiting = bool(server.awaited())
-        transport.receive(0.0 if awaiting or not fast else 0.005)
+        transport.receive(0.0)
         while not server.is_complete:
             left = deadline - time.monotonic()
             if left <= 0.0:

@@ -1,0 +1,271 @@
+"""A player's messages as the arrays of the senses: text in, the numbers that the simulator would have put there.
+
+The server prints six significant digits. What it rounds itself (distances, directions, changes, speeds) therefore comes out as it was;
+stamina, effort, capacity and the distances of the Gaussian model lose what stands behind the sixth digit.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+
+from ..simulator.kernels.senses import FELT, IN_VIEW, KICKING, NAME_SEEN, POINTING, TACKLING, TEAM_SEEN, TOLD, TOLD_MOVING
+from ..simulator.landmarks import GOALS, LANDMARK_NAMES, LINE_NAMES
+from ..simulator.senses import BodyColumn, Hear, Landmarks, See
+from ..simulator.state import PlayMode
+
+D2R = math.pi / 180.0
+_OBJECT = re.compile(r"\(\(([^()]*)\) ([^()]*)\)")
+_ITEM = re.compile(r"\(([a-z_]+) ((?:[^()]|\([^()]*\))*)\)")
+_INNER = re.compile(r"\(([a-z_]+) ?([^()]*)\)")
+_WIDTHS = {"narrow": 1, "normal": 2, "wide": 3}
+_LANDMARKS = {name: row for row, name in enumerate(LANDMARK_NAMES)}
+_LINES = {name: number for number, name in enumerate(LINE_NAMES) if name}
+_COUNTS = {
+    "kick": BodyColumn.COUNT_KICK, "dash": BodyColumn.COUNT_DASH, "turn": BodyColumn.COUNT_TURN, "say": BodyColumn.COUNT_SAY,
+    "turn_neck": BodyColumn.COUNT_TURN_NECK, "catch": BodyColumn.COUNT_CATCH, "move": BodyColumn.COUNT_MOVE,
+    "change_view": BodyColumn.COUNT_CHANGE_VIEW, "change_focus": BodyColumn.COUNT_CHANGE_FOCUS,
+}  # fmt: skip
+_INSIDE = {
+    "arm": {"movable": BodyColumn.ARM_MOVABLE, "expires": BodyColumn.ARM_EXPIRES, "count": BodyColumn.COUNT_ARM},
+    "focus": {"count": BodyColumn.COUNT_ATTENTION},
+    "tackle": {"expires": BodyColumn.TACKLE_EXPIRES, "count": BodyColumn.COUNT_TACKLE},
+    "foul": {"charged": BodyColumn.FOUL_CHARGED},
+}
+_HITS = {"ball": BodyColumn.HIT_BALL, "player": BodyColumn.HIT_PLAYER, "post": BodyColumn.HIT_POST}
+CARDS = {"none": 0, "yellow": 1, "red": 2}
+_HEARD = re.compile(r'\(hear (\d+) (?:(-?\d+) )?(our|opp)(?: (\d+))?(?: "([^"]*)")?\)')
+MODES = PlayMode.__members__
+_GOAL = re.compile(r"goal_([lr])_(\d+)")
+
+
+def _number(word: str) -> float:
+    """A finite number; what is none is an error of the message."""
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError(word)
+    return value
+
+
+def read_see(text: str, row: int, team: str, see: See, marks: Landmarks) -> int:
+    """Fill row `row` (0..21) of world 0 from a see message; its time.
+
+    Parameters
+    ----------
+    text : str
+    row : int
+        Of the player.
+    team : str
+        Name of his team; every other is the opponents'.
+    see, marks : See, Landmarks
+        Only row `row` is written.
+
+    Raises
+    ------
+    ValueError
+        When it is no such message.
+    """
+    if not text.startswith("(see ") or not text.endswith(")"):
+        raise ValueError(text[:40])
+    time = int(text[5:-1].split(" ", 1)[0])
+    for array in (
+        see.ball,
+        see.ball_level,
+        see.players,
+        see.players_level,
+        see.players_flags,
+        marks.landmarks,
+        marks.level,
+        marks.lines,
+        marks.line,
+    ):
+        array[0, row] = 0
+    see.fresh[0, row] = True
+    nameless: dict[int, list[tuple[tuple[float, ...], list[float], int]]] = {0: [], 1: [], 2: []}
+    own = 0 if row < 11 else 11
+    felt: list[list[float]] = []
+    felt_goal: list[float] = []
+    lines = 0
+    for name, rest in _OBJECT.findall(text):
+        words = rest.split(" ")
+        kind = name[0]
+        if kind in "bB":
+            values = [*map(_number, words)]
+            see.ball_level[0, row] = FELT if kind == "B" else TOLD_MOVING if len(values) == 4 else TOLD
+            _write(see.ball[0, row], values)
+        elif kind in "pP":
+            marked = {"t": TACKLING, "k": KICKING}.get(words[-1], 0)
+            values = [*map(_number, words[:-1] if marked else words)]
+            parts = name.split('"')
+            flags = marked | (IN_VIEW if kind == "p" else 0)
+            if len(values) in (3, 7):
+                flags |= POINTING
+            if len(parts) < 3:
+                nameless[0].append(_nameless(values, flags))
+                continue
+            side = own if parts[1] == team else 11 - own
+            number = parts[2].split()
+            if not number:
+                nameless[1 if side == 0 else 2].append(_nameless(values, flags))
+                continue
+            unum = int(number[0])
+            if not 1 <= unum <= 11:
+                raise ValueError(name)
+            _write_player(see, row, side + unum - 1, values, NAME_SEEN, flags)
+        elif kind in "fg":
+            place = _LANDMARKS[name]
+            values = [*map(_number, words)]
+            marks.level[0, row, place] = TOLD_MOVING if len(values) == 4 else TOLD
+            _write(marks.landmarks[0, row, place], values)
+        elif kind == "F":
+            felt.append([*map(_number, words)])
+        elif kind == "G":
+            felt_goal = [*map(_number, words)]
+        elif name in _LINES and lines < 2:
+            marks.line[0, row, lines] = _LINES[name]
+            values = [*map(_number, words)]
+            marks.lines[0, row, lines, 0] = values[0] if len(values) > 1 else np.nan
+            marks.lines[0, row, lines, 1] = values[-1] * D2R
+            lines += 1
+        else:
+            raise ValueError(name)
+    if felt_goal:
+        place = GOALS[1] if marks.level[0, row, GOALS[0]] else GOALS[0]
+        marks.level[0, row, place] = FELT
+        _write(marks.landmarks[0, row, place], felt_goal)
+    if felt:
+        _place_felt_flags(marks, row, felt)
+    if nameless[0] or nameless[1] or nameless[2]:
+        _place_nameless(see, row, nameless)
+    return time
+
+
+def _write(out: Any, values: list[float]) -> None:
+    """Distance, direction and changes of one thing; a single number is the direction (low quality)."""
+    if len(values) == 1:
+        out[:] = np.nan
+        out[1] = values[0] * D2R
+        return
+    out[0], out[1] = values[0], values[1] * D2R
+    if len(values) >= 4:
+        out[2], out[3] = values[2], values[3] * D2R
+
+
+def _write_player(see: See, row: int, place: int, values: list[float], level: int, flags: int) -> None:
+    """One player at his place: distance, direction, changes, body, head, arm."""
+    out = see.players[0, row, place]
+    see.players_level[0, row, place], see.players_flags[0, row, place] = level, flags
+    if flags & POINTING:
+        values, arm = values[:-1], values[-1]
+        out[6] = arm * D2R
+    _write(out, values)
+    if len(values) >= 6:
+        out[4], out[5] = values[4] * D2R, values[5] * D2R
+
+
+def _nameless(values: list[float], flags: int) -> tuple[tuple[float, ...], list[float], int]:
+    """A player without number, with what decides his place among others."""
+    distance, direction = (values[0], values[1]) if len(values) > 1 else (0.0, values[0])
+    return (distance, direction, -flags), values, flags
+
+
+def _place_nameless(see: See, row: int, nameless: dict[int, list[tuple[tuple[float, ...], list[float], int]]]) -> None:
+    """Players without number stand in free places, nearest first: of their team, or, unknown, of the opponents, then of the own team."""
+    levels = see.players_level[0, row]
+    for team, first in ((1, 0), (2, 11)):
+        free = [place for place in range(first, first + 11) if levels[place] == 0 and place != row]
+        for (_, values, flags), place in zip(sorted(nameless[team]), free):
+            _write_player(see, row, place, values, TEAM_SEEN, flags)
+    opponents = 11 if row < 11 else 0
+    order = [*range(opponents, opponents + 11), *range(11 - opponents, 22 - opponents)]
+    free = [place for place in order if levels[place] == 0 and place != row]
+    for (_, values, flags), place in zip(sorted(nameless[0]), free):
+        _write_player(see, row, place, values, FELT, flags)
+
+
+def _place_felt_flags(marks: Landmarks, row: int, felt: list[list[float]]) -> None:
+    """Flags that are only felt stand in the first places of flags that are not seen, nearest first."""
+    free = [place for place in range(marks.level.shape[2]) if place not in GOALS and marks.level[0, row, place] == 0]
+    for values, place in zip(sorted(felt), free):
+        marks.level[0, row, place] = FELT
+        _write(marks.landmarks[0, row, place], values)
+
+
+def read_body(text: str, out: np.ndarray) -> tuple[int, int]:
+    """Fill the row `out` (columns `BodyColumn`) from a sense_body message; its time, and the card (0 none, 1 yellow, 2 red).
+
+    Raises
+    ------
+    ValueError
+        When it is no such message.
+    """
+    if not text.startswith("(sense_body ") or not text.endswith(")"):
+        raise ValueError(text[:40])
+    head, _, rest = text[12:-1].partition(" ")
+    out[:] = 0.0
+    card = 0
+    for name, content in _ITEM.findall(rest):
+        words = content.split(" ")
+        if name in _COUNTS:
+            out[_COUNTS[name]] = int(words[0])
+        elif name == "stamina":
+            out[BodyColumn.STAMINA], out[BodyColumn.EFFORT] = _number(words[0]), _number(words[1])
+            out[BodyColumn.CAPACITY] = _number(words[2]) if len(words) > 2 else 0.0
+        elif name == "speed":
+            out[BodyColumn.SPEED] = _number(words[0])
+            out[BodyColumn.SPEED_DIRECTION] = _number(words[1]) * D2R if len(words) > 1 else 0.0
+        elif name == "head_angle":
+            out[BodyColumn.HEAD_ANGLE] = _number(words[0]) * D2R
+        elif name == "view_mode":
+            out[BodyColumn.VIEW_QUALITY], out[BodyColumn.VIEW_WIDTH] = 1 if words[0] == "high" else 2, _WIDTHS[words[1]]
+        elif name in _INSIDE or name == "collision":
+            for inner, told in _INNER.findall(content):
+                if name == "collision":
+                    out[_HITS[inner]] = 1
+                elif inner in _INSIDE[name]:
+                    out[_INSIDE[name][inner]] = int(told)
+                elif name == "arm":
+                    distance, direction = told.split(" ")
+                    out[BodyColumn.ARM_DISTANCE], out[BodyColumn.ARM_DIRECTION] = _number(distance), _number(direction) * D2R
+                elif name == "focus" and told != "none":
+                    side, unum = told.split(" ")
+                    out[BodyColumn.ATTENTION] = int(unum) + (0 if side == "l" else 11)
+                elif name == "foul":
+                    card = CARDS[told]
+                    out[BodyColumn.CARD] = card
+        elif name == "focus_point":
+            out[BodyColumn.FOCUS_DISTANCE], out[BodyColumn.FOCUS_DIRECTION] = _number(words[0]), _number(words[1]) * D2R
+    return int(head), card
+
+
+def read_hear(text: str, row: int, hear: Hear) -> bool:
+    """Add a message of a player to row `row` of world 0; False for what is none (the referee, a coach, the own voice)."""
+    found = _HEARD.fullmatch(text)
+    if found is None:
+        return False
+    n = int(hear.heard[0, row])
+    if n < hear.sender.shape[2]:
+        _, direction, side, unum, said = found.groups()
+        hear.sender[0, row, n] = 1 if side == "our" else 2
+        hear.level[0, row, n] = 1 if said is None else 2
+        hear.unum[0, row, n] = int(unum or 0)
+        hear.direction[0, row, n] = int(direction or 0) * D2R
+        data = (said or "").encode("latin-1")[: hear.text.shape[3]]
+        hear.length[0, row, n] = len(data)
+        hear.text[0, row, n] = 0
+        hear.text[0, row, n, : len(data)] = np.frombuffer(data, np.uint8)
+    hear.heard[0, row] = min(n + 1, 100)
+    return True
+
+
+def read_referee(name: str, world: Any) -> None:
+    """Take over what the referee says: play mode and goals."""
+    goal = _GOAL.fullmatch(name)
+    if goal is not None:
+        world["score"][0 if goal[1] == "l" else 1] = int(goal[2][:6])
+        world["mode"] = PlayMode.goal_l if goal[1] == "l" else PlayMode.goal_r
+    elif name in MODES:
+        world["mode"] = MODES[name]

@@ -1,0 +1,57 @@
+"""``cprm-gym join``."""
+
+from __future__ import annotations
+
+import signal
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import CprmError
+
+
+def join(
+    team: Annotated[str, typer.Argument(help="Name of the team, at most 15 letters, digits, '_' or '-'.")],
+    host: Annotated[str, typer.Option(help="Where the server is.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Of its players.")] = 6000,
+    controller: Annotated[str, typer.Option(help="Who plays: a registered controller.")] = "cprm",
+    task: Annotated[str, typer.Option(help="What the controller plays.")] = "Soccer11v11",
+    players: Annotated[int | None, typer.Option(help="How many join from here.", show_default="those of the task")] = None,
+    goalie: Annotated[bool, typer.Option(help="The first of them is the goalie.")] = True,
+    coach: Annotated[bool, typer.Option("--coach", help="A coach chooses heterogeneous types.")] = False,
+    coach_port: Annotated[int, typer.Option(help="Of the server's coaches.")] = 6002,
+    seed: Annotated[int, typer.Option(help="Of the controllers.")] = 0,
+    wait: Annotated[float, typer.Option(help="Seconds for which the server's answer is waited for.")] = 10.0,
+) -> None:
+    """Join a match on a server with controllers of ours."""
+    import re
+
+    from ..benchmark.registry import load_controller
+    from ..envs.tasks import make_task
+    from .team import JoinedTeam
+
+    if not re.fullmatch(r"[A-Za-z0-9_-]{1,15}", team):
+        raise CprmError(f"team {team!r}: a name has 1 to 15 letters, digits, '_' or '-'")
+    made = make_task(task)
+    count = made.left if players is None else players
+    if not 1 <= count <= 11:
+        raise CprmError(f"--players {count}: allowed are 1 to 11")
+    going = True
+
+    def end(*_: Any) -> None:
+        nonlocal going
+        going = False
+
+    joined = JoinedTeam(
+        host, port, team, made, load_controller(controller), players=count, goalie=goalie and made.left_goalie > 0, coach=coach,
+        coach_port=coach_port, seed=seed, patience=wait,
+    )  # fmt: skip
+    typer.echo(f"{team}: {', '.join(player.agent for player in joined.players)} play as {controller} at {host}:{port}")
+    before = {word: signal.signal(word, end) for word in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        joined.play(lambda: going)
+    finally:
+        joined.leave()
+        for word, handler in before.items():
+            signal.signal(word, handler)
+    typer.echo(joined.summary())
