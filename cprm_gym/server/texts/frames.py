@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
+
 from ...simulator.gamelog.frames import Frame
+from ...simulator.gamelog.kernels import show
+from ...simulator.gamelog.kernels.show import POSITION_STEP
 from ...simulator.gamelog.writer import (
-    POSITION_STEP,
     frame_of,
     json_parameters,
     json_player,
@@ -20,6 +23,7 @@ from ...simulator.simulator import Simulator
 from .binary_frames import binary_frame, binary_message, binary_parameters
 
 JSON = -1
+_LINE = np.zeros(show.LONGEST_LINE, np.uint8)
 VERSIONS = (JSON, 1, 2, 3, 4, 5)
 """Protocols of monitors."""
 
@@ -101,12 +105,17 @@ def _json_graphic(text: str) -> str:
 def _text_frame(frame: Frame, version: int) -> str:
     """``(show T (pm N) (tm ...) ((b) ...) ((l 1) ...) ...)``."""
     left, right = frame.left, frame.right
+    state = f"(show {frame.time} (pm {int(frame.mode)})"
     teams = f"{left.name or 'null'} {right.name or 'null'} {left.score} {right.score}"
     if any((left.pen_score, left.pen_miss, right.pen_score, right.pen_miss)):
         teams += f" {left.pen_score} {left.pen_miss} {right.pen_score} {right.pen_miss}"
+    length = show.write_show(frame.time, frame.ball, frame.players, version == 5, _LINE) if version > 3 else -1
+    if length > 0:
+        line = _LINE[: length - 1].tobytes().decode("latin-1")
+        return f"{state} (tm {teams}){line[line.index(' ((b)') :]}"
     ball = " ".join(quantised(value, POSITION_STEP) for value in frame.ball)
     players = " ".join(text_player(row, version + 1) for row in shown_players(frame.players))
-    return f"(show {frame.time} (pm {int(frame.mode)}) (tm {teams}) ((b) {ball}) {players})"
+    return f"{state} (tm {teams}) ((b) {ball}) {players})"
 
 
 def _json_frame(frame: Frame) -> str:
