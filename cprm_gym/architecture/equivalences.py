@@ -198,8 +198,8 @@ class RegionsRunner:
     def __init__(self, policy: RegionPolicy, engine: Any = "exact") -> None:
         self.policy = policy
         grounding = Grounding(policy.model, policy.objects)
-        self._variables = grounding.ground((), first=True).variables
         self._filter = Filter(grounding, 1, engine, on_impossible="restart")
+        self._variables = self._filter.grounding.ground((), first=True).variables
         self._links = [(o.variable, Formula(o.value), Formula(o.when) if o.when else None) for o in policy.observations]
         self._quantities = {name: Formula(text) for name, text in policy.quantities.items()}
         self._where = [Formula(region.where) for region in policy.regions]
@@ -212,7 +212,9 @@ class RegionsRunner:
             observed = when is None or when({n: given[n] for n in when.names}, 1)[0] >= 0.5
             number = value({n: given[n] for n in value.names}, 1)
             if observed:
-                evidence[variable] = number if self._variables[variable].edges is not None else np.rint(number).astype(np.int64)
+                found = self._variables[variable]
+                plain = found.edges is not None or found.quantity is not None
+                evidence[variable] = number if plain else np.rint(number).astype(np.int64)
         posterior = self._filter.step(evidence, relations=())
         values = {view.name: view_of(view)(posterior[view.variable], self._variables[view.variable]) for view in self.policy.views}
         for name, formula in self._quantities.items():

@@ -267,15 +267,20 @@ class CPRMRunner:
                 active.append(canonical_tuple(link.relation, names))
         return tuple(dict.fromkeys(active))
 
-    def _read(self, bank: FilterBank, percepts: Percepts) -> StateRows:
-        """What the model is told: (W,) states of each name, -1 where not observed."""
+    def _read(self, bank: FilterBank, percepts: Percepts) -> Mapping[str, Any]:
+        """What the model is told: (W,) states of each name, -1 where not observed, and real numbers, NaN there."""
         if not self._sights:
             return StateRows((), np.empty((0, self.batch), np.int64))
         values = self._evaluate([s.value for s in self._sights], percepts)
         shown = self._evaluate([s.when for s in self._sights], percepts) >= 0.5
         states = np.full(values.shape, UNOBSERVED, np.int64)
+        reals: dict[str, NDArray[np.float64]] = {}
         for variable, rows in self._domains:
             numbers, seen = values[rows], shown[rows]
+            if variable.quantity is not None:
+                for sight, row, mask in zip(self._sights[rows], numbers, seen):
+                    reals[sight.name] = np.where(mask, row, reals.get(sight.name, np.nan))
+                continue
             if variable.edges is None:
                 values[rows] = numbers = np.rint(numbers)
                 numbers = numbers.astype(np.int64)
@@ -286,7 +291,8 @@ class CPRMRunner:
                     state_of(bank.variables[sight.name], row[mask])
                 raise
         self._seen = [(sight.name, row, mask) for sight, row, mask in zip(self._sights, values, shown)]
-        return StateRows(self._sight_names, states if len(states) == len(self._sight_names) else self._merged(states))
+        told = StateRows(self._sight_names, states if len(states) == len(self._sight_names) else self._merged(states))
+        return {**told, **reals} if reals else told
 
     def _merged(self, states: NDArray[np.int64]) -> NDArray[np.int64]:
         """One row for each variable, where several observations are of the same: the last that sees it counts."""

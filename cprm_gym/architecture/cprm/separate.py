@@ -103,7 +103,7 @@ class SeparateBeliefs:
                 chosen = self._cluster(link, value, holding)
                 if chosen in ground.variables[name].states:
                     evidence[name] = chosen
-            elif ground.variables[name].edges is None:
+            elif ground.variables[name].edges is None and ground.variables[name].quantity is None:
                 evidence[name] = Index(round(value or 0.0))
             else:
                 evidence[name] = value

@@ -88,9 +88,12 @@ if TYPE_CHECKING:
     from .model.cpds import Uniform as Uniform
     from .model.diffusion import diffusion_report as diffusion_report
     from .model.domains import BOOL as BOOL
+    from .model.domains import Angle as Angle
     from .model.domains import Bins as Bins
     from .model.domains import Index as Index
+    from .model.domains import Interval as Interval
     from .model.domains import Labels as Labels
+    from .model.domains import Real as Real
     from .model.model import Model as Model
     from .model.schema import Add as Add
     from .model.schema import Attribute as Attribute
@@ -123,7 +126,7 @@ else:
             "model.aggregates": "All AnyCause Count Exists Max Mean Min",
             "model.cpds": "Chance Dense Mixture Noise NoisyOr Prior Switch Table Uniform",
             "model.diffusion": "diffusion_report",
-            "model.domains": "BOOL Bins Index Labels",
+            "model.domains": "BOOL Angle Bins Index Interval Labels Real",
             "model.model": "Model",
             "model.schema": "Add Attribute Given PRMClass Reference Relation Replace prev",
         },

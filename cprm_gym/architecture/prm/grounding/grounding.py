@@ -81,6 +81,24 @@ class Grounding(Skeleton, Grounds):
         self._answers: dict[Any, GroundSlice] = {}
         self._written: dict[str | tuple[str, ...], str] = {}
         self._actives: dict[tuple[Any, ...], tuple[str, ...]] = {}
+        self._binned: Grounding | None = None
+
+    def binned(self) -> Grounding:
+        """The same objects of `Model.binned`; itself where no real number is.
+
+        Raises
+        ------
+        ModelError
+            For a real number without bins.
+        """
+        if not self.model.continuous:
+            return self
+        if self._binned is None:
+            references: dict[str, dict[str, tuple[str, ...]]] = {}
+            for (name, slot), targets in self.references.items():
+                references.setdefault(name, {})[slot] = targets
+            self._binned = Grounding(self.model.binned(), self.objects, references)
+        return self._binned
 
     def ground(
         self,
@@ -240,8 +258,18 @@ class Grounding(Skeleton, Grounds):
         for name in ground.given:
             variable = ground.variables[name]
             default = classes[self.objects[variable.object_name]].given[variable.attribute].default
-            if default is not None:
+            if default is not None and variable.quantity is None:
                 out[name] = variable.index(default)
+        return out
+
+    def quantities(self, ground: GroundSlice) -> dict[str, float]:
+        """Values of real numbers that are given and have a default."""
+        classes, out = self.model.checked.classes, {}
+        for name in ground.given:
+            variable = ground.variables[name]
+            default = classes[self.objects[variable.object_name]].given[variable.attribute].default
+            if default is not None and variable.quantity is not None:
+                out[name] = float(default)
         return out
 
 
@@ -281,5 +309,5 @@ def unroll(slices: Sequence[GroundSlice]) -> GroundSlice:
                 if f"{parent}#{at}" not in variables:
                     raise ModelError(f"slice {t}: {cpd.child!r} needs {parent!r} of slice {at}, which does not have it")
                 parents.append((f"{parent}#{at}", SAME))
-            cpds.append(GroundCPD(f"{cpd.child}#{t}", tuple(parents), cpd.table, cpd.key, cpd.checked))
+            cpds.append(GroundCPD(f"{cpd.child}#{t}", tuple(parents), cpd.table, cpd.key, cpd.checked, cpd.density))
     return GroundSlice(variables, tuple(cpds), tuple(given))

@@ -11,7 +11,8 @@ import numpy as np
 from ....errors import ModelError
 from ..model.aggregates import chain
 from ..model.cpds import MAX_CELLS
-from ..model.domains import Bins, Domain
+from ..model.densities import Density, averaged, chosen
+from ..model.domains import Angle, Bins, Domain, Real
 from ..model.resolved import ClassInfo, RelationInfo, Rule, Rules, Slot
 from ..model.schema import parse_tuple
 from .skeleton import Skeleton
@@ -38,6 +39,7 @@ class Bound:
     parents: Parents
     table: np.ndarray
     key: Hashable
+    density: Density | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,13 +127,14 @@ class SliceBuilder:
         self.variables[name] = known
 
     def _cpd(self, child: str, bound: Bound) -> None:
-        parents, table, key = _merge_repeated(bound)
+        bound = _merge_repeated(bound)
+        parents, key = bound.parents, bound.key
         shared = self.skeleton.cpds.setdefault(child, {})
         known = shared.get((parents, key))
         if known is None:
             if len(shared) >= SHARED_CPDS:
                 shared.clear()
-            known = shared[parents, key] = GroundCPD(child, parents, table, key, checked=True)
+            known = shared[parents, key] = GroundCPD(child, parents, bound.table, key, True, bound.density)
         self.cpds.append(known)
 
     def _add_object(self, name: str, info: ClassInfo, claims: Mapping[str, list[Claim]]) -> None:
@@ -189,13 +192,17 @@ class SliceBuilder:
 
     def _combine(self, mode: str, full: str, domain: Domain, context: Context, atoms: tuple[str, ...], bound: list[Bound]) -> Bound:
         union = tuple(dict.fromkeys(p for b in bound for p in b.parents))
+        if bound[0].density is not None:
+            return self._combine_densities(mode, full, context, atoms, bound, union)
+        if any(b.density is not None for b in bound):
+            raise ModelError(f"{self.where}: {' and '.join(atoms)} change {full!r}, only some of them with a real number as parent")
         sizes = {p: size for b in bound for p, size in zip(b.parents, b.table.shape)}
         shape = (*(sizes[p] for p in union), len(domain))
         if math.prod(shape) * len(bound) > MAX_CELLS:
             raise ModelError(f"{self.where}: {' and '.join(atoms)} give {full!r} a table of {math.prod(shape)} cells")
         merged = [_merge_repeated(b) for b in bound]
-        tables = [np.broadcast_to(_onto(t, p, union), shape) for p, t, _ in merged]
-        key = (mode, tuple(k for _, _, k in merged), tuple(tuple(union.index(q) for q in p) for p, _, _ in merged))
+        tables = [np.broadcast_to(_onto(b.table, b.parents, union), shape) for b in merged]
+        key = (mode, tuple(b.key for b in merged), tuple(tuple(union.index(q) for q in b.parents) for b in merged))
         if mode == "mean":
             return _bound(union, np.mean(tables, axis=0), key)
         if mode == "noisy-or":
@@ -203,6 +210,24 @@ class SliceBuilder:
             return _bound(union, np.stack([none, 1.0 - none], axis=-1), key)
         selector = self._selector(context, atoms)
         return _bound(((selector, SAME), *union), np.stack(tables), key)
+
+    def _combine_densities(
+        self, mode: str, full: str, context: Context, atoms: tuple[str, ...], bound: list[Bound], union: Parents
+    ) -> Bound:
+        """As `_combine`, where a real number is among child and parents."""
+        if any(b.density is None for b in bound) or mode == "noisy-or":
+            raise ModelError(
+                f"{self.where}: {' and '.join(atoms)} all change {full!r}; with real numbers by exclusive, priority, mean or mixture"
+            )
+        domains = {p: d for b in bound if b.density is not None for p, d in zip(b.parents, b.density.parents)}
+        key = (mode, tuple(b.key for b in bound), tuple(tuple(union.index(q) for q in b.parents) for b in bound))
+        if mode == "mixture":
+            selector = self._selector(context, atoms)
+            union, domains = ((selector, SAME), *union), {**domains, (selector, SAME): self.variables[selector].domain}
+        spaces = [domains[p] for p in union]
+        moved = [b.density.moved([union.index(p) for p in b.parents], spaces) for b in bound if b.density is not None]
+        made = chosen(moved, spaces, 0) if mode == "mixture" else averaged(moved, spaces)
+        return Bound(union, np.zeros((0,) * (len(union) + 1)), key, made)
 
     def _selector(self, context: Context, atoms: tuple[str, ...]) -> str:
         known = self.selectors.get((context.name, atoms))
@@ -227,7 +252,7 @@ class SliceBuilder:
         return True
 
     def _bind(self, rule: Rule, context: Context) -> Bound:
-        return Bound(tuple(self._parent(s, context) for s in rule.parents), rule.table, rule.key)
+        return Bound(tuple(self._parent(s, context) for s in rule.parents), rule.table, rule.key, rule.density)
 
     def _parent(self, slot: Slot, context: Context) -> tuple[str, int]:
         if slot.aggregate is not None:
@@ -294,6 +319,19 @@ class SliceBuilder:
 
 
 def _variable(name: str, domain: Domain, class_name: str, object_name: str, attribute: str) -> GroundVariable:
+    if isinstance(domain, Real | Angle):
+        return GroundVariable(
+            name,
+            (),
+            None,
+            domain.period > 0.0,
+            class_name,
+            object_name,
+            attribute,
+            unit=domain.unit,
+            auxiliary=not class_name,
+            quantity=domain,
+        )
     if not isinstance(domain, Bins):
         return GroundVariable(name, domain.states, None, False, class_name, object_name, attribute, auxiliary=not class_name)
     edges = np.array(domain.edges)
@@ -309,15 +347,18 @@ def _bound(parents: Parents, table: np.ndarray, key: Hashable) -> Bound:
     return Bound(parents, table, key)
 
 
-def _merge_repeated(bound: Bound) -> tuple[Parents, np.ndarray, Hashable]:
+def _merge_repeated(bound: Bound) -> Bound:
     """One axis for a variable that is a parent twice: the diagonal of the table."""
     unique = tuple(dict.fromkeys(bound.parents))
     if len(unique) == len(bound.parents):
-        return bound.parents, bound.table, bound.key
+        return bound
     axes = [unique.index(p) for p in bound.parents]
+    if bound.density is not None:
+        spaces = [bound.density.parents[bound.parents.index(p)] for p in unique]
+        return Bound(unique, np.zeros((0,) * (len(unique) + 1)), (bound.key, tuple(axes)), bound.density.moved(axes, spaces))
     table = np.einsum(bound.table, [*axes, len(unique)], [*range(len(unique)), len(unique)]).copy()
     table.flags.writeable = False
-    return unique, table, (bound.key, tuple(axes))
+    return Bound(unique, table, (bound.key, tuple(axes)))
 
 
 def _onto(table: np.ndarray, parents: Parents, union: Parents) -> np.ndarray:

@@ -17,7 +17,8 @@ import numpy as np
 
 from ....errors import ModelError, did_you_mean
 from ..model.cpds import check_rows
-from ..model.domains import Bins, Domain, Labels, state_index
+from ..model.densities import Density
+from ..model.domains import Angle, Bins, Domain, Labels, Real, state_index
 from ..model.resolved import topological_order
 
 SAME, PREVIOUS, STATIC = 0, 1, -1
@@ -46,6 +47,8 @@ class GroundVariable:
         Of the bins.
     auxiliary : bool
         Nobody declared it: it holds an aggregate or a part of one, or selects among relations.
+    quantity : Real or Angle, optional
+        Of a real number, which has no states.
     """
 
     name: str
@@ -58,8 +61,11 @@ class GroundVariable:
     clip: bool = False
     unit: str = ""
     auxiliary: bool = False
+    quantity: Real | Angle | None = None
 
     def __post_init__(self) -> None:
+        if self.quantity is not None:
+            return
         if len(set(self.states)) != len(self.states) or not self.states:
             raise ModelError(f"variable {self.name!r}: states must be named once each, got {self.states}")
         if self.edges is not None and len(self.edges) != len(self.states) + 1:
@@ -73,6 +79,8 @@ class GroundVariable:
     @cached_property
     def domain(self) -> Domain:
         """The states as a domain."""
+        if self.quantity is not None:
+            return self.quantity
         if self.edges is None:
             return Labels(self.states)
         return Bins(tuple(self.edges.tolist()), self.unit, self.circular, self.clip)
@@ -104,6 +112,8 @@ class GroundCPD:
         Identity of the class-level CPD: equal keys, equal tables and equal kinds of parents.
     checked : bool
         The rows are known to be distributions, as those of a checked model are.
+    density : Density, optional
+        Instead of the table, which then is empty, where a real number is among child and parents; its parents are these in order.
     """
 
     child: str
@@ -111,6 +121,7 @@ class GroundCPD:
     table: np.ndarray
     key: Hashable
     checked: bool = False
+    density: Density | None = None
 
     def __post_init__(self) -> None:
         for parent, lag in self.parents:
@@ -171,13 +182,16 @@ class GroundSlice:
     def _check(self, cpd: GroundCPD) -> None:
         if cpd.child not in self.variables:
             raise ModelError(f"CPD of unknown variable {cpd.child!r}.{did_you_mean(cpd.child, self.variables)}")
+        for parent, lag in cpd.parents:
+            if lag == SAME and parent not in self.variables:
+                raise ModelError(f"CPD of {cpd.child!r}: unknown parent {parent!r}.{did_you_mean(parent, self.variables)}")
+        if cpd.density is not None:
+            return
         states = self.variables[cpd.child].card
         if cpd.table.shape[-1] != states:
             raise ModelError(f"CPD of {cpd.child!r}: {cpd.table.shape[-1]} probabilities for {states} states")
-        for (parent, lag), size in zip(cpd.parents, cpd.table.shape):
+        for (parent, _), size in zip(cpd.parents, cpd.table.shape):
             known = self.variables.get(parent)
-            if known is None and lag == SAME:
-                raise ModelError(f"CPD of {cpd.child!r}: unknown parent {parent!r}.{did_you_mean(parent, self.variables)}")
             if known is not None and known.card != size:
                 raise ModelError(f"CPD of {cpd.child!r}: axis of {parent!r} has {size} entries for {known.card} states")
         if not cpd.checked:
@@ -205,6 +219,14 @@ class Grounds(ABC):
     """
 
     static: tuple[str, ...] = ()
+
+    def binned(self) -> Grounds:
+        """The same for engines that know states only: real numbers are cut into their bins."""
+        return self
+
+    def quantities(self, ground: GroundSlice) -> Mapping[str, float]:
+        """Values of real numbers that are given where a user leaves them out."""
+        return {}
 
     @abstractmethod
     def ground(self, relations: Any = (), first: bool = False) -> GroundSlice:

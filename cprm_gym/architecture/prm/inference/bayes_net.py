@@ -284,6 +284,8 @@ class BayesNet:
 
     def __init__(self, slice_: GroundSlice) -> None:
         for cpd in slice_.cpds:
+            if cpd.density is not None:
+                raise ModelError(f"CPD of {cpd.child!r} has a real number; a static net has states only: take `Model.binned`")
             for parent, lag in cpd.parents:
                 if lag != 0:
                     raise ModelError(f"CPD of {cpd.child!r} has parent {parent!r} with lag {lag}; a static net has no other slices")

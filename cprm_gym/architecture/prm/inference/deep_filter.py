@@ -95,7 +95,7 @@ class DeepFilter(Filter):
             row = {name: k for k, name in enumerate(names)}
             order = np.array([row.get(name, -1) for name in info.names])
             hard = np.where(order[:, None] < 0, UNOBSERVED, readings.hard[order])
-            state, posterior = filtering.advance(settings, state, Readings(hard, readings.soft), situation)
+            state, posterior = filtering.advance(settings, state, Readings(hard, readings.soft, readings.numbers), situation)
         self._remembered.clear()
         self.deep_state = state
         belief = self.engine.adopt(settings.engine.factored(state.belief))

@@ -11,13 +11,15 @@ Who has state indices already, row by row, hands them over as `StateRows`, or as
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....errors import EvidenceError, ImpossibleEvidence, did_you_mean
 from ..grounding.slices import GroundVariable
-from ..model.domains import Index
+from ..model.domains import Index, Interval
+from .continuous.number_evidence import Numbers, interval_likelihood, read_numbers
 
 UNOBSERVED = -1
 
@@ -28,13 +30,16 @@ class Readings(NamedTuple):
     Attributes
     ----------
     hard : (V, W) int array
-        State of each variable for each agent; -1 where not observed.
+        State of each variable for each agent; -1 where not observed; 0 where a real number was.
     soft : dict of str to (W, card) float array
         Likelihood vectors (Pearl): any scale, the scale only changes the log-likelihood.
+    numbers : dict of str to Numbers
+        Readings of real numbers.
     """
 
     hard: np.ndarray
     soft: dict[str, np.ndarray]
+    numbers: Mapping[str, Numbers] = MappingProxyType({})
 
     def extended(self, count: int) -> Readings:
         """The readings with unobserved variables added at the end, `count` in all."""
@@ -43,7 +48,11 @@ class Readings(NamedTuple):
 
     def rows(self, agents: np.ndarray) -> Readings:
         """The readings of some agents."""
-        return Readings(self.hard[:, agents], {name: likelihood[agents] for name, likelihood in self.soft.items()})
+        return Readings(
+            self.hard[:, agents],
+            {name: likelihood[agents] for name, likelihood in self.soft.items()},
+            {name: numbers.rows(agents) for name, numbers in self.numbers.items()},
+        )
 
 
 class StateRows(Mapping[str, Index]):
@@ -302,6 +311,34 @@ def _all_at_once(
     except OverflowError:
         return False  # the message names the variable
     return True
+
+
+def split_numbers(
+    variables: Mapping[str, GroundVariable], evidence: Mapping[str, Any] | np.ndarray | None, batch: int
+) -> tuple[dict[str, Any], dict[str, Numbers], dict[str, np.ndarray]]:
+    """Evidence parted into states, readings of real numbers, and likelihoods of intervals of bins.
+
+    Raises
+    ------
+    EvidenceError
+    """
+    if isinstance(evidence, np.ndarray):
+        name = next(n for n, v in variables.items() if v.quantity is not None)
+        raise EvidenceError(f"an array of evidence holds state indices; {name!r} is a real number: give a mapping")
+    if evidence is not None and not isinstance(evidence, Mapping):
+        raise EvidenceError(f"evidence is a mapping of variables to what was observed, got {_brief(evidence)}")
+    rest: dict[str, Any] = {}
+    numbers: dict[str, Numbers] = {}
+    soft: dict[str, np.ndarray] = {}
+    for name, value in (evidence or {}).items():
+        variable = variables.get(name)
+        if variable is not None and variable.quantity is not None:
+            numbers[name] = read_numbers(variable, value, batch)
+        elif variable is not None and isinstance(value, Interval):
+            soft[name] = interval_likelihood(variable, value, batch)
+        else:
+            rest[name] = value
+    return rest, numbers, soft
 
 
 def read_soft(variables: Mapping[str, GroundVariable], soft: Mapping[str, Any] | None, batch: int) -> dict[str, np.ndarray]:

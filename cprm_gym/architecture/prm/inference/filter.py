@@ -27,13 +27,14 @@ from .compiled.slice_info import NeedsVariable
 from .engines.anytime import AnytimeEngine
 from .engines.engine import ComponentCost, Engine
 from .engines.exact import ExactEngine
+from .engines.mixture import MixtureEngine
 from .engines.particles import ParticleEngine
 from .engines.projection import ProjectionEngine
 from .filtering import POLICIES, FilterSettings, FilterState
 from .forms import Forms, Order
 from .posterior import Posterior
 
-ENGINES: dict[str, type[Engine]] = {e.name: e for e in (ExactEngine, ProjectionEngine, ParticleEngine, AnytimeEngine)}
+ENGINES: dict[str, type[Engine]] = {e.name: e for e in (ExactEngine, ProjectionEngine, ParticleEngine, AnytimeEngine, MixtureEngine)}
 
 
 SETTLED = 8
@@ -48,7 +49,7 @@ class Filter:
     grounding : Grounding, or other Grounds
     batch : int
         W, the number of agents. They share slices and relations; their readings, and what they did not observe, differ.
-    engine : {"exact", "projection", "particles", "anytime"} or Engine
+    engine : {"exact", "projection", "particles", "anytime", "mixture"} or Engine
         Filters over one grounding that are given one object share its plans; not for several threads at once.
     on_impossible : {"raise", "drop", "soften", "restart"}
         What to do for agents whose readings have probability zero: raise `ImpossibleEvidence` and leave every belief as it
@@ -424,6 +425,8 @@ def make_settings(
         raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {on_impossible!r}.{hint}")
     if not 0.0 < eps < 1.0:
         raise ParameterError(f"`eps` is a probability between 0 and 1, got {eps!r}")
+    if not engine.continuous:
+        grounding = grounding.binned()
     return FilterSettings(grounding, engine, on_impossible, eps, window, frozenset(grounding.static) | frozenset(one_or_many(static)))
 
 

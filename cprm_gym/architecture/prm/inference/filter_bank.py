@@ -30,6 +30,7 @@ from ..model.schema import canonical_tuple, parse_tuple
 from . import filtering
 from .compiled.cache import Recent
 from .compiled.slice_info import SliceInfo
+from .continuous.number_evidence import Numbers, nothing, read_numbers
 from .engines.engine import Engine
 from .evidence import UNOBSERVED, Readings, read_hard, state_of
 from .filter import Filter, make_engine, make_settings
@@ -81,9 +82,10 @@ class FilterBank:
         seed: Any = None,
         alike: bool = False,
     ) -> None:
-        self.grounding = grounding
         self.batch = batch
         self.settings = make_settings(grounding, make_engine(engine, seed), on_impossible)
+        assert isinstance(self.settings.grounding, Grounding)
+        self.grounding = grounding = self.settings.grounding
         base = grounding.ground((), first=True)
         self.variables = base.variables
         """Of a slice without relations."""
@@ -101,7 +103,10 @@ class FilterBank:
         if self._divisible and not alike:
             for relations in ((), *self._examples()):
                 filtering.indexed(self.settings, grounding.ground(relations), {})
-        self._exchangeable = self._divisible and not any(c.references for c in grounding.model.classes) and not grounding.static
+        continuous = grounding.model.continuous
+        self._quantities = grounding.quantities(base)
+        refers = any(c.references for c in grounding.model.classes)
+        self._exchangeable = self._divisible and not continuous and not refers and not grounding.static
         self._rows_in: Recent[SliceInfo, _Rows] = Recent(256)
         self._renamings = Renamings(self.settings, grounding)
         self._rows_of: dict[str, Indices] = {}
@@ -223,7 +228,8 @@ class FilterBank:
             As `Filter.step`; every belief is as it was.
         """
         due = np.ones(self.batch, bool) if due is None else due
-        hard, others = self._read(evidence)
+        evidence, numbers = self._numbers(evidence)
+        hard, others = self._read(evidence, numbers)
         ties = [self._tie(link, due) for link in relations]
         self._turn(self._engaged(ties), due)
         hard = self._renumbered(hard)
@@ -237,7 +243,7 @@ class FilterBank:
             agents, state = cohort
             situation = grounding.situation(tuples, None, state.relations if state.step else None)
             info = filtering.slice_info(settings, state, grounding.ground(situation, first=state.step == 0))
-            readings = self._readings(info, hard, others, agents)
+            readings = self._readings(info, hard, others, numbers, agents)
             state, posterior = filtering.advance(settings, state, readings, situation, info)
             answers.append((agents, posterior))
             after.append(_Cohort(agents, state))
@@ -247,7 +253,23 @@ class FilterBank:
         self.answers, self._answered_for = answers, dict(self._place_of)
         self._settle(after)
 
-    def _read(self, evidence: Mapping[str, Any]) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
+    def _numbers(self, evidence: Mapping[str, Any]) -> tuple[Mapping[str, Any], dict[str, Numbers]]:
+        """What is told of states, and of real numbers, with the defaults of those that are given."""
+        if not self.grounding.model.continuous:
+            return evidence, {}
+        numbers: dict[str, Numbers] = {}
+        rest: dict[str, Any] = {}
+        for name, value in evidence.items():
+            variable = self.variable(name)
+            if variable.quantity is None:
+                rest[name] = value
+            else:
+                numbers[name] = read_numbers(variable, value, self.batch)
+        for name, default in self._quantities.items():
+            numbers[name] = numbers.get(name, nothing(self.batch)).filled(default)
+        return rest, numbers
+
+    def _read(self, evidence: Mapping[str, Any], numbers: Mapping[str, Numbers]) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
         """What is told of objects, with a last row of nothing, and what is told of variables that only some relations have."""
         others: dict[str, NDArray[np.int64]] = {}
         if not evidence.keys() <= self._row.keys():
@@ -255,6 +277,11 @@ class FilterBank:
                 others[name] = np.broadcast_to(np.asarray(state_of(self.variable(name), evidence[name]), np.int64), (self.batch,))
             evidence = {name: value for name, value in evidence.items() if name in self._row}
         hard = read_hard(self.variables, self._names, self._cards, self._row, evidence, self.batch)
+        for name, read in numbers.items():
+            if name in self._row:
+                hard[self._row[name]] = np.where(read.seen, 0, UNOBSERVED)
+            else:
+                others[name] = np.where(read.seen, 0, UNOBSERVED)
         for row, name, default in self._given:
             missing = hard[row] < 0
             if missing.any():
@@ -278,7 +305,14 @@ class FilterBank:
             raise EvidenceError(f"evidence for unknown variable {name!r}.{did_you_mean(name, known)}")
         return known[name]
 
-    def _readings(self, info: SliceInfo, hard: NDArray[np.int64], others: Mapping[str, NDArray[np.int64]], agents: Indices) -> Readings:
+    def _readings(
+        self,
+        info: SliceInfo,
+        hard: NDArray[np.int64],
+        others: Mapping[str, NDArray[np.int64]],
+        numbers: Mapping[str, Numbers],
+        agents: Indices,
+    ) -> Readings:
         """Readings as a slice wants them."""
         rows = self._rows_in.fetch(info, lambda: self._rows(info))
         if len(rows.lost) and (hard[np.ix_(rows.lost, agents)] >= 0).any():
@@ -291,7 +325,7 @@ class FilterBank:
                 if own not in info.row:
                     raise EvidenceError(f"evidence for {name!r}, which does not exist for agent {agents[k]} in this slice")
                 out[info.row[own], k] = states[agents[k]]
-        return Readings(out, {})
+        return Readings(out, {}, {name: read.rows(agents) for name, read in numbers.items() if name in info.row})
 
     def _in_order(self, agents: Indices) -> bool:
         return bool((agents[:-1] < agents[1:]).all())
@@ -475,8 +509,8 @@ class FilterBank:
                 out[agents[inside]] = view(posterior[variable][inside], posterior.variables[variable])
         return out
 
-    def marginal(self, variable: str, agent: int = 0) -> NDArray[np.float64]:
-        """The posterior of a variable in an agent's last step, (card,).
+    def marginal(self, variable: str, agent: int = 0) -> Any:
+        """The posterior of a variable in an agent's last step, (card,); of a real number a `NormalMixture` of one agent.
 
         States of a variable of the model's own that name objects, of a mixture's selector, name them in the agent's own order.
 
@@ -492,7 +526,8 @@ class FilterBank:
                 if own not in posterior:
                     hint = did_you_mean(variable, self.variables)
                     raise ModelError(f"no variable {variable!r} in the last slice of agent {agent}.{hint}")
-                return np.asarray(posterior[own][at[0]])
+                found = posterior[own]
+                return np.asarray(found[at[0]]) if isinstance(found, np.ndarray) else found[at[:1]]
         raise ModelError(f"agent {agent} took no part in the last step")
 
     def alone(self, agent: int) -> Filter:

@@ -27,12 +27,13 @@ import numpy as np
 
 from ....errors import EvidenceError, ModelError
 from ..grounding.slices import STATIC, Grounds, GroundSlice, GroundVariable
-from ..model.domains import Index
+from ..model.domains import Index, Interval
 from . import smoothing
 from .compiled.slice_info import NeedsVariable, SliceInfo
+from .continuous.number_evidence import Numbers, nothing
 from .engines.conflicts import impossible_evidence, softened
 from .engines.engine import Engine, StepResult
-from .evidence import UNOBSERVED, Readings, jeffrey_likelihood, read_hard, read_soft
+from .evidence import UNOBSERVED, Readings, StateRows, jeffrey_likelihood, read_hard, read_soft, split_numbers
 from .posterior import Posterior
 
 POLICIES = ("raise", "drop", "soften", "restart")
@@ -184,7 +185,7 @@ def indexed(settings: FilterSettings, ground: GroundSlice, static: dict[str, Gro
     """A slice with these static variables as engines see it."""
 
     def make() -> SliceInfo:
-        info = SliceInfo(ground, static, settings.engine.store, settings.grounding.defaults(ground))
+        info = SliceInfo(ground, static, settings.engine.store, settings.grounding.defaults(ground), settings.grounding.quantities(ground))
         settings.engine.learn(info)
         return info
 
@@ -214,15 +215,32 @@ def read(info: SliceInfo, batch: int, evidence: Mapping[str, Any] | np.ndarray |
     ------
     EvidenceError
     """
+    numbers: dict[str, Numbers] = {}
+    if info.continuous or _has_interval(evidence):
+        evidence, numbers, likelihoods = split_numbers(info.variables, evidence, batch)
+        soft = {**likelihoods, **(soft or {})}
     hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, batch)
+    for name, default in info.quantities.items():
+        numbers[name] = numbers.get(name, nothing(batch)).filled(default)
+    for name, read in numbers.items():
+        hard[info.row[name]] = np.where(read.seen, 0, UNOBSERVED)
     if len(info.given_rows):
         fill_in(info, hard)
     if not soft:
-        return Readings(hard, {})
+        return Readings(hard, {}, numbers)
     for name in soft:
         if name in info.slice.given:
             raise EvidenceError(f"soft evidence for {name!r}: it is given, not inferred")
-    return Readings(hard, read_soft(info.variables, soft, batch))
+        variable = info.variables.get(name)
+        if variable is not None and variable.quantity is not None:
+            raise EvidenceError(
+                f"soft evidence for {name!r}: a real number has no states; read it with a `Noise` of its own, or an Interval"
+            )
+    return Readings(hard, read_soft(info.variables, soft, batch), numbers)
+
+
+def _has_interval(evidence: Any) -> bool:
+    return isinstance(evidence, Mapping) and not isinstance(evidence, StateRows) and any(isinstance(v, Interval) for v in evidence.values())
 
 
 def fill_in(info: SliceInfo, hard: np.ndarray) -> None:
@@ -359,7 +377,8 @@ def _with_beginners(
     lost = [n for n, row in result.info.row.items() if n not in first.row and (readings.hard[row, chosen] >= 0).any()]
     if lost:
         raise ModelError(f"some agents begin anew while others go on, and observe {lost[0]!r}, which a first slice does not have")
-    part = Readings(hard, {n: s[chosen] for n, s in readings.soft.items() if n in first.row})
+    soft = {n: s[chosen] for n, s in readings.soft.items() if n in first.row}
+    part = Readings(hard, soft, {n: r.rows(chosen) for n, r in readings.numbers.items() if n in first.row})
     return settings.engine.replace_agents(result, first, part, chosen, forgive)
 
 
@@ -434,7 +453,11 @@ def look_ahead(
         last = state.history[-1] if state.history else None
         for row, default in zip(info.given_rows, info.defaults):
             name = info.names[row]
-            if default < 0 and name not in told and last is not None and name in last.info.row:
+            if default >= 0 or name in told or name in info.quantities or last is None or name not in last.info.row:
+                continue
+            if name in last.readings.numbers:
+                told[name] = last.readings.numbers[name].low
+            else:
                 told[name] = Index(last.readings.hard[last.info.row[name]])
         state, posterior = advance(settings, state, read(info, state.batch, told, soft if left == 0 else None), situation)
     assert posterior is not None
@@ -447,6 +470,9 @@ def jeffrey(
     """Likelihood vectors for the next slice that turn the predicted marginals into the given ones, one variable after the other."""
     found: dict[str, np.ndarray] = {}
     for name, target in targets.items():
+        variable = next_slice(settings, state, () if relations is None else relations).variables.get(name)
+        if variable is not None and variable.quantity is not None:
+            raise EvidenceError(f"jeffrey: {name!r} is a real number and has no states")
         found[name] = jeffrey_likelihood(name, look_ahead(settings, state, 1, relations, given, found)[name], target)
     return found
 

@@ -103,6 +103,7 @@ def count(
     Parameters
     ----------
     world : Grounding
+        Real numbers of its model are learned as their bins.
     episodes : iterable of Episode
         Or of sequences of steps.
     prior : float
@@ -154,6 +155,7 @@ def em(
     Parameters
     ----------
     world : Grounding
+        Real numbers of its model are learned as their bins.
     episodes : iterable of Episode
         Or of sequences of steps.
     iterations : int
@@ -180,6 +182,7 @@ def em(
     wanted = _keys(only)
     data = _episodes(episodes)
     likelihoods: list[float] = []
+    world = world.binned()
     model = world.model
     tally = _Tally()
     kept: tuple[Hashable, ...] = ()

@@ -12,8 +12,8 @@ from .engines.engine import StepResult
 from .views import View
 
 
-class Posterior(Mapping[str, np.ndarray]):
-    """The answer of one step: a mapping from variable to posterior, shape (W, card).
+class Posterior(Mapping[str, Any]):
+    """The answer of one step: a mapping from variable to posterior, shape (W, card), or to a `NormalMixture` for a real number.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Posterior(Mapping[str, np.ndarray]):
         self._result = result
         self._places = places  # what the result calls each object, if it has other names, and the slice with the right ones
         self._ground = ground
-        self._cache: dict[str, np.ndarray] = {}
+        self._cache: dict[str, Any] = {}
         self.step = step
         self.increment = result.increment
         self.log_likelihood = log_likelihood
@@ -76,7 +76,7 @@ class Posterior(Mapping[str, np.ndarray]):
         """The variables of the slice."""
         return self._result.info.variables
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Any:
         found = self._cache.get(name)
         if found is None:
             found = self._cache[name] = self._result.marginal(self._placed(name))
@@ -108,10 +108,20 @@ class Posterior(Mapping[str, np.ndarray]):
         """Joint posterior of some variables, shape (W, card, card, ...)."""
         return self._result.joint(names if self._places is None else tuple(map(self._placed, names)))
 
+    def moments(self, *names: str) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (W, n) and covariance (W, n, n) of some real numbers; an angle about its mean direction.
+
+        Raises
+        ------
+        ModelError
+            For variables with states.
+        """
+        return self._result.moments(tuple(map(self._placed, names)))
+
     def index_mean(self, name: str) -> np.ndarray:
         """Expectation of the state index, (W,)."""
         p = self[name]
-        return p @ np.arange(p.shape[1])
+        return np.asarray(p @ np.arange(p.shape[1]))
 
     def read(self, variable: str, view: str | View = "expectation") -> np.ndarray:
         """A number from the belief about one variable, for each agent.

@@ -19,6 +19,8 @@ text                            value
 ``quantile(q)``                 the value below which the share q lies, uniform inside bins
 ``resultant``                   length of the mean direction of an angle: 1 certain, 0 spread evenly
 ==============================  ==========================================================================
+
+Of a real number the belief is a `NormalMixture`; every view but ``argmax`` and those of states is there too, ``entropy`` by quadrature.
 """
 
 from __future__ import annotations
@@ -32,8 +34,9 @@ import numpy as np
 
 from ....errors import EvidenceError, ModelError, did_you_mean
 from ..grounding.slices import GroundVariable
-from ..model.domains import Bins, Domain
+from ..model.domains import Angle, Bins, Domain, Real
 from ..model.moments import circular_mean, is_angle, mean, points, quantile, resultant, variance
+from .continuous.normal_mixture import NormalMixture
 
 PLAIN = ("expectation", "variance", "deviation", "mode", "argmax", "entropy", "resultant")
 WITH_ARGUMENT = ("probability", "quantile")
@@ -101,17 +104,21 @@ class View:
         ModelError
         """
         domain = _domain(of)
+        if isinstance(domain, Real | Angle):
+            one = np.ones(1)
+            self(NormalMixture(one, one, one, domain.period), domain)
+            return
         size = len(domain)
         self(np.full(size, 1.0 / size), domain)
 
-    def __call__(self, p: np.ndarray, of: Domain | GroundVariable) -> np.ndarray:
+    def __call__(self, p: np.ndarray | NormalMixture, of: Domain | GroundVariable) -> np.ndarray:
         """The number for each distribution.
 
         Parameters
         ----------
-        p : (..., K) float array
-            Distributions over the K states.
-        of : Labels, Bins or GroundVariable
+        p : (..., K) float array, or NormalMixture
+            Distributions over the K states, or of a real number.
+        of : Domain or GroundVariable
             What they are distributions of.
 
         Returns
@@ -124,6 +131,10 @@ class View:
             If the last axis does not have one entry per state.
         """
         domain = _domain(of)
+        if isinstance(domain, Real | Angle):
+            if not isinstance(p, NormalMixture):
+                raise EvidenceError(f"view {self.text}: the belief about a real number is a NormalMixture, got {type(p).__name__}")
+            return self._of_number(p)
         p = np.asarray(p, dtype=float)
         if p.ndim == 0 or p.shape[-1] != len(domain):
             needed = f"a belief over {len(domain)} states is needed, got an array of shape {p.shape}"
@@ -145,6 +156,24 @@ class View:
         if self.kind == "quantile":
             return quantile(p, domain, float(self.argument))
         return resultant(p, domain)
+
+    def _of_number(self, p: NormalMixture) -> np.ndarray:
+        """The number for mixtures of normals."""
+        if self.kind == "probability":
+            interval = _INTERVAL.match(self.argument)
+            if interval is None:
+                raise ModelError(f"view {self.text}: a real number has no states; write an interval, probability(a..b)")
+            low, high = (default if text is None else float(text) for text, default in zip(interval.groups(), (-math.inf, math.inf)))
+            return p.probability(low, high)
+        if self.kind == "quantile":
+            return p.quantile(float(self.argument))
+        if self.kind == "argmax" or self.argument:
+            raise ModelError(f"view {self.text}: a real number has no states")
+        if self.kind == "deviation":
+            return np.asarray(np.sqrt(p.variance()))
+        if self.kind == "resultant":
+            return np.asarray(np.abs(p.phasor()))
+        return np.asarray(getattr(p, self.kind)())
 
 
 def view(text: str) -> View:

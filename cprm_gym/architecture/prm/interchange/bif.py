@@ -130,6 +130,8 @@ def need_static(ground: GroundSlice, what: str) -> None:
     ModelError
     """
     for cpd in ground.cpds:
+        if cpd.density is not None:
+            raise ModelError(f"{what} has states only: {cpd.child!r} is or depends on a real number; take `Model.binned`")
         for parent, lag in cpd.parents:
             if lag != SAME:
                 raise ModelError(f"{what} has no time: {cpd.child!r} has the parent {parent!r} in another slice; unroll the slices first")

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable
 from html import escape
 
 from ..grounding.grounding import PREVIOUS, SAME, STATIC, GroundSlice
+from ..model.domains import Angle, Domain, Real
 from ..model.model import Model
 from ..model.schema import Attribute, PRMClass, Relation, parent_text
 
@@ -27,17 +28,24 @@ _STYLE = (
 )
 
 
+def _size(domain: Domain) -> str:
+    """How many states, or the unit of a real number."""
+    if isinstance(domain, Real | Angle):
+        return f"{type(domain).__name__.lower()} {domain.unit}".strip()
+    return str(len(domain))
+
+
 def _quote(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 def _attribute_line(a: Attribute) -> str:
     parents = ", ".join(parent_text(p) for p in a.parents)
-    return f"{a.name} [{len(a.domain)}]" + (f" | {parents}" if parents else "") + (" static" if a.static else "")
+    return f"{a.name} [{_size(a.domain)}]" + (f" | {parents}" if parents else "") + (" static" if a.static else "")
 
 
 def _class_lines(c: PRMClass) -> list[str]:
-    lines = [f"given {i.name} [{len(i.domain)}]" for i in c.given]
+    lines = [f"given {i.name} [{_size(i.domain)}]" for i in c.given]
     lines += [_attribute_line(a) for a in c.attributes]
     return lines + [f"-> {r.name}: {r.target}{' *' if r.many else ''}" for r in c.references]
 

@@ -31,7 +31,7 @@ LINE = 120
 _TYPES: dict[str, type] = {
     t.__name__: t
     for t in (
-        domains.Labels, domains.Bins,
+        domains.Labels, domains.Bins, domains.Real, domains.Angle,
         cpds.Uniform, cpds.Prior, cpds.Table, cpds.Dense, cpds.Noise, cpds.Chance, cpds.Switch, cpds.Mixture, cpds.NoisyOr,
         aggregates.Exists, aggregates.All, aggregates.Count, aggregates.Min, aggregates.Max, aggregates.Mean,
         aggregates.AnyCause,

@@ -1,4 +1,4 @@
-"""What an attribute can be: one of some named states, or a number cut into bins.
+"""What an attribute can be: one of some named states, a number cut into bins, or a real number.
 
 A domain turns a value as a user writes it (a state's name, metres, radians) into a state index and back.
 """
@@ -158,7 +158,162 @@ class Bins:
         return self.edges[-1] - self.edges[0]
 
 
-Domain = Labels | Bins
+@dataclass(frozen=True)
+class Real:
+    """A real number, ``Real("m")``: what Gaussian engines keep as it is and discrete ones cut into `bins`.
+
+    Attributes
+    ----------
+    unit : str
+        For reports and drawings only.
+    low, high : float, optional
+        Between which a `Uniform` lies; default the ends of the bins. A reading beyond them is as likely as one between them.
+    bins : Bins, optional
+        What discrete engines make of it.
+
+    Raises
+    ------
+    ModelError
+    """
+
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    bins: Bins | None = None
+
+    def __post_init__(self) -> None:
+        if self.bins is not None and (not isinstance(self.bins, Bins) or self.bins.circular):
+            raise ModelError(f"a Real has straight Bins, got {self.bins!r}")
+        if (self.low is None) != (self.high is None):
+            raise ModelError(f"a Real has both limits or none, got low={self.low!r}, high={self.high!r}")
+        if self.low is not None and self.high is not None:
+            ends = (self.low, self.high)
+            if any(isinstance(e, bool) or not isinstance(e, int | float) or not math.isfinite(e) for e in ends) or not ends[0] < ends[1]:
+                raise ModelError(f"the limits of a Real are finite and increase, got low={self.low!r}, high={self.high!r}")
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Between which a `Uniform` lies, if anything says so."""
+        if self.low is not None and self.high is not None:
+            return float(self.low), float(self.high)
+        return None if self.bins is None else (self.bins.edges[0], self.bins.edges[-1])
+
+    @property
+    def period(self) -> float:
+        """0: it does not go round."""
+        return 0.0
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """None that could be listed."""
+        return ()
+
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain."""
+        return ("real", self.unit)
+
+    def __len__(self) -> int:
+        return 0
+
+
+@dataclass(frozen=True)
+class Angle:
+    """A direction, ``Angle("deg")``: a real number that goes round.
+
+    Attributes
+    ----------
+    unit : str
+        ``"rad"`` or ``"deg"``, which fixes the period; values are told from minus half a turn to half a turn.
+    bins : Bins, optional
+        What discrete engines make of it: `Bins.circle`, or other circular ones of that period.
+
+    Raises
+    ------
+    ModelError
+    """
+
+    unit: str = "rad"
+    bins: Bins | None = None
+
+    def __post_init__(self) -> None:
+        if self.unit not in ("rad", "deg"):
+            raise ModelError(f"an Angle is in 'rad' or 'deg', got {self.unit!r}")
+        if self.bins is not None:
+            if not isinstance(self.bins, Bins) or not self.bins.circular:
+                raise ModelError(f"an Angle has circular Bins, got {self.bins!r}")
+            if not math.isclose(self.bins.period, self.period):
+                raise ModelError(f"an Angle in {self.unit} has bins of {self.period:g} all round, these span {self.bins.period:g}")
+
+    @property
+    def period(self) -> float:
+        """A full turn."""
+        return 360.0 if self.unit == "deg" else 2.0 * math.pi
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Half a turn each way."""
+        return -0.5 * self.period, 0.5 * self.period
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """None that could be listed."""
+        return ()
+
+    @property
+    def stamp(self) -> tuple[str, ...]:
+        """What a learned table remembers of the domain."""
+        return ("angle", self.unit)
+
+    def __len__(self) -> int:
+        return 0
+
+
+Domain = Labels | Bins | Real | Angle
+
+
+def is_continuous(domain: Domain) -> bool:
+    """The domain is that of a real number or an angle, which has no states."""
+    return isinstance(domain, Real | Angle)
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """A reading that is known to lie between two numbers: ``Interval(4.5, 5.0)``, or one pair for each agent.
+
+    What a coarse sense tells is such a reading, and so is "farther than 20": ``Interval(20.0, inf)``.
+
+    Attributes
+    ----------
+    low, high : float or (W,) float array
+        NaN where nothing was observed; of an angle, `high` may be less than `low`, and the interval goes round.
+
+    Raises
+    ------
+    EvidenceError
+        For what are no numbers.
+    """
+
+    low: float | np.ndarray
+    high: float | np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            try:
+                array = np.asarray(getattr(self, name), dtype=float)
+            except (TypeError, ValueError, OverflowError):
+                raise EvidenceError(f"an Interval has numbers, got {name}={getattr(self, name)!r}") from None
+            object.__setattr__(self, name, array)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,11 +350,11 @@ def as_domain(value: object, where: str) -> Domain:
     ------
     ModelError
     """
-    if isinstance(value, Labels | Bins):
+    if isinstance(value, Labels | Bins | Real | Angle):
         return value
     if isinstance(value, tuple | list) and all(isinstance(v, str) for v in value):
         return Labels(tuple(value))
-    raise ModelError(f"{where}: states must be a tuple of names, Labels or Bins, got {value!r}")
+    raise ModelError(f"{where}: states must be a tuple of names, Labels, Bins, Real or Angle, got {value!r}")
 
 
 def state_index(domain: Domain, value: object, where: str) -> int:
@@ -226,6 +381,8 @@ def state_index(domain: Domain, value: object, where: str) -> int:
         return state
     if isinstance(domain, Labels):
         return _label_index(domain, value, where)
+    if isinstance(domain, Real | Angle):
+        raise EvidenceError(f"{where}: a real number has no states; discrete engines need its `bins`")
     if isinstance(value, str) and value in domain.states:
         return domain.states.index(value)
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):

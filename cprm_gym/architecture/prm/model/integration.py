@@ -194,6 +194,7 @@ def _grid(domain: Domain, points: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Nodes and weights of every state: one node for a named state."""
     if isinstance(domain, Labels):
         return [(np.array([float(k)]), np.ones(1)) for k in range(len(domain))]
+    assert isinstance(domain, Bins)
     return [nodes(a, b, points) for a, b in zip(domain.edges[:-1], domain.edges[1:])]
 
 

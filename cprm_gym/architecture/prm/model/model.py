@@ -8,6 +8,7 @@ from typing import Any
 
 from ....errors import ModelError
 from .cpds import Dense
+from .domains import Angle, Domain, Real, is_continuous
 from .resolved import Checked
 from .schema import PRMClass, Relation, as_tuple
 
@@ -42,6 +43,35 @@ class Model:
         object.__setattr__(self, "classes", as_tuple(self.classes, f"model {self.name!r}", "classes"))
         object.__setattr__(self, "relations", as_tuple(self.relations, f"model {self.name!r}", "relations"))
         object.__setattr__(self, "_checked", Checked(self.name, self.classes, self.relations))
+
+    @property
+    def continuous(self) -> bool:
+        """Some attribute or given is a real number or an angle."""
+        domains = [a.domain for c in self.classes for a in c.attributes] + [g.domain for c in self.classes for g in c.given]
+        domains += [a.domain for r in self.relations for a in r.attributes]
+        return any(map(is_continuous, domains))
+
+    def binned(self) -> Model:
+        """The same model with every `Real` and `Angle` cut into its bins, for engines that know states only.
+
+        Raises
+        ------
+        ModelError
+            For one that has no bins.
+        """
+
+        def cut(item: Any, owner: str) -> Any:
+            return replace(item, domain=_bins_of(item.domain, f"model {self.name!r}, {owner}, {item.name!r}"))
+
+        return Model(
+            self.name,
+            tuple(
+                replace(c, attributes=tuple(cut(a, f"class {c.name!r}") for a in c.attributes),
+                        given=tuple(cut(g, f"class {c.name!r}") for g in c.given))
+                for c in self.classes
+            ),
+            tuple(replace(r, attributes=tuple(cut(a, f"relation {r.name!r}") for a in r.attributes)) for r in self.relations),
+        )  # fmt: skip
 
     @property
     def acyclic(self) -> bool:
@@ -90,3 +120,13 @@ class Model:
         if left:
             raise ModelError(f"model {self.name!r} has no CPD {next(iter(left))!r}")
         return replace(self, classes=classes, relations=relations)
+
+
+def _bins_of(domain: Domain, where: str) -> Domain:
+    """The bins of a real number; other domains as they are."""
+    if not isinstance(domain, Real | Angle):
+        return domain
+    if domain.bins is None:
+        kind = type(domain).__name__
+        raise ModelError(f"{where}: a {kind} without bins; give {kind}({domain.unit!r}, bins=...), or take the engine 'mixture'")
+    return domain.bins

@@ -11,7 +11,8 @@ import numpy as np
 from ....errors import ModelError, did_you_mean
 from .aggregates import Aggregate
 from .cpds import CPD, Dense, Uniform, check_rows
-from .domains import Domain
+from .densities import Density, density, has_density
+from .domains import Domain, is_continuous
 from .schema import Add, Attribute, Given, Parent, PRMClass, Reference, Relation, Replace, table_size
 
 Key = tuple[str, str, str, str]
@@ -69,11 +70,11 @@ class Rule:
     Attributes
     ----------
     parents : tuple of Slot
-    domain : Labels or Bins
+    domain : Domain
         Of the child.
     cpd : CPD
     table : float array
-        Parents' axes, the child's last; read only.
+        Parents' axes, the child's last; read only; empty where there is a density.
     key : (kind, owner, label, "cpd" or "initial")
         Where it is written in the model.
     """
@@ -83,6 +84,8 @@ class Rule:
     cpd: CPD
     table: np.ndarray
     key: Key
+    density: Density | None = None
+    """Instead of a table, where a real number is among child and parents."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,10 +262,13 @@ class Checked:
         return Rules(main, self._rule(first, cpd, domain, f"{where}, initial", (*place, "initial")))
 
     def _rule(self, slots: tuple[Slot, ...], cpd: CPD, domain: Domain, where: str, key: Key) -> Rule:
+        parents = tuple((s.text, s.domain) for s in slots)
+        if has_density(domain, parents):
+            return Rule(slots, domain, cpd, np.zeros((0,) * (len(slots) + 1)), key, density(cpd, domain, parents, where))
         self._cells += table_size([domain, *(s.domain for s in slots)])
         if self._cells > MAX_MODEL_CELLS:
             raise ModelError(f"{where}: with this table the model has {self._cells} cells; at most {MAX_MODEL_CELLS}")
-        table = build_table(cpd, domain, tuple((s.text, s.domain) for s in slots), where)
+        table = build_table(cpd, domain, parents, where)
         return Rule(slots, domain, cpd, table, key)
 
     def resolve(self, parent: Parent, where: str, heads: dict[str, str], own: dict[str, Attribute]) -> Slot:
@@ -323,6 +329,8 @@ class Checked:
             raise ModelError(f"{where}: parent {text!r}: what is given has no previous value; declare a second `Given` for it")
         if lag and is_static:
             raise ModelError(f"{where}: parent {text!r}: a static attribute is the same in every slice; leave out 'prev.'")
+        if aggregate is not None and is_continuous(found.domain):
+            raise ModelError(f"{where}: parent {text!r}: {name!r} is a real number; aggregates are of states: make it a `Chance` first")
         domain = found.domain if aggregate is None else aggregate.domain(found.domain, where)
         return Slot(text, lag, role, tuple(parts[:-1]), name, owner, domain, found.domain, is_given, is_static, aggregate)
 

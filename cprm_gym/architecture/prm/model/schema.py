@@ -22,7 +22,7 @@ from typing import Any
 from ....errors import CprmError, ModelError
 from .aggregates import Aggregate
 from .cpds import CPD, Uniform, as_cpd
-from .domains import Domain, as_domain, state_index
+from .domains import Domain, as_domain, is_continuous, state_index
 
 PREVIOUS_PREFIX = "prev."
 RESERVED = ("prev", "static")
@@ -155,11 +155,16 @@ class Given:
     def __post_init__(self) -> None:
         _name(self.name, "given")
         object.__setattr__(self, "domain", as_domain(self.domain, f"given {self.name!r}"))
-        if self.default is not None:
-            try:
-                state_index(self.domain, self.default, "default")
-            except CprmError as error:
-                raise ModelError(f"given {self.name!r}: {error}") from None
+        if self.default is None:
+            return
+        if is_continuous(self.domain):
+            if isinstance(self.default, bool) or not isinstance(self.default, int | float) or not math.isfinite(self.default):
+                raise ModelError(f"given {self.name!r}: the default of a real number is a finite number, got {self.default!r}")
+            return
+        try:
+            state_index(self.domain, self.default, "default")
+        except CprmError as error:
+            raise ModelError(f"given {self.name!r}: {error}") from None
 
 
 @dataclass(frozen=True)

@@ -56,10 +56,19 @@ class SliceInfo:
         Rows of what is given.
     defaults : int array
         States of these where nothing is told; -1 for none.
+    continuous : bool
+        Some variable is a real number.
+    quantities : dict of str to float
+        Values of real numbers that are given, where nothing is told.
     """
 
     def __init__(
-        self, ground: GroundSlice, static: dict[str, GroundVariable], store: TableStore, defaults: Mapping[str, int] = MappingProxyType({})
+        self,
+        ground: GroundSlice,
+        static: dict[str, GroundVariable],
+        store: TableStore,
+        defaults: Mapping[str, int] = MappingProxyType({}),
+        quantities: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.slice = ground
         self.variables = dict(ground.variables)
@@ -67,6 +76,8 @@ class SliceInfo:
         self.names = tuple(self.variables)
         self.row = {name: i for i, name in enumerate(self.names)}
         self.cards = np.array([self.variables[n].card for n in self.names], np.int64)
+        self.continuous = any(v.quantity is not None for v in self.variables.values())
+        self.quantities = quantities
         self.kinds = tuple(kind_of(self.variables[n]) for n in self.names)
         given = set(ground.given)
         self.given = np.array([n in given for n in self.names], bool)

@@ -17,6 +17,10 @@ def impossible_evidence(names: Sequence[str], info: SliceInfo, readings: Reading
     agent = int(agents[0])
     shown = []
     for name in names:
+        if name in readings.numbers:
+            low, high = (float(ends[agent]) for ends in readings.numbers[name])
+            shown.append(f"{name} = {low:g}" if low == high else f"{name} from {low:g} to {high:g}")
+            continue
         value = readings.hard[info.row[name], agent]
         shown.append(f"{name} = {info.variables[name].states[value]}" if value >= 0 else f"the likelihood of {name}")
     who = f" (agent {agent}{f' and {len(agents) - 1} more' if len(agents) > 1 else ''})" if readings.hard.shape[1] > 1 else ""
@@ -41,10 +45,15 @@ def softened(info: SliceInfo, readings: Readings, conflicts: Mapping[int, Sequen
     """
     hard = readings.hard.copy()
     soft = {name: np.array(likelihood) for name, likelihood in readings.soft.items()}
+    numbers = dict(readings.numbers)
     for agent, names in conflicts.items():
         for name in names:
             row = info.row[name]
             card = int(info.cards[row])
+            if name in numbers:  # of a real number that is excluded nothing is left to be soft about
+                numbers[name] = numbers[name].without(np.array([agent]))
+                hard[row, agent] = UNOBSERVED
+                continue
             if eps is None:
                 if name in soft:
                     soft[name][agent] = 1.0
@@ -55,4 +64,4 @@ def softened(info: SliceInfo, readings: Readings, conflicts: Mapping[int, Sequen
             else:
                 soft[name][agent] = (1.0 - eps) * soft[name][agent] + eps * max(soft[name][agent].max(), 1e-300)
             hard[row, agent] = UNOBSERVED
-    return Readings(hard, soft)
+    return Readings(hard, soft, numbers)

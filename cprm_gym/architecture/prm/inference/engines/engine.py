@@ -114,6 +114,15 @@ class StepResult(ABC):
         found: np.ndarray = np.divide(table, total, out=np.zeros(table.shape), where=total > 0)
         return found
 
+    def moments(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (W, n) and covariance (W, n, n) of real numbers; an engine for states has none.
+
+        Raises
+        ------
+        ModelError
+        """
+        raise ModelError(f"engine {self.engine!r} keeps states; moments are of real numbers, with the engine 'mixture'")
+
     def _around(self, names: Sequence[str]) -> tuple[list[Factor], list[str]]:
         """Factors of the variables that are not in the belief, observed or left out, and the hidden ones that they depend on."""
         info, factors = self.info, []
@@ -155,6 +164,8 @@ class Engine(ABC):
         Every answer is that of the unrolled net.
     divisible : bool
         Beliefs of agents can be taken apart and joined (`form`, `select`, `join`, `renamed`).
+    continuous : bool
+        Real numbers stay such; for other engines a filter cuts them into their bins.
     store : TableStore
         Tables and indexed slices.
     temporal : frozenset of (class, attribute)
@@ -164,6 +175,7 @@ class Engine(ABC):
     name: ClassVar[str]
     exact: ClassVar[bool]
     divisible: ClassVar[bool] = False
+    continuous: ClassVar[bool] = False
 
     store: TableStore
     temporal: frozenset[tuple[str, str]]

@@ -1,0 +1,1 @@
+"""Kernels of mixtures of normals: one component, one formula, one slice, fewer components."""

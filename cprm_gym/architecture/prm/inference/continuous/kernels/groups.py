@@ -1,0 +1,140 @@
+"""A slice of a whole group: like parts of all agents, one after the other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ......compilation import kernel_group
+from .reduction import close_up, keep_heaviest, merge_down, resample
+from .steps import added, load, run_slice
+
+kernel = kernel_group(_nrt=False)
+
+
+@kernel
+def step_group(
+    old_lw, old_st, old_mu, old_cv, load_slots, load_columns, copies,
+    ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
+    hard, low, high, soft, rows, soft_rows, normals, uniforms,
+    keep_slots, keep_columns, periods, limit, threshold, draw,
+    lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost,
+    new_lw, new_st, new_mu, new_cv, increment, loss, fault,
+):  # fmt: skip
+    """Take every part of a group through a slice: the belief after it, what the readings add to the log likelihood, and the loss.
+
+    b = part * agents + agent everywhere. ``fault`` gets what went wrong first and in which leaf.
+    """
+    agents = hard.shape[1]
+    for b in range(old_lw.shape[0]):
+        part, agent = b // agents, b % agents
+        lost[0] = -np.inf
+        count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
+        room, count, wrong, leaf = run_slice(
+            lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
+            hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
+        )  # fmt: skip
+        if wrong != 0:
+            fault[0], fault[1], fault[2] = wrong, leaf, b
+            return
+        total = -np.inf
+        for k in range(count):
+            total = added(total, lw[room, k])
+        for k in range(new_lw.shape[1]):
+            new_lw[b, k] = -np.inf
+        increment[b] = total
+        loss[b] = 0.0
+        if total == -np.inf:
+            continue
+        for k in range(count):
+            w[k] = math.exp(lw[room, k] - total)
+            for i in range(len(keep_slots)):
+                st[1 - room, k, i] = st[room, k, keep_slots[i]]
+            for i in range(len(keep_columns)):
+                mu[1 - room, k, i] = mu[room, k, keep_columns[i]]
+                for j in range(len(keep_columns)):
+                    cv[1 - room, k, i, j] = cv[room, k, keep_columns[i], keep_columns[j]]
+        room = 1 - room
+        s, m, c = st[room, :, : len(keep_slots)], mu[room, :, : len(keep_columns)], cv[room, :, : len(keep_columns), : len(keep_columns)]
+        if lost[0] > -np.inf:
+            loss[b] += math.log1p(math.exp(lost[0] - total))
+        if draw:
+            resample(w, count, limit, uniforms[b])
+        elif count > 1:
+            loss[b] -= math.log1p(-keep_heaviest(w, count, 2 * limit, order))
+            count = close_up(w, s, m, c, count)
+            if count > limit or threshold > 0.0:
+                _, merging = merge_down(w, s, m, c, count, limit, threshold, periods, cost, volume, mean, cov, lower)
+                loss[b] += merging
+                loss[b] -= math.log1p(-min(keep_heaviest(w, count, limit, order), 1.0 - 1e-16))
+        count = close_up(w, s, m, c, count)
+        for k in range(count):
+            new_lw[b, k] = math.log(w[k])
+            for i in range(s.shape[1]):
+                new_st[b, k, i] = s[k, i]
+            for i in range(m.shape[1]):
+                new_mu[b, k, i] = m[k, i]
+                for j in range(m.shape[1]):
+                    new_cv[b, k, i, j] = c[k, i, j]
+
+
+@kernel
+def product(a_lw, a_st, a_mu, a_cv, b_lw, b_st, b_mu, b_cv, new_lw, new_st, new_mu, new_cv, lost):
+    """Components of two independent parts side by side, the heaviest of them; ``lost`` gets the share of weight that has no room."""
+    for b in range(a_lw.shape[0]):
+        count, gone = 0, 0.0
+        for k in range(new_lw.shape[1]):
+            new_lw[b, k] = -np.inf
+        for i in range(a_lw.shape[1]):
+            if a_lw[b, i] == -np.inf:
+                continue
+            for j in range(b_lw.shape[1]):
+                weight = a_lw[b, i] + b_lw[b, j]
+                if weight == -np.inf:
+                    continue
+                place = count
+                if count < new_lw.shape[1]:
+                    count += 1
+                else:
+                    place = 0
+                    for k in range(1, count):
+                        if new_lw[b, k] < new_lw[b, place]:
+                            place = k
+                    gone += math.exp(min(weight, new_lw[b, place]))
+                    if new_lw[b, place] >= weight:
+                        continue
+                new_lw[b, place] = weight
+                beside(
+                    a_st[b, i],
+                    a_mu[b, i],
+                    a_cv[b, i],
+                    b_st[b, j],
+                    b_mu[b, j],
+                    b_cv[b, j],
+                    new_st[b, place],
+                    new_mu[b, place],
+                    new_cv[b, place],
+                )
+        for k in range(count):
+            new_lw[b, k] -= math.log1p(-min(gone, 1.0 - 1e-16))
+        lost[b] = -math.log1p(-min(gone, 1.0 - 1e-16))
+
+
+@kernel
+def beside(a_st, a_mu, a_cv, b_st, b_mu, b_cv, st, mu, cv):
+    """One component of two."""
+    for i in range(len(a_st)):
+        st[i] = a_st[i]
+    for i in range(len(b_st)):
+        st[len(a_st) + i] = b_st[i]
+    n = len(a_mu)
+    for i in range(len(mu)):
+        mu[i] = a_mu[i] if i < n else b_mu[i - n]
+        for j in range(len(mu)):
+            if i < n and j < n:
+                cv[i, j] = a_cv[i, j]
+            elif i >= n and j >= n:
+                cv[i, j] = b_cv[i - n, j - n]
+            else:
+                cv[i, j] = 0.0
