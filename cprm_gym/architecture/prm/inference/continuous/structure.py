@@ -31,6 +31,8 @@ class Work(NamedTuple):
         Which of its own stay.
     periods : float array
         Of the columns that stay.
+    turns : float array
+        Periods of all columns that it uses.
     slots, columns : int
         How many it uses.
     rows : (M, R) int array
@@ -47,6 +49,7 @@ class Work(NamedTuple):
     keep_slots: np.ndarray
     keep_columns: np.ndarray
     periods: np.ndarray
+    turns: np.ndarray
     slots: int
     columns: int
     rows: np.ndarray
@@ -187,13 +190,17 @@ class Structure:
         keep_columns = [i for _, (kind, i) in kept if kind == "column"]
         part = Part(tuple(n for n, (kind, _) in kept if kind == "slot"), tuple(n for n, (kind, _) in kept if kind == "column"))
         periods = [self._period(n) for n in part.columns]
+        turns = [0.0] * (used + 1)
+        for name, (kind, i) in (*old.items(), *new.items()):
+            if kind == "column":
+                turns[i] = self._period(name)
         arrays = tuple(np.array(a, np.int64) for a in (load_slots, load_columns, keep_slots, keep_columns))
         at_slots, at_columns, stay_slots, stay_columns = arrays
         work = Work(
-            (part,), (), program, at_slots, at_columns, stay_slots, stay_columns, np.array(periods), slots + 1, used + 1,
+            (part,), (), program, at_slots, at_columns, stay_slots, stay_columns, np.array(periods), np.array(turns), slots + 2, used + 1,
             np.array([rows], np.int64), draws,
         )  # fmt: skip
-        return work, (program.signature, *(a.tobytes() for a in arrays), tuple(periods), len(rows))
+        return work, (program.signature, *(a.tobytes() for a in arrays), tuple(periods), tuple(turns), len(rows))
 
     def _period(self, name: str) -> float:
         plain = name.partition("#")[0] if name not in self.info.variables else name

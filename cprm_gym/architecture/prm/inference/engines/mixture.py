@@ -10,7 +10,8 @@ long as there is room for them; of others it is an approximation. The engine nev
 
 References
 ----------
-Kalman 1960; Rauch, Tung and Striebel 1965; Julier and Uhlmann 2004 (sigma points); Runnalls 2007 (which components to merge);
+Kalman 1960; Rauch, Tung and Striebel 1965; Julier and Uhlmann 2004 (sigma points);
+Garcia-Fernandez and others 2015 (iterated posterior linearisation); Runnalls 2007 (which components to merge);
 Lauritzen and Jensen 2001 (conditional Gaussian models); dissertation sections 2.3.2, 2.3.5 and 3.2.3.
 """
 
@@ -150,11 +151,12 @@ class MixtureEngine(Engine):
             np.zeros((rows, count, keep, keep)),
         )  # fmt: skip
         increment, loss, fault = np.empty(rows), np.empty(rows), np.zeros(3, np.int64)
-        scratch = self._rooms(capacity, work.slots, work.columns, program.depth, program.width, min(capacity, 2 * room))
+        scratch = self._rooms(capacity, work.slots, work.columns, program.depth, program.width, min(capacity, 2 * room), there)
         normals, uniforms = self._numbers(rows, capacity if work.draws else 0, work.draws)
         kernels.step_group(
             *old, work.load_slots, work.load_columns, copies, *program[:10], told.hard, told.low, told.high, told.soft, work.rows,
-            told.soft_rows(work.rows), normals, uniforms, work.keep_slots, work.keep_columns, work.periods, room, self.merge, self.draws,
+            told.soft_rows(work.rows), normals, uniforms, work.keep_slots,
+            work.keep_columns, work.periods, work.turns, room, self.merge, self.draws,
             *scratch, *new, increment, loss, fault,
         )  # fmt: skip
         if fault[0]:
@@ -168,7 +170,7 @@ class MixtureEngine(Engine):
         """Random numbers of a step: normals (rows, components, draws) and uniforms (rows,)."""
         return np.zeros((rows, 0, 0)), np.zeros(rows)
 
-    def _rooms(self, capacity: int, slots: int, columns: int, depth: int, width: int, few: int) -> tuple[np.ndarray, ...]:
+    def _rooms(self, capacity: int, slots: int, columns: int, depth: int, width: int, few: int, there: int) -> tuple[np.ndarray, ...]:
         """Arrays in which kernels work; made once for a size."""
 
         def make() -> tuple[np.ndarray, ...]:
@@ -177,10 +179,11 @@ class MixtureEngine(Engine):
                 np.empty((3, capacity)), np.zeros((3, capacity, slots), np.int64), np.zeros((3, capacity, columns)),
                 np.zeros((3, capacity, columns, columns)), np.empty(max(width, 1)), np.empty(depth + 1), np.empty((6 + 2 * width, wide)),
                 np.empty((width, columns)), np.empty(capacity), np.empty((few, few)), np.empty(capacity), np.empty(capacity, np.int64),
-                np.empty(columns), np.empty((columns, columns)), np.empty((columns, columns)), np.empty(1),
+                np.empty(columns), np.empty((columns, columns)), np.empty((columns, columns)), np.empty(2), np.empty(there),
+                np.empty((there, columns)), np.empty((there, columns, columns)),
             )  # fmt: skip
 
-        return self._scratch.fetch((capacity, slots, columns, depth, width, few), make)
+        return self._scratch.fetch((capacity, slots, columns, depth, width, few, there), make)
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> MixtureResult:
         assert isinstance(result, MixtureResult)

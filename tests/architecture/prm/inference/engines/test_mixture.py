@@ -301,6 +301,41 @@ def test_nonlinear_model_is_near_a_hundred_thousand_particles():
     assert abs(answer.log_likelihood[0] - total) < 0.5
 
 
+def test_first_look_from_nowhere_finds_the_place():
+    """Direction and distance bend far over a wide prior: both are taken again where they lead to together."""
+    ball = PRMClass(
+        "B",
+        attributes=(
+            Attribute("x", Real("m"), Noise("15", sd=15.0)),
+            Attribute("y", Real("m"), Noise("0", sd=15.0)),
+            Attribute("dir", Angle("deg"), Noise("degrees(atan2(y, x))", sd=1.0), ("x", "y")),
+            Attribute("dist", Real("m"), Noise("hypot(x, y)", sd=0.3), ("x", "y")),
+        ),
+    )
+    rng = np.random.default_rng(8)
+    for dist, angle in ((14.2, 31.0), (9.0, -100.0), (30.0, 5.0), (22.0, 60.0)):
+        answer = Filter(world(ball), engine="mixture").step({"a.dist": dist, "a.dir": angle})
+        r, a = rng.normal(dist, 0.3, 100_000), np.radians(rng.normal(angle, 1.0, 100_000))
+        x, y = r * np.cos(a), r * np.sin(a)
+        w = stats.norm.pdf(x, 15, 15) * stats.norm.pdf(y, 0, 15) * r  # by importance; r: a ring has the more room the farther
+        mean, cov = answer.moments("a.x", "a.y")
+        np.testing.assert_allclose(mean[0], [np.average(x, weights=w), np.average(y, weights=w)], atol=0.05)
+        np.testing.assert_allclose(cov[0], np.cov(x, y, aweights=w), atol=0.02)
+
+
+def test_rooms_of_the_kernels_are_never_read_before_they_are_written():
+    filter = Filter(world(polar()), engine="mixture")
+    other = Filter(world(polar()), engine="mixture")
+    for reading in ({"a.dist": 9.0, "a.dir": 20.0}, {"a.dist": 8.5}, {}, {"a.dir": Interval(20.0, 30.0)}):
+        a = filter.step(reading).moments("a.x", "a.vy")
+        for rooms in other.engine._scratch.values():
+            for array in rooms:
+                array.fill(np.nan if array.dtype.kind == "f" else -99)
+        b = other.step(reading).moments("a.x", "a.vy")
+        np.testing.assert_array_equal(a[0], b[0])
+        np.testing.assert_array_equal(a[1], b[1])
+
+
 def test_angles_go_round():
     compass = PRMClass(
         "C",

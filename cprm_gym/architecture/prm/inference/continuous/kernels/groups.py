@@ -7,10 +7,30 @@ import math
 import numpy as np
 
 from ......compilation import kernel_group
+from .normals import wrapped
 from .reduction import close_up, keep_heaviest, merge_down, resample
 from .steps import added, load, run_slice
 
 kernel = kernel_group(_nrt=False)
+
+
+TURNS, SETTLED = 20, 1e-3
+"""How often a slice is taken in which formulas that are read bend, at most, and the log likelihood that may still change at the end."""
+
+
+@kernel
+def note_lines(lw, st, mu, cv, count, lines, line_mu, line_cv):
+    """Where each component that was there at first has led to: mean and covariance of the heaviest that came from it."""
+    for k in range(len(lines)):
+        lines[k] = -np.inf
+    for k in range(count):
+        origin = st[k, -1]
+        if lw[k] > lines[origin]:
+            lines[origin] = lw[k]
+            for i in range(mu.shape[1]):
+                line_mu[origin, i] = mu[k, i]
+                for j in range(mu.shape[1]):
+                    line_cv[origin, i, j] = cv[k, i, j]
 
 
 @kernel
@@ -18,8 +38,8 @@ def step_group(
     old_lw, old_st, old_mu, old_cv, load_slots, load_columns, copies,
     ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, rows, soft_rows, normals, uniforms,
-    keep_slots, keep_columns, periods, limit, threshold, draw,
-    lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost,
+    keep_slots, keep_columns, periods, turns, limit, threshold, draw,
+    lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost, lines, line_mu, line_cv,
     new_lw, new_st, new_mu, new_cv, increment, loss, fault,
 ):  # fmt: skip
     """Take every part of a group through a slice: the belief after it, what the readings add to the log likelihood, and the loss.
@@ -29,18 +49,25 @@ def step_group(
     agents = hard.shape[1]
     for b in range(old_lw.shape[0]):
         part, agent = b // agents, b % agents
-        lost[0] = -np.inf
-        count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
-        room, count, wrong, leaf = run_slice(
-            lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
-            hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
-        )  # fmt: skip
-        if wrong != 0:
-            fault[0], fault[1], fault[2] = wrong, leaf, b
-            return
-        total = -np.inf
-        for k in range(count):
-            total = added(total, lw[room, k])
+        room, total, before = 0, -np.inf, np.inf
+        for turn in range(TURNS):
+            lost[0], lost[1] = -np.inf, 0.0
+            count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
+            room, count, wrong, leaf = run_slice(
+                lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
+                hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
+                turn > 0, lines, line_mu, line_cv, turns,
+            )  # fmt: skip
+            if wrong != 0:
+                fault[0], fault[1], fault[2] = wrong, leaf, b
+                return
+            total = -np.inf
+            for k in range(count):
+                total = added(total, lw[room, k])
+            if turn == 0 and lost[1] == 0.0 or total == -np.inf or abs(total - before) < SETTLED:
+                break
+            before = total
+            note_lines(lw[room], st[room], mu[room], cv[room], count, lines, line_mu, line_cv)
         for k in range(new_lw.shape[1]):
             new_lw[b, k] = -np.inf
         increment[b] = total
@@ -74,7 +101,7 @@ def step_group(
             for i in range(s.shape[1]):
                 new_st[b, k, i] = s[k, i]
             for i in range(m.shape[1]):
-                new_mu[b, k, i] = m[k, i]
+                new_mu[b, k, i] = wrapped(m[k, i], periods[i])
                 for j in range(m.shape[1]):
                     new_cv[b, k, i, j] = c[k, i, j]
 

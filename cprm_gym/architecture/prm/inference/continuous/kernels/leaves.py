@@ -73,7 +73,7 @@ def append_affine(mean, cov, n, leaf, inputs, slopes, centre, noise, period):
 
 
 @kernel
-def append_normal(mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov):
+def append_normal(mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns):
     """Append a number with noise as column n; inputs are in `row`, taken at the normal `at_mean`, `at_cov`. Gives what is wrong.
 
     Returns
@@ -105,14 +105,16 @@ def append_normal(mean, cov, n, leaf, inputs, numbers, start, code, constants, r
         append_affine(mean, cov, n, leaf, inputs, slopes, centre, sd * sd, period)
         return FINE, 0.0
     bend = append_by_sigma_points(
-        mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov
+        mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
     )
     return FINE, bend
 
 
 @kernel
-def append_by_sigma_points(mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov):
-    """Append a number that is no straight line of its inputs: the line through points of the unscented transform, and what is beside it."""
+def append_by_sigma_points(
+    mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
+):
+    """Append a number that is no straight line of its inputs: the line through unscented points, and what is beside it."""
     d = leaf[3]
     slopes, lower, base = scratch[0], scratch[1 : 1 + d], scratch[1 + d]
     columns = inputs[leaf[4] : leaf[4] + d, 1]
@@ -147,7 +149,7 @@ def append_by_sigma_points(mean, cov, n, leaf, inputs, start, code, constants, r
     backward(lower, d, slopes)
     rest = max(rest, 0.0)
     for i in range(d):
-        first += slopes[i] * (mean[columns[i]] - at_mean[columns[i]])
+        first += slopes[i] * wrapped(mean[columns[i]] - at_mean[columns[i]], turns[columns[i]])
     append_affine(mean, cov, n, leaf, inputs, slopes, centre + first, noise + rest, period)
     return rest / max(noise, 1e-300)
 

@@ -136,6 +136,8 @@ def condition_interval(mean, cov, n, c, low, high, period):
 def factor(cov, columns, d, lower):
     """Cholesky factor of the covariance of `columns`, into `lower`; zeros below a pivot that adds nothing."""
     for i in range(d):
+        for j in range(i + 1, d):
+            lower[i, j] = 0.0
         for j in range(i + 1):
             total = cov[columns[i], columns[j]]
             for k in range(j):

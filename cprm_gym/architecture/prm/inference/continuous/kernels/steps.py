@@ -28,8 +28,8 @@ from .normals import condition_interval, condition_point, wrapped
 kernel = kernel_group(_nrt=False)
 
 TABLE, NUMBER, STATE, BIN = 0, 1, 2, 3
-BENT, AGAIN = 0.01, 3
-"""How much of the noise a formula may bend away from a line before it is taken again, and how often (posterior linearisation)."""
+BENT = 0.01
+"""How much of the noise a formula that is read may bend away from a line before the slice is taken again."""
 SPARE = 2
 """A third room, for one component."""
 
@@ -99,6 +99,7 @@ def load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, slots, columns, copi
                 mu[0, count, i] = old_mu[b, k, columns[i]]
                 for j in range(len(columns)):
                     cv[0, count, i, j] = old_cv[b, k, columns[i], columns[j]]
+            st[0, count, -1] = count
             count += 1
     return count
 
@@ -166,8 +167,12 @@ def put_bins(lw, st, mu, cv, room, j, op, numbers, hard, soft, soft_at, lost, co
 def run_slice(
     lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, at, soft_at, agent, normals, lost, row, stack, scratch, columns,
+    again, lines, line_mu, line_cv, turns,
 ):  # fmt: skip
     """Take the components of one agent through a program; gives the room they end in, how many they are, and what went wrong where.
+
+    ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, formulas are taken where the slice leads to, `line_mu` and
+    `line_cv` of the component from which each came, its last slot (iterated posterior linearisation, Garcia-Fernandez and others 2015).
 
     Returns
     -------
@@ -215,28 +220,22 @@ def run_slice(
                     if leaf[0] == FLAT:
                         append_flat(mean, cov, n, numbers[leaf[7]], numbers[leaf[7] + 1])
                     else:
-                        fill(leaf, inputs, numbers, mean, st[1 - room, j], hard, low, at, agent, row)
+                        at_mean, at_cov = mean, cov
+                        origin = st[room, k, -1]
+                        if again and lines[origin] > -np.inf:
+                            at_mean, at_cov = line_mu[origin], line_cv[origin]
+                        fill(leaf, inputs, numbers, at_mean, st[1 - room, j], hard, low, at, agent, row)
                         fault, bend = append_normal(
-                            mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, mean, cov
+                            mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns
                         )
                         if fault != FINE:
                             return room, count, fault, a
+                        if value >= 0 and bend > BENT:
+                            lost[1] = 1.0
                     if kind == BIN:
                         made = put_bins(lw, st, mu, cv, room, j, op, numbers, value, soft[agent], likelihood, lost, made, n + 1)
                     elif value >= 0:
                         told = read_number(mean, cov, n + 1, low[at[op[3]], agent], high[at[op[3]], agent], period)
-                        if leaf[0] == NORMAL and bend > BENT:  # once more, with the line where the reading leads to
-                            for _ in range(AGAIN):
-                                copied(lw, st, mu, cv, 1 - room, j, SPARE, 0, weight)
-                                copied(lw, st, mu, cv, room, k, 1 - room, j, weight)
-                                fill(leaf, inputs, numbers, mu[SPARE, 0], st[room, k], hard, low, at, agent, row)
-                                fault, bend = append_normal(
-                                    mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch,
-                                    mu[SPARE, 0], cv[SPARE, 0],
-                                )  # fmt: skip
-                                if fault != FINE:
-                                    return room, count, fault, a
-                                told = read_number(mean, cov, n + 1, low[at[op[3]], agent], high[at[op[3]], agent], period)
                         mean[n] = wrapped(mean[n], period)
                         lw[1 - room, j] = weight + told
                     elif op[12] >= 0:
