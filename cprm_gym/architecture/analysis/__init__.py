@@ -27,6 +27,7 @@ Rooms
 `markov`        what a chain of states ends in, and when, each number with a bound on its error
 `bounded`       the same where chances are known within bounds: the text's unknown state, and nature's optimum
 `sampling`      what many runs show: intervals that hold, also while one looks, tests, properties in LTLf and STL
+`rare`          outcomes that hardly ever come: what led to them, weighted and split runs
 ==============  ====================================================================================================================
 """
 
@@ -67,6 +68,13 @@ if TYPE_CHECKING:
     from .modules.composition import check_composition as check_composition
     from .modules.contracts import ContractReport as ContractReport
     from .modules.contracts import check_contract as check_contract
+    from .rare.conditional import Conditional as Conditional
+    from .rare.conditional import conditional as conditional
+    from .rare.importance import importance_sampling as importance_sampling
+    from .rare.importance import learned_h as learned_h
+    from .rare.splitting import Splittable as Splittable
+    from .rare.splitting import split_chain as split_chain
+    from .rare.splitting import split_worlds as split_worlds
     from .report import Report as Report
     from .report import analyze as analyze
     from .sampling.gymnasium_runs import GymnasiumRuns as GymnasiumRuns
@@ -96,6 +104,9 @@ else:
         {
             "report": "Report analyze",
             "verdicts": "Step Verdict",
+            "rare.conditional": "Conditional conditional",
+            "rare.importance": "importance_sampling learned_h",
+            "rare.splitting": "Splittable split_chain split_worlds",
             "sampling.gymnasium_runs": "GymnasiumRuns",
             "sampling.intervals": "clopper_pearson",
             "sampling.properties": "Property",

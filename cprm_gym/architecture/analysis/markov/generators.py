@@ -88,3 +88,37 @@ def walk_chain(n: int, up: float = 0.5, start: int | None = None) -> MarkovChain
     offsets = np.concatenate(([0, 0], 2 * np.arange(1, n), [2 * (n - 1)]))
     outcomes = {"rich": np.array([n]), "broke": np.array([0])}
     return MarkovChain(offsets, targets, chances, outcomes, start_at(n + 1, n // 2 if start is None else start))
+
+
+def tandem_chain(overflow: int, arrival: float = 0.1, service: tuple[float, float] = (0.45, 0.45)) -> MarkovChain:
+    """Two queues in a row, from one customer in the first to "overflow" (so many in both) or "empty".
+
+    Steps are those of the embedded chain: the three rates, those of empty queues left out.
+
+    Parameters
+    ----------
+    overflow : int
+        Customers that are too many.
+    arrival : float
+    service : (float, float)
+        Rates of the two servers.
+    """
+    number: dict[tuple[int, int], int] = {}
+    for first in range(overflow + 1):
+        for second in range(overflow + 1 - first):
+            number[first, second] = len(number)
+    rows: list[dict[int, float]] = []
+    for first, second in number:
+        if first + second in (0, overflow):
+            rows.append({})
+            continue
+        moves = {(first + 1, second): arrival}
+        if first:
+            moves[first - 1, second + 1] = service[0]
+        if second:
+            moves[first, second - 1] = service[1]
+        total = sum(moves.values())
+        rows.append({number[state]: rate / total for state, rate in moves.items()})
+    outcomes = {"overflow": [k for (a, b), k in number.items() if a + b == overflow], "empty": [0]}
+    names = [f"{a} and {b}" for a, b in number]
+    return MarkovChain.from_rows(rows, outcomes, number[1, 0], names)
