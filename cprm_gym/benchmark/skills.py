@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..agents.body import DEFAULT, Body
+from ..agents.finder import finder_percepts
 from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, goalie_percepts, kinematics
 from ..agents.models import goalie_model
-from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
 from ..agents.skills.accelerate import CLOSE, accelerate
 from ..agents.skills.advance import advance
@@ -28,6 +28,8 @@ from ..agents.skills.dribble import dribble
 from ..agents.skills.drive import drive
 from ..agents.skills.go_to_ball import go_to_ball_reflex
 from ..agents.skills.kick import kick
+from ..agents.skills.look_out import look_out
+from ..agents.skills.meet_ball import meet_ball
 from ..agents.skills.orient import orient
 from ..agents.skills.pass_ball import pass_ball
 from ..agents.skills.receive import receive
@@ -61,13 +63,17 @@ Judge = Callable[[SoccerCore], np.ndarray]
 def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball") -> PetriNet:
     """A net that begins the skill after `SETTLE` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done.
 
-    What is given to the skill is a number or the name of a percept.
+    What is given to the skill is a number or the name of a percept. A skill that never ends looks itself, and is called done after
+    `WATCHED` cycles.
     """
-    done = str(skill.ports.done)
+    done = skill.ports.done
+    look = Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze"))
+    finish = Transition("finish", (f"skill.{done}",), ("done",)) if done else Transition("finish", ("watched",), ("done",), delay=WATCHED)
     return PetriNet(
         f"{skill.name} alone",
         places=(
             Place("intend", capacity=1, tokens=1), Place("done", capacity=1), Place("looking", capacity=1, tokens=1),
+            Place("watched", capacity=1),
             Input("direction", observes="mate.direction_deg" if whom == "mate" else "ball.reckoned_direction_deg"),
             Input("age", observes=f"{whom}.age"), Math("gaze", "direction if age < 15 else 0"),
             *(Input(f"given_{k}", observes=v) if isinstance(v, str) else Continuous(f"given_{k}", v) for k, v in given.items()),
@@ -75,9 +81,9 @@ def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball")
         modules={"skill": skill},
         fuse={f"skill.{k}": f"given_{k}" for k in given},
         transitions=(
-            Transition("set_out", ("intend",), ("skill.begin",), delay=SETTLE),
-            Transition("finish", (f"skill.{done}",), ("done",)),
-            Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
+            Transition("set_out", ("intend",), ("skill.begin", *(() if done else ("watched",))), delay=SETTLE),
+            finish,
+            *((look,) if done else ()),
         ),
     )  # fmt: skip
 
@@ -156,7 +162,7 @@ class Trial:
         if self.goalie:
             cprm = goalie_alone(skill, body)
             return SoccerAgent(cprm, lambda observation: goalie_percepts(observation, 0), needs=("memory",), body=body)
-        return SoccerAgent(CPRM(name, alone(skill, self.given, self.eyes)), field_percepts, needs=("memory",), body=body)
+        return SoccerAgent(CPRM(name, alone(skill, self.given, self.eyes)), finder_percepts, needs=("memory",), body=body)
 
 
 def _apart(core: SoccerCore) -> np.ndarray:
@@ -305,6 +311,10 @@ def _guarding(core: SoccerCore) -> np.ndarray:
     return np.asarray((np.hypot(*(post - me).T) < 1.0) & (side < 25.0))
 
 
+_BALL = {"gaze": "ball.reckoned_direction_deg", "ball_age": "ball.age"}
+_MEETING = {"ball_distance": "ball.reckoned_distance", "meet_distance": "ball.reckoned_distance",
+            "meet_direction": "ball.reckoned_direction_deg"}  # fmt: skip
+"""What the finder's skills are given: he runs at the ball itself."""
 TRIALS: dict[str, Trial] = {
     "setup": Trial(setup, _before_kick_off, lambda c: c.kickable(1), "at the kick-off the ball is in reach"),
     "orient": Trial(orient, _ball_at(3, 25, 180), lambda c: _bearing(c) < 8, "ball within 8 degrees of ahead", cycles=20),
@@ -313,6 +323,8 @@ TRIALS: dict[str, Trial] = {
     "slow": Trial(slow, _ball_at(2, 4, 4), _standing_at_ball, "standing at the ball", cycles=60),
     "approach": Trial(approach, _ball_at(8, 25, 180), _standing_at_ball, "standing at the ball"),
     "go_to_ball": Trial(go_to_ball_reflex, _ball_at(5, 25, 45), lambda c: c.kickable(1), "ball in reach"),
+    "meet_ball": Trial(meet_ball, _ball_comes, lambda c: c.kickable(1), "the rolling ball is in reach", given={**_BALL, **_MEETING}),
+    "look_out": Trial(look_out, _ball_passes, _in_view, f"after {WATCHED} cycles the ball that passes is in view", given=_BALL),
     "kick": Trial(kick, _ball_at(*_FEET, 60, 30.0, feet=True), _near_line, "ball within 7 degrees of the aim", wait=1),
     "pass_ball": Trial(pass_ball, _with_mate, _near_mate, "ball within 2 m of the team-mate", cycles=60, wait=40, any_time=True,
                        eyes="mate"),

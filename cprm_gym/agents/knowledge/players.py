@@ -18,10 +18,10 @@ from ...envs.controller import Controller, ControllerFactory
 from ...envs.players.senses import Senses
 from ...envs.tasks import Task
 from ...errors import unknown_name
-from .. import striker
+from .. import finder, striker
 from ..body import Body
 from ..goalie import ReckoningGoalie
-from ..skills.constants import Constants, GoalieConstants
+from ..skills.constants import Constants, FinderConstants, GoalieConstants
 from .registry import TIERS, informed
 from .tiers import Informed
 
@@ -96,6 +96,7 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 PLAYERS: dict[str, Player] = {
     "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
+    "LostAndFound": Player(finder.make_controller, FinderConstants),
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
 }
 """Task -> its player."""

@@ -157,3 +157,27 @@ class GoalieConstants(Constants):
 
 FIRST = GoalieConstants()
 """The goalie's, set by hand."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FinderConstants(Constants):
+    """Of the player who finds a ball again; the defaults were set by hand."""
+
+    whose: ClassVar[str] = "finder"
+
+    run: float = between(0.9, 0.6, 1.0)
+    """Share of the top speed that he makes."""
+    start: float = between(1.0, 0.0, 4.0)
+    """Cycles that he loses by turning and getting up speed."""
+    lead: float = between(1.0, 0.0, 6.0)
+    """Cycles for which the ball rolls on before he looks where it is then."""
+    step: float = between(50.0, 20.0, 90.0)
+    """Degrees from one look to the next, to either side of where it was expected."""
+    reach: float = between(100.0, 60.0, 150.0)
+    """Degrees from the body beyond which it turns so that the eyes get there."""
+    blind: float = between(3.0, 1.0, 15.0)
+    """Cycles without a sight of the ball after which the body turns for the eyes at all."""
+    trust: float = between(15.0, 1.0, 40.0)
+    """Cycles without a sight of the ball for which he runs on to where it is thought to be."""
+    ahead: float = between(15.0, 5.0, 45.0)
+    """Degrees within which he runs without turning."""

@@ -18,8 +18,10 @@ from .mixing import Mix, MixingPlayers
 
 STRENGTHS: Mapping[str, int] = {"weak": 0, "medium": 1, "strong": 2}
 """Scripted teams by name."""
-SIMPLE = ("hold", "random", "chase")
-"""The simplest players: do nothing, act at random, run at the ball and kick it forward."""
+SIMPLE = ("hold", "random", "chase", "knock")
+"""The simplest players: do nothing, act at random, run at the ball and kick it forward, stand and kick it away when it occurs to them."""
+OCCURS, HARD = 0.25, 0.55
+"""Chance per cycle that it occurs to a player of the policy ``knock`` to kick, in any direction, and the least share of his full power."""
 KEEPAWAY: Mapping[str, int] = {
     "keep_random": keeper_kernels.KEEP_RANDOM, "keep_hold": keeper_kernels.KEEP_HOLD, "keep_hand": keeper_kernels.KEEP_HAND,
     "take": keeper_kernels.TAKE,
@@ -84,6 +86,7 @@ class ScriptedPlayers:
         self._strengths = np.array([STRENGTHS.get(policies[k + 1], 0) for k in thinking], np.int64)
         self._chasers = np.array([k for k in thinking if policies[k + 1] == "chase"], np.int64)
         self._random = np.array([k - 1 for k, name in policies.items() if name == "random"], np.int64)
+        self._knockers = np.array([k - 1 for k, name in policies.items() if name == "knock"], np.int64)
         keepers = [k - 1 for k, name in policies.items() if name in KEEPAWAY]
         self._keepers = np.array(keepers, np.int64)
         self._kinds = np.array([KEEPAWAY[policies[k + 1]] for k in keepers], np.int64)
@@ -133,6 +136,16 @@ class ScriptedPlayers:
                 self.mixing.act(records, FORMATION, see.fresh, commands)
         if len(self._random):
             self._act_at_random(commands)
+        if len(self._knockers):
+            self._knock(commands)
+
+    def _knock(self, commands: np.ndarray) -> None:
+        """Who has the ball kicks it when it occurs to him; for the others the kick does nothing."""
+        rows = self._knockers
+        u = self.simulator.uniforms(None, 3 * len(rows), Stream.RESETS).reshape(-1, len(rows), 3)
+        commands["kind"][:, rows] = np.where(u[..., 0] < OCCURS, CommandKind.KICK, CommandKind.NONE)
+        commands["a"][:, rows] = self.simulator.parameters.maxpower * (HARD + (1.0 - HARD) * u[..., 1])
+        commands["b"][:, rows] = 360.0 * u[..., 2] - 180.0
 
     def _act_at_random(self, commands: np.ndarray) -> None:
         rows = self._random

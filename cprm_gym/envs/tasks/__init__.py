@@ -13,11 +13,13 @@ from .goalie import Goalie, GoalieAgainstAttack, against_attack
 from .half_field import LADDER, HalfField, front_goal, hfo
 from .keepaway import Keepaway, keepaway
 from .kick_off_shot import KickOffShot
+from .lost_and_found import LostAndFound
 from .match import Soccer
 from .pass_and_advance import PassAndAdvance
 
 TASKS: dict[str, Callable[[], Task]] = {
     "GoToBall": GoToBall,
+    "LostAndFound": LostAndFound,
     "KickOffShot": KickOffShot,
     "KickOffShot2v2": partial(KickOffShot, name="KickOffShot2v2", right=2, right_goalie=1),
     "Goalie": Goalie,
@@ -71,6 +73,6 @@ def with_options(task: Task, **options: object) -> Task:
 
 
 __all__ = [
-    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "Outcome", "PassAndAdvance", "Soccer",
-    "Status", "Task", "make_task", "with_options",
+    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "LostAndFound", "Outcome",
+    "PassAndAdvance", "Soccer", "Status", "Task", "make_task", "with_options",
 ]  # fmt: skip
