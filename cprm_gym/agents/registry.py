@@ -8,7 +8,7 @@ from ..errors import unknown_name
 
 AGENTS: dict[str, str] = {
     "GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer", "Goalie": "goalie", "Goalie2v1": "goalie",
-    "Goalie3v2": "goalie", "LostAndFound": "finder",
+    "Goalie3v2": "goalie", "LostAndFound": "finder.agent",
     "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..agents.body import DEFAULT, Body
-from ..agents.finder import finder_percepts
+from ..agents.finder.agent import finder_percepts
 from ..agents.goalie import BALL, BALL_SEEN, GOAL_X, goalie_percepts, kinematics
 from ..agents.models import goalie_model
 from ..agents.play import SoccerAgent

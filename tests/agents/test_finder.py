@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.agents.finder import FINDER_NET, finder_net, finder_percepts, make_controller
+from cprm_gym.agents.finder.agent import FINDER_NET, finder_net, finder_percepts, make_controller
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.agents.knowledge.players import ANYWHERE
 from cprm_gym.agents.skills.constants import FinderConstants

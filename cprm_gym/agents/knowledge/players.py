@@ -18,8 +18,9 @@ from ...envs.controller import Controller, ControllerFactory
 from ...envs.players.senses import Senses
 from ...envs.tasks import Task
 from ...errors import unknown_name
-from .. import finder, striker
+from .. import striker
 from ..body import Body
+from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
 from ..skills.constants import Constants, FinderConstants, GoalieConstants
 from .registry import TIERS, informed
@@ -96,7 +97,7 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 PLAYERS: dict[str, Player] = {
     "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
-    "LostAndFound": Player(finder.make_controller, FinderConstants),
+    "LostAndFound": Player(finder, FinderConstants),
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
 }
 """Task -> its player."""

@@ -13,18 +13,18 @@ import functools
 
 import numpy as np
 
-from ..architecture.cprm import CPRM
-from ..architecture.petri import Input, Math, PetriNet, Place, Transition
-from ..envs.controller import Observation
-from ..envs.observations import BodyFeature, SelfFeature
-from ..envs.tasks import Task
-from .body import DEFAULT, Body, number
-from .goalie import race
-from .percepts import Percepts, field_percepts
-from .play import SoccerAgent
-from .skills.constants import FinderConstants
-from .skills.look_out import gaze, look_out
-from .skills.meet_ball import meet_ball
+from ...architecture.cprm import CPRM
+from ...architecture.petri import Input, Math, PetriNet, Place, Transition
+from ...envs.controller import Observation
+from ...envs.observations import BodyFeature, SelfFeature
+from ...envs.tasks import Task
+from ..body import DEFAULT, Body, number
+from ..goalie import race
+from ..percepts import Percepts, field_percepts
+from ..play import SoccerAgent
+from ..skills.constants import FinderConstants
+from ..skills.look_out import gaze, look_out
+from ..skills.meet_ball import meet_ball
 
 HALF_VIEWS = (0.0, 30.0, 60.0, 90.0)
 """Half the view cone by its width, degrees, as in synchronous mode."""

@@ -1,0 +1,1 @@
+"""The player who finds a ball again that has left his view."""
