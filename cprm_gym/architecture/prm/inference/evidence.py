@@ -19,7 +19,7 @@ import numpy as np
 from ....errors import EvidenceError, ImpossibleEvidence, did_you_mean
 from ..grounding.slices import GroundVariable
 from ..model.domains import Index, Interval
-from .continuous.number_evidence import Numbers, interval_likelihood, read_numbers
+from .continuous.number_evidence import Numbers, interval_likelihood, plain_numbers, read_numbers
 
 UNOBSERVED = -1
 
@@ -330,7 +330,11 @@ def split_numbers(
     rest: dict[str, Any] = {}
     numbers: dict[str, Numbers] = {}
     soft: dict[str, np.ndarray] = {}
+    plain = plain_numbers(variables, evidence or {}, batch)
+    numbers.update(plain)
     for name, value in (evidence or {}).items():
+        if name in plain:
+            continue
         variable = variables.get(name)
         if variable is not None and variable.quantity is not None:
             numbers[name] = read_numbers(variable, value, batch)

@@ -30,11 +30,14 @@ from .engines.exact import ExactEngine
 from .engines.mixture import MixtureEngine
 from .engines.particles import ParticleEngine
 from .engines.projection import ProjectionEngine
+from .engines.rao_blackwell import RaoBlackwellEngine
 from .filtering import POLICIES, FilterSettings, FilterState
 from .forms import Forms, Order
 from .posterior import Posterior
 
-ENGINES: dict[str, type[Engine]] = {e.name: e for e in (ExactEngine, ProjectionEngine, ParticleEngine, AnytimeEngine, MixtureEngine)}
+ENGINES: dict[str, type[Engine]] = {
+    e.name: e for e in (ExactEngine, ProjectionEngine, ParticleEngine, AnytimeEngine, MixtureEngine, RaoBlackwellEngine)
+}
 
 
 SETTLED = 8
@@ -49,7 +52,7 @@ class Filter:
     grounding : Grounding, or other Grounds
     batch : int
         W, the number of agents. They share slices and relations; their readings, and what they did not observe, differ.
-    engine : {"exact", "projection", "particles", "anytime", "mixture"} or Engine
+    engine : {"exact", "projection", "particles", "anytime", "mixture", "rao-blackwell"} or Engine
         Filters over one grounding that are given one object share its plans; not for several threads at once.
     on_impossible : {"raise", "drop", "soften", "restart"}
         What to do for agents whose readings have probability zero: raise `ImpossibleEvidence` and leave every belief as it
@@ -68,7 +71,7 @@ class Filter:
         the first two slices tell.
     **options
         Further options of the engine: `threads` of an exact or projecting one, `max_flops` and `clusters` of a projecting one,
-        `particles` of a particle filter, `budget_ms` of an anytime engine; see there.
+        `particles` of a particle filter, `budget_ms` of an anytime engine, `components` of a mixture; see there.
 
     Attributes
     ----------

@@ -222,8 +222,8 @@ def read(info: SliceInfo, batch: int, evidence: Mapping[str, Any] | np.ndarray |
     hard = read_hard(info.variables, info.names, info.cards, info.row, evidence, batch)
     for name, default in info.quantities.items():
         numbers[name] = numbers.get(name, nothing(batch)).filled(default)
-    for name, read in numbers.items():
-        hard[info.row[name]] = np.where(read.seen, 0, UNOBSERVED)
+    if numbers:
+        hard[[info.row[name] for name in numbers]] = -np.isnan(np.array([read.low for read in numbers.values()])).astype(np.int64)
     if len(info.given_rows):
         fill_in(info, hard)
     if not soft:

@@ -6,6 +6,7 @@ an interval is a likelihood: the share of each bin that lies in it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,6 +90,25 @@ def read_numbers(variable: GroundVariable, value: Any, batch: int) -> Numbers:
     if np.isinf(read).any():
         raise EvidenceError(f"{where}: {read[np.isinf(read)][0]} is not a finite number")
     return Numbers(read, read)
+
+
+def plain_numbers(variables: Mapping[str, GroundVariable], evidence: Mapping[str, Any], batch: int) -> dict[str, Numbers]:
+    """Readings of real numbers that are floats, or arrays of them with one for each agent, all at once; not those to be refused."""
+    found: list[str] = []
+    values: list[Any] = []
+    for name, value in evidence.items():
+        variable = variables.get(name)
+        if variable is None or variable.quantity is None:
+            continue
+        if type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (batch,)):
+            found.append(name)
+            values.append(value)
+    table = np.empty((len(found), batch))
+    for row, value in zip(table, values):
+        row[:] = value
+    if np.isinf(table).any():
+        return {}
+    return {name: Numbers(row, row) for name, row in zip(found, table)}
 
 
 def _numbers(value: Any, batch: int, where: str) -> np.ndarray:

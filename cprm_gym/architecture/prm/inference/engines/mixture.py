@@ -281,8 +281,9 @@ class _Told(NamedTuple):
     def of(cls, info: SliceInfo, readings: Readings) -> _Told:
         low = np.full(readings.hard.shape, np.nan)
         high = low.copy() if readings.numbers else low
-        for name, (a, b) in readings.numbers.items():
-            low[info.row[name]], high[info.row[name]] = a, b
+        if readings.numbers:
+            rows = [info.row[name] for name in readings.numbers]
+            low[rows], high[rows] = ([read[k] for read in readings.numbers.values()] for k in (0, 1))
         column = np.full(len(info.names), -1, np.int64)
         width = 0
         for name in readings.soft:

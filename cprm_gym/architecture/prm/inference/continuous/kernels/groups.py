@@ -8,7 +8,7 @@ import numpy as np
 
 from ......compilation import kernel_group
 from .normals import wrapped
-from .reduction import close_up, keep_heaviest, merge_down, resample
+from .reduction import close_up, keep_heaviest, merge_down, renew, resample
 from .steps import added, load, run_slice
 
 kernel = kernel_group(_nrt=False)
@@ -88,6 +88,8 @@ def step_group(
             loss[b] += math.log1p(math.exp(lost[0] - total))
         if draw:
             resample(w, count, limit, uniforms[b])
+            if normals.shape[2] > 0 and count <= limit:  # numbers were drawn: copies will part
+                renew(w, s, m, c, count, uniforms[b], order)
         elif count > 1:
             loss[b] -= math.log1p(-keep_heaviest(w, count, 2 * limit, order))
             count = close_up(w, s, m, c, count)

@@ -151,6 +151,38 @@ def resample(w, count, limit, uniform):
 
 
 @kernel
+def renew(w, st, mu, cv, count, uniform, times):
+    """Systematic resampling in place, where the weights are worth less than half of the components: those that go make room for copies."""
+    squares = 0.0
+    for k in range(count):
+        squares += w[k] * w[k]
+    if squares * count < 2.0:
+        return
+    total, drawn = 0.0, 0
+    for k in range(count):
+        total += w[k]
+        times[k] = 0
+        while drawn < count and (drawn + uniform) / count < total:
+            times[k] += 1
+            drawn += 1
+    times[count - 1] += count - drawn  # what rounding left
+    free = 0
+    for k in range(count):
+        for _ in range(times[k] - 1):
+            while times[free] > 0:
+                free += 1
+            for a in range(st.shape[1]):
+                st[free, a] = st[k, a]
+            for a in range(mu.shape[1]):
+                mu[free, a] = mu[k, a]
+                for b in range(mu.shape[1]):
+                    cv[free, a, b] = cv[k, a, b]
+            free += 1
+    for k in range(count):
+        w[k] = 1.0 / count
+
+
+@kernel
 def keep_heaviest(w, count, limit, order):
     """Leave out all but the heaviest, in place; gives the weight that is gone."""
     if count <= limit:
