@@ -83,6 +83,19 @@ def state_spaces(quick: bool) -> float:
     return rate
 
 
+def graphs(quick: bool) -> None:
+    """Print what the edges cost: kept while exploring, and found in a second pass."""
+    print(f"\n{'edges of':24}{'firings':>12}{'explore s':>11}{'kept s':>9}{'2nd pass s':>12}  graph / exploration: kept, second pass")
+    for net in (token_ring(10), kanban(4 if quick else 5)):
+        system = System.from_net(net)
+        alone, space = median_cpu(lambda system=system: explore(system))
+        kept, _ = median_cpu(lambda system=system: explore(system, edge_memory=1 << 40).graph())
+        second, _ = median_cpu(space.graph)
+        print(
+            f"{net.name:24}{space.n_edges:12,}{alone:11.3f}{kept - alone:9.3f}{second:12.3f}  {kept / alone - 1:.2f}, {second / alone:.2f}"
+        )
+
+
 def snakes_rate(net: PetriNet, states: int) -> float | None:
     """Markings per CPU second of SNAKES on a plain net; None if it is not installed."""
     try:
@@ -113,6 +126,7 @@ def main() -> None:
     """Run everything."""
     quick = "--quick" in sys.argv
     rate = state_spaces(quick)
+    graphs(quick)
     reference = snakes_rate(kanban(5), 100 if quick else 300)
     if reference is None:
         print("\nSNAKES is not installed")

@@ -121,7 +121,8 @@ def deadlocks(net: PetriNet | CompiledNet, *, budget: Budget | None = None, boun
         reason = space.reason or ("" if len(nodes) <= most else f"only {most} of {len(nodes)} are listed")
         whole = space.complete and len(nodes) <= most and space.unsure is None
         return Deadlocks(tuple(space.marking(node) for node in listed), runs, whole, reason)
-    plain = explore(System.from_net(c), budget)
+    budget = budget or Budget()
+    plain = explore(System.from_net(c), budget, edge_memory=budget.memory // 4)
     graph = plain.graph()
     dead = np.flatnonzero(np.diff(graph.offsets)[: plain.n_expanded] == 0)
     reason = plain.reason or ("" if len(dead) <= most else f"only {most} of {len(dead)} are listed")
@@ -189,7 +190,8 @@ def save_graph(
         space = explore_timed(closed_system(c, bounds), budget)
         markings, places, labels, graph = space.markings, space.system.places, space.system.labels, space.graph
     else:
-        space = explore(System.from_net(c), budget)
+        budget = budget or Budget()
+        space = explore(System.from_net(c), budget, edge_memory=budget.memory // 4)
         markings, places, labels = space.markings(), space.system.places, space.system.transitions
         graph = space.graph()
     if not space.complete:

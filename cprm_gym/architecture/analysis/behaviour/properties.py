@@ -168,7 +168,7 @@ def analyze_structure(
     budget, clock = (budget or Budget()).start()
     proofs = proofs or Proofs()
     graph_memory = budget.memory if graph_memory is None else graph_memory
-    space = explore(system, budget.part(0.7), progress)
+    space = explore(system, budget.part(0.7), progress, edge_memory=graph_memory // 4)
     most, total = space.most_tokens()
     complete = space.complete
     graph, parts = _graph(space, graph_memory, clock)

@@ -45,6 +45,8 @@ class StateSpace:
         The first marking in which each transition fires, -1 if it fires in none.
     pump : tuple of (tuple of str, tuple of str), optional
         For unbounded nets: a sequence, and one that can be repeated for ever after it and adds tokens.
+    links : Graph, optional
+        What `graph` gives, where the edges were kept.
     """
 
     system: System
@@ -65,6 +67,7 @@ class StateSpace:
     seconds: float = 0.0
     fired: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     pump: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+    links: Graph | None = None
 
     @property
     def bytes_per_state(self) -> float:
@@ -115,7 +118,9 @@ class StateSpace:
         return most, int(total)
 
     def graph(self) -> Graph:
-        """The edges of all expanded markings as a compressed graph (a second pass)."""
+        """The edges of all expanded markings as a compressed graph: those kept, else found in a second pass."""
+        if self.links is not None:
+            return self.links
         offsets = np.zeros(self.n_states + 1, np.int64)
         targets = np.empty(self.n_edges, np.int32)
         labels = np.empty(self.n_edges, np.int32)
@@ -163,6 +168,7 @@ def explore(
     progress: Progress | None = None,
     bounds: np.ndarray | None = None,
     chunk: int = 50_000,
+    edge_memory: int = 0,
 ) -> StateSpace:
     """Every reachable marking of `system`, breadth first.
 
@@ -177,6 +183,8 @@ def explore(
         Most tokens per place if known; they need not be right, only save the widening of fields.
     chunk : int
         Markings per call into compiled code; an interruption waits for one chunk.
+    edge_memory : int
+        Bytes that the edges may take besides: they are kept while they fit, so that `StateSpace.graph` need not find them again.
 
     Returns
     -------
@@ -189,6 +197,7 @@ def explore(
     if bounds is not None:
         bits = np.maximum(bits, np.ceil(np.log2(np.asarray(bounds, np.int64).clip(1) + 1)).astype(np.int64))
     space = _start(system, Layout.of(bits))
+    _keep_edges(space, 0, edge_memory)
     t_count = len(system.transitions)
     state = np.array([0, 1, 0, 0, -1, -1, 0, 0], np.int64)
     fired = np.full(t_count, -1, np.int64)
@@ -198,7 +207,11 @@ def explore(
     code = packed.CHUNK
     try:
         while True:
-            code = packed.expand(space.net, space.words, space.parents, space.table, space.bits, fired, out, which, hashes, state, chunk)
+            links = space.links or _NO_LINKS
+            code = packed.expand(
+                space.net, space.words, space.parents, space.table, space.bits, links.offsets, links.targets, links.labels,
+                fired, out, which, hashes, state, chunk,
+            )  # fmt: skip
             space.n_states = int(state[1])
             space.seconds = time.monotonic() - began
             if code == packed.DONE:
@@ -210,6 +223,7 @@ def explore(
                 space.reason = "states"
             elif code == packed.GROW:
                 space.reason = "" if _grow(space, budget) else "memory"
+                _keep_edges(space, int(state[2]), edge_memory)
             elif code == packed.OVERFLOW:
                 space.reason = _widen(space, int(state[0]), int(state[5]), budget)
                 out = np.empty((t_count + 1, space.layout.words), np.uint64)
@@ -224,12 +238,44 @@ def explore(
         _mend(space, int(state[1]))
     space.n_expanded, space.n_edges, space.n_deadlocks, space.first_deadlock = (int(v) for v in (state[0], state[2], state[3], state[4]))
     space.n_states = int(state[1])
+    if space.links is not None:
+        offsets, n_edges = space.links.offsets[: space.n_states + 1], space.n_edges
+        offsets[space.n_expanded :] = n_edges
+        space.links = Graph(offsets, space.links.targets[:n_edges], space.order.astype(np.int32)[space.links.labels[:n_edges]])
     space.words.resize((space.n_states, space.layout.words), refcheck=False)  # give back the room that was not needed
     space.parents.resize(space.n_states, refcheck=False)
     space.seconds = time.monotonic() - began
     space.fired = np.full(t_count, -1, np.int64)
     space.fired[space.order] = fired
     return space
+
+
+_NO_LINKS = Graph(np.zeros(1, np.int64), np.zeros(0, np.int32), np.zeros(0, np.int32))
+
+
+def _keep_edges(space: StateSpace, n_edges: int, memory: int) -> None:
+    """Make room for the edges of the next markings; those kept are given up where they would take more than `memory` bytes."""
+    need = n_edges + len(space.system.transitions) + 1
+    old = space.links or (_NO_LINKS if not n_edges else None)
+    if old is None:
+        return
+    states, edges = len(space.words) + 1, len(old.targets)
+    if need > edges:
+        edges = max(2 * edges, 4 * need)
+    try:
+        fits = 8 * (states + edges) <= memory
+        space.links = Graph(_longer(old.offsets, states), _longer(old.targets, edges), _longer(old.labels, edges)) if fits else None
+    except MemoryError:
+        space.links = None
+
+
+def _longer(array: np.ndarray, size: int) -> np.ndarray:
+    """The array with room for `size` entries; itself if it has it."""
+    if size <= len(array):
+        return array
+    grown = np.zeros(size, array.dtype)
+    grown[: len(array)] = array
+    return grown
 
 
 def _start(system: System, layout: Layout) -> StateSpace:

@@ -124,12 +124,14 @@ def successors(net, states, i, out, which):
 
 
 @kernel
-def expand(net, states, parents, table, bits, fired, out, which, hashes, progress, chunk):
+def expand(net, states, parents, table, bits, offsets, targets, labels, fired, out, which, hashes, progress, chunk):
     """Expand markings in order until nothing is left, `chunk` are done, the arrays are full or a field overflows.
 
     Parameters
     ----------
     states : (capacity, W) uint64; parents : (capacity,) uint32; table : (2 ** bits,) uint32
+    offsets, targets, labels : (capacity + 1,) int64, (E,) int32, (E,) int32
+        Edges of what is expanded, as in `edges`; not kept where there are no `targets`.
     fired : (T,) int64
         First marking in which each transition fired, -1 if none; updated.
     out, which, hashes : scratch for the successors of one marking, one row per transition.
@@ -148,12 +150,13 @@ def expand(net, states, parents, table, bits, fired, out, which, hashes, progres
     last = i + chunk
     n_states = progress[1]
     edges = progress[2]
+    keeps = targets.shape[0] > 0
     code = DONE
     while i < n_states:
         if i >= last:
             code = CHUNK
             break
-        if n_states > room:
+        if n_states > room or (keeps and edges + out.shape[0] > targets.shape[0]):
             code = GROW
             break
         n = successors(net, states, i, out, which)
@@ -174,10 +177,16 @@ def expand(net, states, parents, table, bits, fired, out, which, hashes, progres
                 for w in range(words):
                     states[n_states, w] = out[k, w]
                 parents[n_states] = i
+                at = n_states
                 n_states += 1
             if fired[which[k]] < 0:
                 fired[which[k]] = i
+            if keeps:
+                targets[edges + k] = at
+                labels[edges + k] = which[k]
         edges += n
+        if keeps:
+            offsets[i + 1] = edges
         if n == 0:
             if progress[3] == 0:
                 progress[4] = i

@@ -1,5 +1,7 @@
 """State spaces: counts, properties and witnesses against known values and a slow oracle; budgets and interruptions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from structure_nets import flexible_manufacturing, kanban, landing_detector, philosophers, producer, random_net, token_ring
@@ -153,6 +155,18 @@ def test_an_interruption_keeps_what_was_found():
     assert (space.complete, space.reason, len(calls)) == (False, "interrupted", 3)
     assert 2_900 < space.n_expanded < space.n_states
     assert space.graph().n_nodes == space.n_states
+
+
+def test_edges_kept_while_exploring_are_those_of_a_second_pass_and_given_up_where_they_do_not_fit():
+    for net in (kanban(2), token_ring(4), *(random_net(seed) for seed in range(40))):
+        kept, few = (explore(System.from_net(net), Budget(states=2_000), chunk=100, edge_memory=memory) for memory in (1 << 30, 60_000))
+        assert kept.links is not None
+        for space in (kept, few):
+            found, again = space.graph(), replace(space, links=None).graph()
+            for name in ("offsets", "targets", "labels"):
+                assert getattr(found, name).dtype == getattr(again, name).dtype
+                np.testing.assert_array_equal(getattr(found, name), getattr(again, name))
+    assert explore(System.from_net(kanban(2)), edge_memory=200_000).links is None
 
 
 def test_running_out_of_memory_in_the_middle_of_growing_leaves_a_whole_partial_answer(monkeypatch):
