@@ -15,6 +15,8 @@ from ..envs.tasks import Task
 
 SLOTS = 50
 """Episodes played side by side."""
+TOGETHER = 4
+"""A share of the slots, one in so many, has to be free before they are used again."""
 
 
 class Episodes(NamedTuple):
@@ -67,19 +69,18 @@ def play_episodes(
             for i, controller in enumerate(controllers)
         ]
         step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
-        cycles[playing] += 1
+        cycles[playing] += 1  # where nothing is played, of the entry that is left out
         success[playing] |= step.success.any(axis=1)
-        over = np.flatnonzero((step.terminated | step.truncated) & (playing < count))
-        if not len(over):
+        playing[(step.terminated | step.truncated) & (playing < count)] = count
+        # to begin costs a look in every slot: it is done for several at once
+        free = np.flatnonzero(playing == count)[: count - following]
+        if len(free) < min(slots // TOGETHER, count - following) or not len(free):
             continue
-        again = over[: count - following]
-        playing[over] = count
-        playing[again] = np.arange(following, following + len(again))
-        following += len(again)
-        if len(again):
-            worlds = [np.random.SeedSequence(seed, spawn_key=(first_world + int(k),)) for k in playing[again]]
-            observation = core.reset(worlds, again)
-            begun = np.isin(np.arange(slots), again)
-            for i, controller in enumerate(controllers):
-                controller.reset({key: value[:, i] for key, value in observation.items()}, seed, begun)
+        playing[free] = np.arange(following, following + len(free))
+        following += len(free)
+        worlds = [np.random.SeedSequence(seed, spawn_key=(first_world + int(k),)) for k in playing[free]]
+        observation = core.reset(worlds, free)
+        begun = np.isin(np.arange(slots), free)
+        for i, controller in enumerate(controllers):
+            controller.reset({key: value[:, i] for key, value in observation.items()}, seed, begun)
     return Episodes(success[:count], cycles[:count])

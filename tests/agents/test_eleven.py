@@ -1,5 +1,7 @@
 """The eleven: its beliefs and choices, one at a time and as a team; set plays; alone and in a batch alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
+from cprm_gym.simulator.pitch import HALF_LENGTH
 from cprm_gym.simulator.state import Count, PlayMode
 
 MATCH = make_task("Soccer11v11")
@@ -164,6 +167,45 @@ def test_after_his_set_play_he_leaves_the_ball_to_others_until_it_has_gone():
     for _ in range(2):
         agent.act(seen(ball=(9.0, 0.0), ball_velocity=(1.5, 0.0)))
     assert executor.read("hands_off")[0] == 0
+
+
+MEN = {2: (-34.0, -9.0), 5: (-33.0, 17.0)}
+"""Number of a back -> where an opponent stands in his part of the own half."""
+
+
+def where_he_marks(unum, agent):
+    """Where a back goes whose opponent stands there while the ball is in the own half."""
+    x, y = MEN[unum]
+    view = seen(unum=unum, me=(x + 2.0, y), ball=(-12.0, 0.0), mates={9: (-12.5, 0.0)}, opponents={7: (x, y)})
+    executor, _ = decided(agent, view, cycles=2)
+    assert executor.read("marking")[0] == 1, "he has a man to mark"
+    return np.array([executor.read("go_x")[0], executor.read("go_y")[0]])
+
+
+def between_man_and_goal(unum, agent):
+    """Whether the place lies on the way from his man to the own goal, nearer to the man."""
+    place, man, goal = where_he_marks(unum, agent), np.array(MEN[unum]), np.array([-HALF_LENGTH, 0.0])
+    way = (goal - man) / np.hypot(*(goal - man))
+    along, aside = (place - man) @ way, (place - man) @ np.array([-way[1], way[0]])
+    return 0.5 < along < 3.0 and abs(aside) < 0.1
+
+
+def on_the_wrong_side(agent, *places):
+    """The mutation: 1.5 m beyond his man instead of before him."""
+    changed = tuple(
+        replace(place, expression=place.expression.replace("- 1.5", "+ 1.5")) if place.name in places else place
+        for place in agent.cprm.net.places
+    )
+    assert changed != agent.cprm.net.places
+    agent.cprm = replace(agent.cprm, net=replace(agent.cprm.net, places=changed))
+    return agent
+
+
+@pytest.mark.parametrize("unum", MEN)
+def test_he_who_marks_stands_between_his_man_and_the_goal_and_the_wrong_side_is_caught(unum):
+    assert between_man_and_goal(unum, OutfieldAgent())
+    for places in (("mark_x", "mark_y"), ("mark_x",), ("mark_y",)):
+        assert not between_man_and_goal(unum, on_the_wrong_side(OutfieldAgent(), *places)), places
 
 
 def test_the_places_of_the_formation_shift_with_the_ball():
