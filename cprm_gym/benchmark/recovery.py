@@ -1,18 +1,24 @@
-"""Recovery measured: the passing pair with and without its recovery parts, and with a watchdog instead (dissertation ch. 4).
+"""Recovery measured: the passing pair and the striker with and without their recovery parts, and with a watchdog instead (dissertation
+ch. 4).
 
-``python -m cprm_gym.benchmark.recovery --episodes 1000`` prints the table.
+``python -m cprm_gym.benchmark.recovery --episodes 1000`` prints the pair's table, with ``--task KickOffShot`` the striker's.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from ..agents.body import Body
 from ..agents.passer import make_controller
+from ..agents.percepts import field_percepts
+from ..agents.play import SoccerAgent
+from ..agents.striker import make_controller as make_striker
+from ..agents.striker import striker_cprm
 from ..envs.controller import Action, Controller, Observation
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task, make_task
@@ -73,10 +79,25 @@ def with_watchdog(task: Task, agent: str) -> Watchdog:
     return Watchdog(make_controller(task, agent, recovering=False))
 
 
-RIVALS: dict[str, Factory] = {
-    "recovering": make_controller, "without": partial(make_controller, recovering=False), "watchdog": with_watchdog,
+LOOP = {"no_pass", "no_return", "out_of_sight", "no_catch", "no_ball", "no_shot", "no_way", "no_goal"}
+"""The striker's transitions back to finding and fetching the ball, whatever failed."""
+
+
+def striker_without(task: Task, agent: str) -> SoccerAgent:
+    """The striker's primary sequence alone."""
+    body = Body.of(task)
+    cprm = striker_cprm(body)
+    assert cprm.net is not None
+    once = replace(cprm.net, transitions=tuple(t for t in cprm.net.transitions if t.name not in LOOP))
+    return SoccerAgent(replace(cprm, net=once), field_percepts, needs=("memory",), body=body)
+
+
+RIVALS: dict[str, dict[str, Factory]] = {
+    "PassAndAdvance": {"recovering": make_controller, "without": partial(make_controller, recovering=False), "watchdog": with_watchdog},
+    "KickOffShot": {"recovering": make_striker, "without": striker_without,
+                    "watchdog": lambda task, agent: Watchdog(striker_without(task, agent))},
 }  # fmt: skip
-"""What is compared: the net with its recovery parts, without them, and without them but watched."""
+"""What is compared in a task: the net with its recovery parts, without them, and without them but watched."""
 
 
 @dataclass(frozen=True)
@@ -195,9 +216,11 @@ class _Tally:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description="Recovery of the passing pair: with its recovery parts, without, and with a watchdog.")
+    parser = argparse.ArgumentParser(description="Recovery of the passing pair or the striker: with recovery parts, without, watched.")
+    parser.add_argument("--task", choices=list(RIVALS), default="PassAndAdvance")
     parser.add_argument("--episodes", type=at_least(1), default=1000)
     parser.add_argument("--seed", type=at_least(0), default=0)
+    parser.add_argument("--rivals", nargs="+", choices=["recovering", "without", "watchdog"], default=["recovering", "without", "watchdog"])
     parser.add_argument(
         "--only",
         action="append",
@@ -205,14 +228,15 @@ def main() -> None:
         help="one disturbance, several times for more; undisturbed always",
     )
     options = parser.parse_args()
-    print(f"PassAndAdvance, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")
-    print(f"{'disturbance':18}" + "".join(f"{rival:24}" for rival in RIVALS), end="")
-    print("ball again:" + "".join(f"{rival:>12}" for rival in RIVALS) + "  cycles:" + "".join(f"{rival:>12}" for rival in RIVALS))
+    task, rivals = make_task(options.task), options.rivals
+    print(f"{task.name}, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")
+    print(f"{'disturbance':18}" + "".join(f"{rival:24}" for rival in rivals), end="")
+    print("ball again:" + "".join(f"{rival:>12}" for rival in rivals) + "  cycles:" + "".join(f"{rival:>12}" for rival in rivals))
     for name, disturbance in (("undisturbed", None), *DISTURBANCES.items()):
         # without the undisturbed row no other one says anything
         if disturbance is not None and options.only and name not in options.only:
             continue
-        results = [measure(factory, disturbance, options.episodes, options.seed) for factory in RIVALS.values()]
+        results = [measure(RIVALS[task.name][rival], disturbance, options.episodes, options.seed, task) for rival in rivals]
         cells = [f"{r.success.mean():6.1%} [{r.interval.low:.1%}, {r.interval.high:.1%}]" for r in results]
         again = ["{}/{}".format(*r.recovered) if disturbance else "" for r in results]
         times = [f"{r.median_time:.0f}" if disturbance else "" for r in results]

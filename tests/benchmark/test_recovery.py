@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from cprm_gym.agents import striker
 from cprm_gym.benchmark import recovery
-from cprm_gym.benchmark.recovery import RIVALS, Watchdog, measure
+from cprm_gym.benchmark.recovery import LOOP, RIVALS, Watchdog, measure
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.state import CommandKind
+from cprm_gym.wrappers.disturbances import DISTURBANCES
 
 
 class Sleeper:
@@ -46,8 +48,17 @@ def test_the_watchdog_wakes_whoever_has_done_nothing_for_so_long_and_nobody_else
 
 def test_watched_the_net_without_recovery_does_better_undisturbed():
     task = replace(make_task("PassAndAdvance"), max_cycles=600)
-    plain, watched = (measure(RIVALS[name], None, 20, seed=3, task=task) for name in ("without", "watchdog"))
+    plain, watched = (measure(RIVALS[task.name][name], None, 20, seed=3, task=task) for name in ("without", "watchdog"))
     assert watched.success.mean() >= plain.success.mean() + 0.2
+
+
+def test_the_striker_without_his_loop_is_left_standing_and_beginning_at_the_kick_off_does_not_help_him():
+    disturbed = DISTURBANCES["ball displaced"]
+    plain, watched, whole = (measure(RIVALS["KickOffShot"][name], disturbed, 20, 3, make_task("KickOffShot"))
+                             for name in ("without", "watchdog", "recovering"))  # fmt: skip
+    assert plain.success.mean() + 0.2 <= whole.success.mean()
+    assert plain.success.mean() <= watched.success.mean() <= whole.success.mean()
+    assert {t.name for t in striker.STRIKER.net.transitions} >= LOOP
 
 
 def test_the_undisturbed_row_is_always_printed(monkeypatch, capsys):
