@@ -20,7 +20,7 @@ def shipped_nets() -> dict[str, PetriNet]:
         By the net's name, in alphabetical order.
     """
     modules = [f"{skills.__name__}.{found.name}" for found in pkgutil.iter_modules(skills.__path__)]
-    modules += [f"{__package__}.{agent}" for agent in (*sorted(set(AGENTS.values())), "outfielder.agent")]
+    modules += [f"{__package__}.{agent}" for agent in (*sorted(set(AGENTS.values())), "outfielder.agent", "attacker.agent")]
     nets: dict[str, PetriNet] = {}
     for module in modules:
         for value in vars(import_module(module)).values():

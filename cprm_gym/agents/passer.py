@@ -28,6 +28,7 @@ from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
 from ..simulator.pitch import HALF_LENGTH
+from .attacker import agent as attacker
 from .body import DEFAULT, Body, number
 from .models import passer_model
 from .percepts import NEVER, OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
@@ -294,6 +295,8 @@ class PasserAgent(SoccerAgent):
         super().__init__(cprm, percepts, needs=("memory",), objects=objects, body=body, **{"engine": ProjectionEngine(CLUSTERS), **options})
 
 
-def make_controller(task: Task, agent: str, recovering: bool = True) -> PasserAgent:
-    """One of the pair as a controller."""
+def make_controller(task: Task, agent: str, recovering: bool = True) -> SoccerAgent:
+    """One of the pair as a controller; against opponents an attacker who decides anew with every kick (`attacker`)."""
+    if task.right if agent.startswith("left") else task.left:
+        return attacker.make_controller(task, agent)
     return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task))

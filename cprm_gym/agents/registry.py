@@ -7,7 +7,8 @@ from ..envs.tasks import Task
 from ..errors import unknown_name
 
 AGENTS: dict[str, str] = {
-    "GoToBall": "seeker", "KickOffShot": "striker", "PassAndAdvance": "passer", "Goalie": "goalie", "Goalie2v1": "goalie",
+    "GoToBall": "seeker", "KickOffShot": "striker", "KickOffShot2v2": "striker", "PassAndAdvance": "passer",
+    **dict.fromkeys(("PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "passer"), "Goalie": "goalie", "Goalie2v1": "goalie",
     "Goalie3v2": "goalie", "LostAndFound": "finder.agent",
     "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
 }  # fmt: skip

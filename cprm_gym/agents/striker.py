@@ -14,6 +14,7 @@ from __future__ import annotations
 from ..architecture.cprm import CPRM
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.tasks import Task
+from .attacker import agent as attacker
 from .body import Body, number, of_body
 from .percepts import field_percepts
 from .play import SoccerAgent
@@ -113,6 +114,8 @@ STRIKER = striker_cprm()
 
 
 def make_controller(task: Task, agent: str) -> SoccerAgent:
-    """The striker as a controller."""
+    """The striker as a controller; against opponents an attacker who decides anew with every kick (`attacker`)."""
+    if task.right if agent.startswith("left") else task.left:
+        return attacker.make_controller(task, agent)
     body = Body.of(task)
     return SoccerAgent(striker_cprm(body), field_percepts, needs=("memory",), body=body)

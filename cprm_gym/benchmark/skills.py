@@ -27,6 +27,7 @@ from ..agents.skills.cruise import cruise
 from ..agents.skills.dribble import dribble
 from ..agents.skills.drive import drive
 from ..agents.skills.go_to_ball import go_to_ball_reflex
+from ..agents.skills.intercept import intercept
 from ..agents.skills.kick import kick
 from ..agents.skills.look_out import look_out
 from ..agents.skills.meet_ball import meet_ball
@@ -331,6 +332,8 @@ TRIALS: dict[str, Trial] = {
     "dribble": Trial(dribble, _ball_at(*_FEET, 30, 15.0, feet=True), lambda c: c.kickable(1), "near the goal, ball in reach", cycles=200),
     "shoot": Trial(shoot, _ball_at(*_FEET, 30, 35.0, feet=True), lambda c: c.crossed_goal_line(True), "goal", wait=30, any_time=True),
     "receive": Trial(receive, _ball_comes, lambda c: c.kickable(1), "ball in reach", cycles=80),
+    "intercept": Trial(intercept, _ball_at(5, 25, 45), lambda c: c.kickable(1), "ball in reach",
+                       given={"way": "ball.reckoned_distance", "bearing": "ball.reckoned_direction_deg"}),
     "advance": Trial(advance, _ball_at(5, 25, 180), lambda c: np.hypot(*(c.sim.world["pos"][:, 1] - [20.0, 10.0]).T) < 1.5,
                      "within 1.5 m of the place", given={"place_x": 20.0, "place_y": 10.0}),
     "drive": Trial(drive, _ball_at(*_FEET, 30, 15.0, feet=True), lambda c: c.kickable(1), "near the goal, ball in reach", cycles=200,

@@ -19,10 +19,12 @@ from ...envs.players.senses import Senses
 from ...envs.tasks import Task
 from ...errors import unknown_name
 from .. import striker
+from ..attacker import agent as attacker
+from ..attacker.constants import AttackerConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
-from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants
+from ..skills.constants import Constants, FinderConstants, GoalieConstants
 from .registry import TIERS, informed
 from .tiers import Informed
 
@@ -97,10 +99,12 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 PLAYERS: dict[str, Player] = {
     "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
-    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1"),
-    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2"),
     "LostAndFound": Player(finder, FinderConstants),
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
+    **{
+        task: Player(attacker.make_controller, AttackerConstants, study=f"attacker/{task}")
+        for task in ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
+    },
 }
 """Task -> its player."""
 

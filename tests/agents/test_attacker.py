@@ -1,0 +1,157 @@
+"""The attacker: room is what opponents leave, decisions follow it, passes are counted, and he scores against a defence."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, AttackerAgent, make_controller
+from cprm_gym.agents.attacker.constants import AttackerConstants
+from cprm_gym.agents.attacker.kernels import EMPTY, gap_at, judge
+from cprm_gym.agents.attacker.percepts import FORGET, NAMES, NEAR, Motion, terms
+from cprm_gym.agents.body import DEFAULT
+from cprm_gym.agents.knowledge import informed
+from cprm_gym.agents.passer import PasserAgent
+from cprm_gym.agents.passer import make_controller as make_passer
+from cprm_gym.agents.registry import AGENTS
+from cprm_gym.agents.striker import make_controller as make_striker
+from cprm_gym.benchmark.episodes import play_episodes
+from cprm_gym.benchmark.statistics import wilson_interval
+from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.tasks import Status, make_task
+from cprm_gym.errors import ParameterError
+
+BY = terms(DEFAULT, AttackerConstants(wander=0.5, rival_start=1.0, rival_reach=1.0))
+
+
+def judged(rivals, ball=(0.0, 0.0, 0.0, 0.0), me=(-0.6, 0.0, 0.0, 0.0, 0.0), mate=(0.0, 12.0), age=0.0, by=BY):
+    """What an attacker makes of opponents at (x, y, and how far they go in a cycle)."""
+    rivals = np.array([[*rival, 0.0, 0.0][:4] for rival in rivals], float).reshape(1, -1, 4)
+    out = np.zeros((1, len(NAMES)))
+    judge(np.array([ball], float), np.array([me], float), np.array([[mate]], float), np.zeros((1, 1)), rivals,
+          np.full(rivals.shape[:2], float(age)), NEAR, by, out)  # fmt: skip
+    return dict(zip(NAMES, out[0]))
+
+
+def room(rivals, x, y, t, age=0.0):
+    rivals = np.array([[*rival, 0.0, 0.0][:4] for rival in rivals], float).reshape(-1, 4)
+    return gap_at(x, y, float(t), rivals, np.full(len(rivals), float(age)), BY)
+
+
+def test_room_is_the_way_of_the_nearest_opponent_less_what_he_reaches_and_runs():
+    assert room([(10.0, 0.0), (0.0, 30.0)], 0.0, 0.0, 0) == pytest.approx(10.0 - 1.0)
+    assert room([(10.0, 0.0)], 0.0, 0.0, 5) == pytest.approx(9.0 - 4.0 * BY.rival_pace)
+    assert room([], 0.0, 0.0, 5) == EMPTY
+
+
+def test_who_was_not_seen_of_late_may_be_anywhere_and_in_the_end_nowhere():
+    rooms = [room([(10.0, 0.0)], 0.0, 0.0, 0, age) for age in (0, 4, 12, 30, 100)]
+    assert rooms == pytest.approx([9.0, 7.0, 3.0, 3.0, EMPTY])
+
+
+def test_who_runs_the_other_way_leaves_more_room_than_who_comes():
+    comes, stands, leaves = (room([(10.0, 0.0, v, 0.0)], 0.0, 0.0, 6) for v in (-0.9, 0.0, 0.9))
+    assert comes < stands < leaves
+
+
+def test_the_ball_is_driven_to_the_goal_but_not_into_an_opponent():
+    assert abs(judged([])["way.angle"]) < 0.01
+    assert abs(judged([(4.0, 0.0)])["way.angle"]) > 0.3
+    assert judged([(4.0, 0.0)])["way.room"] > room([(4.0, 0.0)], 4.0, 0.0, 4)
+
+
+def test_no_pass_goes_through_an_opponent_and_none_to_who_is_offside():
+    free, blocked = judged([(30.0, -30.0)]), judged([(0.0, 6.0)])
+    assert free["pass.room"] > 3.0
+    assert free["pass.worth"] > blocked["pass.worth"]
+    assert judged([], ball=(5.0, 0.0, 0.0, 0.0), me=(4.4, 0.0, 0.0, 0.0, 0.0), mate=(15.0, 8.0))["pass.worth"] == -1e9
+
+
+def test_a_pass_leads_a_mate_away_from_the_opponent_beside_him():
+    beside = judged([(-3.0, 14.0)])
+    aim = np.arctan2(12.0, 0.0)
+    assert beside["pass.angle"] < aim - 0.1, "ahead of him, not to his feet"
+
+
+def test_a_shot_goes_where_the_keeper_is_not():
+    by = terms(DEFAULT, AttackerConstants(), keeper=0)
+    spot = {"ball": (40.0, 0.0, 0.0, 0.0), "me": (39.4, 0.0, 0.0, 0.0, 0.0), "by": by}
+    left, right = (judged([(51.0, y)], **spot) for y in (2.5, -2.5))
+    assert left["shot.y"] < -1.0
+    assert right["shot.y"] > 1.0
+    assert judged([], **spot)["shot.room"] > left["shot.room"]
+
+
+def test_a_kick_gives_no_more_than_the_leg_has():
+    across = judged([], ball=(40.0, 0.0, 0.0, 1.5), me=(39.4, 0.0, 0.0, 0.0, 0.0))
+    still = judged([], ball=(40.0, 0.0, 0.0, 0.0), me=(39.4, 0.0, 0.0, 0.0, 0.0))
+    assert 0.0 < across["shot.speed"] < still["shot.speed"] <= BY.kick_speed
+
+
+def test_motions_are_told_from_two_sights_and_forgotten():
+    motion = Motion(2)
+    motion.reset(1)
+    place, age = np.array([[[10.0, 0.0], [5.0, 5.0]]]), np.array([[0.0, 0.0]])
+    motion.follow(place, age)
+    for k in range(1, 8):
+        moved = motion.follow(place + [[[-0.8 * k, 0.0], [0.0, 0.4 * k]]], age)
+    assert moved == pytest.approx(np.array([[[-0.8, 0.0], [0.0, 0.4]]]), abs=0.01)
+    for _ in range(int(FORGET) + 1):
+        moved = motion.follow(place, age + 20.0)
+    assert not moved.any()
+
+
+def test_constants_out_of_their_extent_are_refused_by_name():
+    with pytest.raises(ParameterError, match=r"attacker: run: 1\.5 given"):
+        AttackerConstants(run=1.5)
+
+
+def test_against_opponents_striker_and_passer_are_attackers_without_they_are_not():
+    for name, make in (("KickOffShot2v2", make_striker), ("PassAndAdvance2v1", make_passer)):
+        assert isinstance(make(make_task(name), "left_1"), AttackerAgent)
+        assert not isinstance(make(make_task(name[:-3]), "left_1"), AttackerAgent)
+    assert isinstance(make_passer(make_task("PassAndAdvance"), "left_2"), PasserAgent)
+    assert {"KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"} <= AGENTS.keys()
+
+
+def test_only_who_must_pass_counts_passes():
+    counting, other = ({place.name for place in net.places} for net in (COMBINING_NET, ATTACKER_NET))
+    assert "swaps" in counting
+    assert "swaps" not in other
+
+
+@pytest.mark.parametrize(("name", "least"), [("PassAndAdvance2v1", 0.7), ("KickOffShot2v2", 0.4)])
+def test_he_scores_against_a_defence_when_he_knows_everything(name, least):
+    make = informed(make_controller, "state")
+    won = play_episodes(make_task(name), make, 60, seed=5).success
+    assert wilson_interval(int(won.sum()), 60).low > least
+
+
+def test_he_shoots_only_after_enough_passes():
+    core = SoccerCore(make_task("PassAndAdvance2v1"), 60, seed=8, include=("memory",))
+    agents = [informed(make_controller, "state")(core.task, name) for name in core.agents]
+    observation = core.reset(8)
+    for i, (name, agent) in enumerate(zip(core.agents, agents)):
+        agent.connect(core, name)
+        agent.reset({key: value[:, i] for key, value in observation.items()}, 8)
+    status = np.zeros(60, int)
+    while (status == 0).any():
+        actions = [agent.act({key: value[:, i] for key, value in observation.items()}) for i, agent in enumerate(agents)]
+        step = core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
+        over = (step.terminated | step.truncated) & (status == 0)
+        status[over] = step.status[over]
+    assert (status == Status.TOO_EARLY).sum() <= 3
+    assert (status == Status.GOAL).sum() >= 40
+
+
+def test_he_plays_alike_alone_and_in_a_batch():
+    task = make_task("KickOffShot2v2")
+    cores = [SoccerCore(task, 5, seed=6, include=("memory",)), SoccerCore(task, 1, seed=6, first_world=3, include=("memory",))]
+    agents = [make_controller(task, "left_1") for _ in cores]
+    observations = [{key: value[:, 0] for key, value in core.reset(6).items()} for core in cores]
+    for agent, observation in zip(agents, observations):
+        agent.reset(observation, 0)
+    for _ in range(80):
+        actions = [agent.act(observation) for agent, observation in zip(agents, observations)]
+        for key in actions[0]:
+            assert (actions[0][key][3] == actions[1][key][0]).all()
+        for core, action in zip(cores, actions):
+            core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
