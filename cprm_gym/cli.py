@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from typer.core import TyperGroup
 
 from . import __version__
-from .errors import CprmError
+from .errors import CprmError, unknown_name
 from .files import check_place
 from .joining.command import join
 from .server.command import serve
@@ -163,7 +163,6 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
     from rich.table import Table
 
     from .benchmark import knowledge
-    from .errors import unknown_name
 
     if suite is None:
         raise CprmError("--quick, --senses and --tiers go with --suite")
@@ -208,6 +207,9 @@ def tune(
     journal: Annotated[
         Path | None, typer.Option(help="File that holds the study, and from which it goes on.", show_default="TASK_TIER.jsonl")
     ] = None,
+    senses: Annotated[
+        str, typer.Option(help="Senses of the suite knowledge by which he perceives; those of --tracker are its own.")
+    ] = "default",
     worlds: Annotated[int | None, typer.Option(help="Of a generation; each candidate plays all.", show_default="250, tracker 60")] = None,
     population: Annotated[int, typer.Option(help="Candidates of a generation.")] = 24,
     elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
@@ -217,16 +219,21 @@ def tune(
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
     import json
 
+    from .benchmark.knowledge import SENSES
     from .benchmark.tracking import TrackingPlan
     from .benchmark.tuning import Plan, Search, study
 
     with said_plainly():
         if tracker and tier is not None:
             raise CprmError(f"--tier {tier}: the tracker's own constants are the same for all; leave out --tier or --tracker")
+        if senses not in SENSES:
+            raise unknown_name("senses", senses, SENSES)
+        if tracker and senses != "default":
+            raise CprmError(f"--senses {senses}: the tracker's own constants are tuned for several senses; leave out --senses or --tracker")
         tier = "memory" if tier is None else tier
         sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
         sizes |= {} if worlds is None else {"worlds": worlds}
-        plan: Search = TrackingPlan(task, **sizes) if tracker else Plan(task, tier, **sizes)  # type: ignore[arg-type]
+        plan: Search = TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], **sizes)  # type: ignore[arg-type]
         place = Path(f"{'tracker_' + task if tracker else task + '_' + tier}.jsonl") if journal is None else journal
         check_place(place, "--journal")
         found = None

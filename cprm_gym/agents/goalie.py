@@ -33,8 +33,8 @@ from .percepts import Percepts, body_percepts
 from .play import SoccerAgent
 from .skills.catch_ball import catch_ball
 from .skills.clear import AT_HAND, clear
-from .skills.constants import FIRST, GoalieConstants
-from .skills.reposition import reposition
+from .skills.constants import FIRST, AttackedConstants, GoalieConstants
+from .skills.reposition import attacked, guarding_place, reposition
 from .skills.watch_ball import watch_ball
 
 ATTENDED = 2
@@ -88,7 +88,8 @@ def kinematics(body: Body, c: GoalieConstants = FIRST) -> tuple[Math, ...]:
         *race(body, "own", "x", "y", f"{number(c.start)} + {{way}} / {pace}"),
         *race(body, "rival", "watched_x", "watched_y", f"max({{way}} - {feet}, 0) / {pace}"),
         Math("in_box", f"1 if {GOAL_X} < own_x and own_x < {BOX_X} and abs(own_y) < {BOX_Y} else 0"),
-        Math("loose", f"1 if in_box and not shot and own_time < rival_time + {number(c.dare)} else 0"),
+        *attacked(body, c),
+        Math("loose", f"1 if in_box and not shot and own_time < rival_time + {number(c.dare)}{c.caution} else 0"),
         # where to meet a shot: at the point closest to him if he is there in time, else half-way on to the goal line, or at the line
         Math("along", "max(0, -(dx * ux + dy * uy))"),
         Math("to_deepest", f"max(0, (ball_x - {deepest}) * ball_speed / -ball_vx) if ball_vx < -0.2 else along"),
@@ -104,13 +105,10 @@ def kinematics(body: Body, c: GoalieConstants = FIRST) -> tuple[Math, ...]:
         Math("goal_y", f"ball_y + ball_vy / ball_vx * ({GOAL_X} - ball_x) if ball_vx < -0.2 else 99"),
         Math("to_line", f"(ball_x - {GOAL_X}) * ball_speed / -ball_vx if ball_vx < -0.2 else 999"),
         Math("shot", f"1 if abs(goal_y) < {number(round(body.server.goal_width / 2 + c.wide, 6))} and "
-                     f"to_line < ball_speed / {number(body.roll)} + 1 and to_line < 40 and ball_x > {GOAL_X} else 0"),
+                     f"to_line < ball_speed / {number(body.roll)} + 1 and to_line < 40 and ball_x > {GOAL_X}{c.no_dribble} else 0"),
         Math("coming", "1 if shot or loose else 0"),
         Math("behind", f"1 if ball_x < {GOAL_X} - 0.5 else 0"),
-        # the guarding place: between ball and goal
-        Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
-        Math("out", f"clip({number(c.out_share)} * goal_distance + {number(c.out_least)}, {number(c.out_least)}, {number(c.out_most)})"),
-        Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
+        *guarding_place(c),
         Math("post_distance", "hypot(post_x - x, post_y - y)"),
         Math("post_direction", "norm_deg(degrees(atan2(post_y - y, post_x - x)) - body) if post_distance > 0.01 else 0"),
         Math("side_left", f"norm_deg(ball_angle - {number(c.side_on)} - body)"),
@@ -156,7 +154,8 @@ def goalie_net(
     ----------
     seen : tuple of places
         ``ball_x``, ``ball_y``, ``ball_vx``, ``ball_vy``, and ``watched_x``, ``watched_y`` of the opponent nearest to the ball: belief
-        places (`BELIEVED`), or inputs for a goalie without a model.
+        places (`BELIEVED`), or inputs for a goalie without a model. With `AttackedConstants` also ``second_x``, ``second_y`` of the one
+        of the others who is nearest to the goal.
     attended : int
         Opponents who are watched; 0 for a net without object places.
     name : str
@@ -339,12 +338,15 @@ RECKONED = (
     Input("watched_x", observes="rival.x", value=FAR), Input("watched_y", observes="rival.y"),
 )  # fmt: skip
 """The ball as it is reckoned, and the opponent nearest to it, in the places of beliefs."""
+SECOND = Input("second_x", observes="second.x", value=FAR), Input("second_y", observes="second.y")
+"""The opponent to whom could be passed."""
 
 
 @functools.lru_cache(maxsize=64)
 def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> CPRM:
     """The net alone, on what is reckoned instead of believed."""
-    return CPRM("goalie_memory", net=goalie_net(RECKONED, attended=0, name="goalie_memory", body=body, constants=constants))
+    seen = (*RECKONED, *SECOND) if isinstance(constants, AttackedConstants) else RECKONED
+    return CPRM("goalie_memory", net=goalie_net(seen, attended=0, name="goalie_memory", body=body, constants=constants))
 
 
 class ReckoningGoalie(SoccerAgent):
@@ -362,7 +364,7 @@ class ReckoningGoalie(SoccerAgent):
         self.opponents = opponents
 
     def _read(self, observation: Observation) -> Percepts:
-        """`goalie_percepts`, and the place of the opponent who is most dangerous."""
+        """`goalie_percepts`, the place of the opponent who is most dangerous, and of the other one who is nearest to the goal."""
         percepts = goalie_percepts(observation, self.opponents)
         danger = np.asarray(opponent_attributes(observation, self.opponents)["Opponent"]["danger"])
         nearest, rows = danger.argmax(axis=1), np.arange(len(danger))
@@ -370,6 +372,13 @@ class ReckoningGoalie(SoccerAgent):
         memory = np.asarray(observation["memory"], np.float64)[rows, 12 + nearest]
         percepts["rival.x"] = np.where(known, memory[:, 0], FAR)
         percepts["rival.y"] = np.where(known, memory[:, 1], 0.0)
+        others = np.asarray(observation["memory"], np.float64)[:, 12 : 12 + self.opponents]
+        to_goal = np.where(danger > 0, np.hypot(others[..., 0] - GOAL_X, others[..., 1]), np.inf)
+        to_goal[rows, nearest] = np.inf
+        second = to_goal.argmin(axis=1)
+        known = np.isfinite(to_goal[rows, second])
+        percepts["second.x"] = np.where(known, others[rows, second, 0], FAR)
+        percepts["second.y"] = np.where(known, others[rows, second, 1], 0.0)
         return percepts
 
 

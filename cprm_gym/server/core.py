@@ -13,9 +13,9 @@ One cycle of 100 ms (specification/simulator.md 1.2, 1.3)::
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
-from ..simulator.protocol.messages import fullstate_text, hear_text, see_text, sense_body_text
+from ..simulator.protocol.messages import fullstate_text, hear_text
 from ..simulator.state import LEFT, PlayMode, Seed
 from .clients import LARGEST_DATAGRAM, Client, Coach, Monitor, Outgoing, Player, Port, Refused, Trainer
 from .roles import monitors, players, trainers
@@ -26,6 +26,7 @@ from .texts.pictures import picture
 
 MOST_MISSED = 20
 """Windows in a row that may end without an answer of everybody; one more ends the match."""
+_THINK = b"(think)\0"
 ONLY_INIT = "(error only_init_allowed_on_init_port)"
 
 
@@ -143,6 +144,35 @@ class Server:
         elif isinstance(client, Monitor):
             monitors.receive(self.stadium, client, text)
 
+    def receive_many(self, datagrams: Sequence[tuple[Client, bytes]]) -> None:
+        """Datagrams at the sockets of connected clients, in order; players' plain commands are executed in bulk."""
+        plain: list[tuple[Player, bytes]] = []
+        for client, data in datagrams:
+            if type(client) is Player and client.compression < 0 and data[:1] == b"(" and data.find(b"\0") == len(data) - 1:
+                plain.append((client, data[:-1]))
+                continue
+            self._execute(plain)
+            plain.clear()
+            self.receive_from(client, data)
+        self._execute(plain)
+
+    def _execute(self, plain: list[tuple[Player, bytes]]) -> None:
+        """Players' datagrams; what is out of the ordinary in them is read by `players`."""
+        stadium, at = self.stadium, 0
+        while at < len(plain):
+            players_, texts = zip(*plain[at:])
+            read, done = stadium.intake.execute([player.row for player in players_], texts)
+            for (player, text), size, finished in zip(plain[at:], read, done):
+                if not player.connected:
+                    continue
+                player.done |= finished
+                self._log(player, text.decode("latin-1"))
+                if size < len(text):
+                    stadium.world_changed()
+                    players.receive(stadium, player, text[size:].decode("latin-1"), begun=size > 0)
+            stadium.world_changed()
+            at += len(read)
+
     def _log(self, client: Player | Coach | Trainer, text: str) -> None:
         """A line of the text log for a received datagram."""
         if not self.stadium.listeners:
@@ -193,7 +223,7 @@ class Server:
     def think(self) -> None:
         """Open a window of the synchronous mode: ask everybody who is waited for."""
         for client in self.awaited():
-            self.stadium.send(client, "(think)")
+            self.stadium.send_raw(client, _THINK)
 
     def awaited(self) -> list[Client]:
         """Who is waited for in synchronous mode: players, and officials with an open eye."""
@@ -238,11 +268,12 @@ class Server:
     def _tell_bodies(self) -> None:
         """sense_body, and fullstate for teams that get it."""
         stadium, server = self.stadium, self.settings.server
-        for player in stadium.players():
-            if stadium.world["enabled"][player.row]:
-                stadium.send(player, sense_body_text(stadium.sim, 0, player.row + 1))
-                if (server.fullstate_l if player.side == LEFT else server.fullstate_r) and player.version >= 5:
-                    stadium.send(player, fullstate_text(stadium.sim, 0, player.row + 1))
+        enabled = stadium.world["enabled"].tolist()
+        players = [player for player in stadium.players() if enabled[player.row]]
+        for player, data in zip(players, stadium.bulk.bodies([player.row for player in players])):
+            stadium.send_raw(player, data)
+            if (server.fullstate_l if player.side == LEFT else server.fullstate_r) and player.version >= 5:
+                stadium.send(player, fullstate_text(stadium.sim, 0, player.row + 1))
 
     def _tell_heard(self) -> None:
         """What waited for the end of the step: trainer's words, own words, those of others."""
@@ -259,11 +290,15 @@ class Server:
     def _tell_seen(self, bit: int, message: int, synchronous: bool | None) -> None:
         """See messages that are due: those of `bit` in ``saw``, of players who see synchronously, asynchronously or both (None)."""
         stadium = self.stadium
-        saw, in_step = stadium.world["saw"], stadium.world["synchronous"]
-        for player in stadium.players():
-            i = player.row
-            if saw[i] & bit and (synchronous is None or bool(in_step[i]) == synchronous):
-                stadium.send(player, see_text(stadium.sim, 0, i + 1, message=message))
+        saw, in_step = stadium.world["saw"].tolist(), stadium.world["synchronous"].tolist()
+        players = [
+            player
+            for player in stadium.players()
+            if saw[player.row] & bit and (synchronous is None or bool(in_step[player.row]) == synchronous)
+        ]
+        if players:
+            for player, data in zip(players, stadium.bulk.sights([player.row for player in players], message)):
+                stadium.send_raw(player, data)
 
     def _tell_pictures(self) -> None:
         """The picture of the whole pitch, for officials with an open eye."""

@@ -8,6 +8,7 @@ from ..simulator.gamelog.frames import Frame
 from ..simulator.kernels.referee.events import automatic_kick_off
 from ..simulator.kernels.referee.modes import is_stopped
 from ..simulator.kernels.senses import late_messages_due
+from ..simulator.protocol.bulk import BulkCommands, BulkMessages
 from ..simulator.setup import home
 from ..simulator.simulator import Simulator
 from ..simulator.state import LEFT, Announcement, PlayerBit, PlayMode, Seed
@@ -72,6 +73,7 @@ class Stadium:
         self.trainer: Trainer | None = None
         self.monitors: list[Monitor] = []
         self.frames = FrameTexts(self.sim)
+        self.bulk, self.intake = BulkMessages(self.sim), BulkCommands(self.sim)
         self.graphics: list[tuple[str, int, int, tuple[str, ...]]] = []
         self.outbox: list[Outgoing] = []
         self.listeners: list[Callable[[int, int, str], None]] = []
@@ -163,7 +165,7 @@ class Stadium:
         """Send bytes that are a datagram already, but for compression."""
         if client.connected:
             data = data if client.compression < 0 else deflated(data, client.compression)
-            self.outbox.append(Outgoing(client, client.address, data))
+            self.outbox += [Outgoing(client, client.address, data)] * client.copies
 
     def log(self, text: str, time: int | None = None, stoppage: int | None = None) -> None:
         """A line of the text log."""

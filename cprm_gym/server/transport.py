@@ -114,6 +114,7 @@ class Transport:
     def receive(self, timeout: float = 0.0) -> int:
         """Wait up to `timeout` seconds for datagrams and give all that are there to the server; how many there were."""
         count = 0
+        datagrams: list[tuple[Client, bytes]] = []
         for number, _ in self._poll.poll(timeout):
             of, sock = self._of.get(number), self._by_number.get(number)
             if sock is None or of is None:
@@ -128,10 +129,13 @@ class Transport:
                         self.server.lose(of)
                     break
                 count += 1
-                if isinstance(of, Port):
-                    self.server.receive(of, address, data)
+                if isinstance(of, Client):
+                    datagrams.append((of, data))
                 else:
-                    self.server.receive_from(of, data)
+                    self.server.receive(of, address, data)
+        if datagrams:
+            self.server.receive_many(datagrams)
+        if count:
             self.send()
         return count
 

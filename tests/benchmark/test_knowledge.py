@@ -71,7 +71,7 @@ def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypa
     for wrong, word in (
         (["--suite", "knwledge"], "knowledge"),
         (["--quick"], "--suite"),
-        (["--suite", "knowledge", "--tasks", "Goali"], "Goalie, KickOffShot"),
+        (["--suite", "knowledge", "--tasks", "Goali"], "Goalie2v1, "),
         (["--suite", "knowledge", "--senses", "default,noise"], "noise 1"),
         (["--suite", "knowledge", "--senses", ""], "none given"),
         (["--suite", "knowledge", "--tiers", "state,state"], "twice"),

@@ -135,11 +135,16 @@ def test_the_command_tunes_and_goes_on(tmp_path):
     whole = CliRunner().invoke(app, [*options, "--generations", "3"])
     assert "generation 2" in whole.output
     assert last_mean(journal) == list(study(SMALL))[-1].mean
+    deaf = tmp_path / "deaf.jsonl"
+    CliRunner().invoke(app, [*options[:-1], str(deaf), "--generations", "1", "--senses", "lost .8"])
+    assert json.loads(deaf.read_text().splitlines()[0])["senses"]["lost"] == 0.8
     for wrong, word in (
         (["--tier", "memry"], "memory"),
         (["--task", "Goali"], "Goalie"),
         (["--worlds", "0"], "worlds"),
         (["--tracker", "--tier", "tracker"], "leave out"),
+        (["--senses", "lost 8"], "lost .8"),
+        (["--tracker", "--senses", "wide"], "leave out"),
     ):
         refused = CliRunner().invoke(app, ["tune", *wrong])
         assert refused.exit_code == 2

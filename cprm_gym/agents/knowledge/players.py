@@ -24,7 +24,7 @@ from ..attacker.constants import AttackerConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
-from ..skills.constants import Constants, FinderConstants, GoalieConstants
+from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants
 from .registry import TIERS, informed
 from .tiers import Informed
 
@@ -99,6 +99,8 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 PLAYERS: dict[str, Player] = {
     "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
+    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1"),
+    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2"),
     "LostAndFound": Player(finder, FinderConstants),
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
     **{

@@ -154,6 +154,48 @@ class GoalieConstants(Constants):
     deepening: float = between(0.15, -0.2, 0.6)
     """Metres by which the ball must come deeper into his hands in a cycle for him to wait for it."""
 
+    @property
+    def no_dribble(self) -> str:
+        """What else makes a ball on its way a shot, in an expression; nothing here."""
+        return ""
+
+    @property
+    def caution(self) -> str:
+        """By what else the goalie's daring is changed, in an expression; nothing here."""
+        return ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AttackedConstants(GoalieConstants):
+    """Of the goalie who faces several attackers: who can shoot, and who can be passed to."""
+
+    whose: ClassVar[str] = "goalie_attacked"
+
+    dare: float = between(4.0, -10.0, 40.0)
+    """Cycles by which an opponent may be nearer to a free ball, or to the one that he dribbles, for the goalie still to go for it."""
+    carry: float = between(5.0, 0.0, 12.0)
+    """Cycles within which an opponent is at the ball so that it is a dribble instead of a shot."""
+    touch: float = between(1.6, 0.8, 2.4)
+    """m / cycle below which the ball can be one that is dribbled."""
+    feared: float = between(20.0, 8.0, 40.0)
+    """Metres from the goal within which one to whom could be passed is a threat; it is full 8 m nearer."""
+    wary: float = between(0.3, 0.0, 1.0)
+    """Share of his daring that the full threat takes."""
+    lean: float = between(0.1, 0.0, 0.6)
+    """Share by which the full threat moves the guarding place towards the way from there."""
+    foresees: float = between(0.0, 0.0, 5.0)
+    """Cycles on for which he guards where the ball will be."""
+
+    @property
+    def no_dribble(self) -> str:
+        """A ball that is carried is no shot."""
+        return " and carried < 1"
+
+    @property
+    def caution(self) -> str:
+        """The threat of a pass takes some of the daring."""
+        return f" - {self.wary * abs(self.dare):.10g} * threat"
+
 
 FIRST = GoalieConstants()
 """The goalie's, set by hand."""

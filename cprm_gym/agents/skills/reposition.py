@@ -12,12 +12,55 @@ would cost one of the ten cycles that it takes; the neck keeps the ball in view.
 from __future__ import annotations
 
 from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
-from ..body import Body, of_body
+from ...simulator.pitch import HALF_LENGTH
+from ..body import Body, number, of_body
+from .constants import AttackedConstants, GoalieConstants
 
 THERE = 0.4
 """Metres from the place that are good enough."""
 SIDE_ON = 14.0
 """Degrees from side-on that are good enough."""
+
+GOAL_X = -HALF_LENGTH
+"""The own goal line."""
+
+
+def attacked(body: Body, c: GoalieConstants) -> tuple[Math, ...]:
+    """Places by which a goalie who faces several attackers decides; none for another one.
+
+    ``carried``: an opponent is at the ball, or soon will be, and it rolls slowly: a dribble, whichever way it goes. ``threat``: from 0 to
+    1, how near to the goal the one is to whom could be passed.
+    """
+    if not isinstance(c, AttackedConstants):
+        return ()
+    return (
+        Math("carried", f"1 if rival_time < {number(c.carry)} and ball_speed < {number(c.touch)} else 0"),
+        Math("second_gap", f"hypot(second_x - {GOAL_X}, second_y)"),
+        Math("threat", f"clip(({number(c.feared)} - second_gap) / 8, 0, 1)"),
+    )
+
+
+def guarding_place(c: GoalieConstants) -> tuple[Math, ...]:
+    """Places ``post_x``, ``post_y``: between ball and goal; with several attackers the ball as it will be, and a step to where it could go.
+
+    The more who could get a pass threatens, the farther the place lies towards the way from him to the goal.
+    """
+    c_out = f"clip({number(c.out_share)} * goal_distance + {number(c.out_least)}, {number(c.out_least)}, {number(c.out_most)})"
+    if not isinstance(c, AttackedConstants):
+        return (
+            Math("goal_distance", f"max(0.5, hypot(ball_x - {GOAL_X}, ball_y))"),
+            Math("out", c_out),
+            Math("post_x", f"{GOAL_X} + out * (ball_x - {GOAL_X}) / goal_distance"), Math("post_y", "out * ball_y / goal_distance"),
+        )  # fmt: skip
+    return (
+        Math("soon_x", f"ball_x + {number(c.foresees)} * ball_vx"), Math("soon_y", f"ball_y + {number(c.foresees)} * ball_vy"),
+        Math("goal_distance", f"max(0.5, hypot(soon_x - {GOAL_X}, soon_y))"),
+        Math("out", c_out),
+        Math("leaning", f"{number(c.lean)} * threat"),
+        Math("post_x", f"{GOAL_X} + out * ((1 - leaning) * (soon_x - {GOAL_X}) / goal_distance + "
+                       f"leaning * (second_x - {GOAL_X}) / max(second_gap, 0.5))"),
+        Math("post_y", "out * ((1 - leaning) * soon_y / goal_distance + leaning * second_y / max(second_gap, 0.5))"),
+    )  # fmt: skip
 
 
 @of_body

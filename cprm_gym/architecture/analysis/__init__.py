@@ -28,6 +28,8 @@ Rooms
 `bounded`       the same where chances are known within bounds: the text's unknown state, and nature's optimum
 `sampling`      what many runs show: intervals that hold, also while one looks, tests, properties in LTLf and STL
 `rare`          outcomes that hardly ever come: what led to them, weighted and split runs
+`logic`         what follows from what: by cells, by boxes, by z3 where it is installed
+`certificates`  proofs that a behaviour closes with its goal; Appendix A corrected
 ==============  ====================================================================================================================
 """
 
@@ -52,6 +54,12 @@ if TYPE_CHECKING:
     from .bounded.value_iteration import interval_bounds as interval_bounds
     from .bounds import Bounds as Bounds
     from .budget import Budget as Budget
+    from .certificates.error_metric import Action as Action
+    from .certificates.error_metric import ErrorMetricProof as ErrorMetricProof
+    from .certificates.slow_approach import Certificate as Certificate
+    from .certificates.slow_approach import SlowParams as SlowParams
+    from .logic.implication import Implication as Implication
+    from .logic.implication import implies as implies
     from .markov.absorption import NEVER as NEVER
     from .markov.absorption import Absorption as Absorption
     from .markov.absorption import absorption as absorption
@@ -115,6 +123,9 @@ else:
             "sampling.sequences": "confidence_sequence",
             "sampling.sequential": "ProbabilityRatioTest",
             "structure.conservation": "conservative",
+            "certificates.error_metric": "Action ErrorMetricProof",
+            "certificates.slow_approach": "Certificate SlowParams",
+            "logic.implication": "Implication implies",
             "markov.absorption": "Absorption NEVER absorption",
             "markov.chain": "Certified MarkovChain",
             "markov.files": "chain_to_drn chain_to_prism load_chain save_chain",

@@ -183,14 +183,23 @@ def reconnect(stadium: Stadium, address: Hashable, text: str) -> Player:
 # ---------------------------------------------------------------------------------------------- commands
 
 
-def receive(stadium: Stadium, player: Player, text: str) -> None:
-    """Execute a datagram of a player: its commands in order, up to the first mistake."""
+def receive(stadium: Stadium, player: Player, text: str, begun: bool = False) -> None:
+    """Execute a datagram of a player: its commands in order, up to the first mistake.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    player : Player
+    text : str
+    begun : bool
+        It is the rest of a datagram, whose beginning has been executed.
+    """
     parsed = parse_commands(text)
     for command in parsed.commands:
         execute(stadium, player, command)
         if not player.connected:
             return
-    if parsed.error is not None or not parsed.commands:
+    if parsed.error is not None or not (parsed.commands or begun):
         stadium.send(player, "(error illegal_command_form)")
 
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...kernels.digits import BLANK, MINUS, ZERO, put_real, put_whole, read_real, read_whole
 from ...state import LEFT
 from . import kernel
-from .digits import BLANK, MINUS, ZERO, put_real, put_whole, read_real, read_whole
 
 LONGEST_LINE = 1 << 15
 """Bytes of a line with 22 players and the longest numbers, generously."""

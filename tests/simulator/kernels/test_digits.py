@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cprm_gym.simulator.gamelog.kernels.digits import put_real, put_whole, read_real, read_whole
+from cprm_gym.simulator.kernels.digits import put_real, put_whole, read_real, read_whole
 
 BUFFER = np.zeros(64, np.uint8)
 
