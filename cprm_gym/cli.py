@@ -20,6 +20,7 @@ from .errors import CprmError, unknown_name
 from .files import check_place
 from .joining.command import join
 from .server.command import serve
+from .viewing.command import convert, stats, watch
 
 if TYPE_CHECKING:
     from .architecture.analysis.budget import Budget
@@ -75,6 +76,9 @@ def _version(wanted: bool) -> None:
 
 app.command()(serve)
 app.command()(join)
+app.command()(watch)
+app.command()(convert)
+app.command()(stats)
 
 
 @app.callback()

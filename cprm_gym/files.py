@@ -118,6 +118,11 @@ class AtomicFile:
         """Append `text`."""
         self._text.write(text)
 
+    def write_bytes(self, data: bytes) -> None:
+        """Append bytes as they are."""
+        self._text.flush()
+        self._text.buffer.write(data)
+
     def close(self) -> None:
         """Finish the file and move it to its place."""
         try:

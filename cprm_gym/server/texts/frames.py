@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 
+from ...simulator.gamelog.binary_writer import binary_frame, binary_message, binary_parameters
 from ...simulator.gamelog.frames import Frame
 from ...simulator.gamelog.kernels import show
 from ...simulator.gamelog.kernels.show import POSITION_STEP
@@ -20,7 +21,6 @@ from ...simulator.gamelog.writer import (
     text_player,
 )
 from ...simulator.simulator import Simulator
-from .binary_frames import binary_frame, binary_message, binary_parameters
 
 JSON = -1
 _LINE = np.zeros(show.LONGEST_LINE, np.uint8)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from ...simulator.gamelog.binary_writer import period
 from ...simulator.parameters import ServerParameters
 from ...simulator.player_types import PlayerParameters, PlayerType
 
@@ -62,10 +61,3 @@ def parameter_texts(server: ServerParameters, player: PlayerParameters, types: t
 def _values(head: str, names: str, source: object, derived: dict[str, float]) -> str:
     words = [name if name == "-1" else f"{float(derived[name] if name in derived else getattr(source, name)):g}" for name in names.split()]
     return f"({head} {' '.join(words)})"
-
-
-def period(server: ServerParameters) -> int:
-    """Milliseconds after which the schedule of the server repeats (specification/simulator.md 1.2)."""
-    see = max(server.synch_see_offset, 1)
-    steps = (server.simulator_step, server.send_step, server.recv_step, server.sense_body_step, server.send_vi_step, see)
-    return math.lcm(*steps)

@@ -101,7 +101,7 @@ class GameLogWriter:
     teams : two str
         Names of the teams; without blanks.
     version : int
-        6 or 5 (text; 5 has no focus points), or -1 (JSON).
+        6, 5 or 4 (text; 5 has no focus points, 4 no stamina capacity either), or -1 (JSON).
     date : datetime, optional
         When the game is played, for the result line and the JSON header; now if not given.
 
@@ -124,8 +124,8 @@ class GameLogWriter:
         version: int = 6,
         date: datetime.datetime | None = None,
     ) -> None:
-        if version not in (5, 6, -1):
-            raise FormatError(f"game logs are written in version 5, 6 (text) or -1 (JSON), not {version!r}")
+        if version not in (4, 5, 6, -1):
+            raise FormatError(f"game logs are written in version 4, 5, 6 (text) or -1 (JSON), not {version!r}")
         if len(teams) != 2:
             raise FormatError(f"a game has 2 teams, got {list(teams)}")
         for name in teams:
@@ -180,7 +180,7 @@ class GameLogWriter:
             self._write_team(frame.time)
         self._last = frame
         if self.version != JSON:
-            size = show.write_show(frame.time, frame.ball, frame.players, self.version > 5, self._line)
+            size = show.write_show(frame.time, frame.ball, frame.players, self.version > 5, self._line) if self.version > 4 else -1
             self._file.write(self._line[:size].tobytes().decode("ascii") if size > 0 else text_show(frame, self.version))
             return
         ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))

@@ -260,8 +260,8 @@ def test_damaged_logs_raise_nothing_but_errors_of_ours(version, tmp_path):
 
 
 def test_writers_refuse_what_a_log_cannot_hold(tmp_path):
-    with pytest.raises(FormatError, match=r"version 5, 6 \(text\) or -1"):
-        GameLogWriter(tmp_path / "x.rcg", version=4)
+    with pytest.raises(FormatError, match=r"version 4, 5, 6 \(text\) or -1"):
+        GameLogWriter(tmp_path / "x.rcg", version=3)
     with pytest.raises(FormatError, match="without blanks"):
         GameLogWriter(tmp_path / "x.rcg", teams=("two words", "R"))
     with pytest.raises(CprmError, match="cannot be written"):

@@ -1,0 +1,56 @@
+"""From any version of game logs to any other."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ...errors import FormatError
+from .binary_writer import BinaryLogWriter
+from .reader import GameLogReader
+from .writer import JSON, GameLogWriter
+
+VERSIONS = ("1", "2", "3", "4", "5", "6", "json")
+"""Names of the versions that can be written."""
+
+
+def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], version: str | None = None) -> int:
+    """Write the game of one log into another; how many frames it has.
+
+    Parameters
+    ----------
+    source : path
+        Of any version, plain or gzipped.
+    target : path
+        A name that ends in ``.gz`` is compressed.
+    version : str, optional
+        One of `VERSIONS`. If it is not given, JSON for a name that ends in ``.json`` or ``.json.gz``, else 6.
+
+    Raises
+    ------
+    FormatError
+        When the source cannot be read, or there is no such version.
+    CprmError
+        When nothing can be written.
+    """
+    name = Path(target).name.removesuffix(".gz")
+    version = version or ("json" if name.endswith(".json") else "6")
+    if version not in VERSIONS:
+        raise FormatError(f"version {version!r}: allowed are {', '.join(VERSIONS)}")
+    reader = GameLogReader(source)
+    header = reader.header
+    settings = header.parameters(), header.player_parameters(), header.types()
+    count = 0
+    if version in ("1", "2", "3"):
+        with BinaryLogWriter(target, int(version), *settings) as old:
+            for frame in reader:
+                old.write(frame)
+                count += 1
+        return count
+    with GameLogWriter(target, *settings, teams=("", ""), version=JSON if version == "json" else int(version)) as writer:
+        for frame in reader:
+            frame.messages = tuple(message for message in frame.messages if not message.text.startswith("(result "))
+            writer.teams = frame.left.name, frame.right.name
+            writer.write(frame)
+            count += 1
+    return count
