@@ -288,9 +288,10 @@ _ARRAYS: Mapping[str, Callable[..., np.ndarray]] = {
     "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
     "not": lambda x: x == 0.0, "abs": np.abs, "sign": np.sign, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
     "floor": np.floor, "ceil": np.ceil, "round": np.round, "sin": np.sin, "cos": np.cos, "tan": np.tan,
-    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "hypot": np.hypot,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2,
     "degrees": lambda x: x * (180.0 / math.pi), "radians": lambda x: x * (math.pi / 180.0),
     "norm_angle": lambda x: _turn(x, math.pi), "norm_deg": lambda x: _turn(x, 180.0),
+    "hypot": lambda x, y: np.sqrt(x * x + y * y),
     "clip": lambda x, low, high: np.minimum(np.maximum(x, low), high), "min": np.minimum, "max": np.maximum,
 }  # fmt: skip
 
