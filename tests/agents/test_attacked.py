@@ -20,7 +20,7 @@ SEEN = {"self.x": -49.0, "self.y": 0.0, "self.body_deg": 80.0, "ball.x": -42.0, 
 def known(constants, *places, **changes):
     """What he derives from what he knows; everything that is not said is 0."""
     executor = Executor(reckoning_cprm(constants=constants).net)
-    told = {name: 0.0 for name in executor.input_names} | SEEN | changes
+    told = dict.fromkeys(executor.input_names, 0.0) | SEEN | changes
     executor.step({name: told[name] for name in executor.input_names})
     values = [float(executor.read(place)[0]) for place in places]
     return values[0] if len(values) == 1 else values

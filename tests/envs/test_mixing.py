@@ -11,7 +11,7 @@ from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.players.mixing import NOBODY, Mix, Mode
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ParameterError
-from cprm_gym.simulator.state import Count
+from cprm_gym.simulator.state import Count, PlayMode
 
 ATTACKERS = [11, 12]
 
@@ -108,6 +108,16 @@ def test_a_branch_has_the_modes_to_come():
     future = core.branch()
     assert np.array_equal(modes(future, 25), modes(core, 25))
     assert future.sim.state_hash() == core.sim.state_hash()
+
+
+def test_teams_that_mix_play_a_match():
+    core = SoccerCore(make_task("Soccer", left=3, right=3), 4, seed=1, controlled=(), others="mixing")
+    core.reset(1)
+    for _ in range(250):
+        core.step(None)
+    kicks = core.sim.world["counts"][..., Count.KICK]
+    assert (kicks[:, [0, 1, 2, 11, 12, 13]].sum(axis=1) > 5).all()
+    assert (core.sim.world["mode"] == PlayMode.play_on).any()
 
 
 def test_nobody_perceives_a_mode():

@@ -1,7 +1,7 @@
 """Kernels of the players who mix: what they have in mind is hidden, lasts for a while, and leads to what comes next.
 
 ``t`` is an INTENT record (`players.mixing`): the mode, the cycles that it still lasts, the side of the last feint. With the ball the mode
-decides; without it they get open for a pass; everything else is what the strong team does (`team.play`).
+decides; without it those of a small team get open for a pass; everything else is what the strong team does (`team.play`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from . import kernel
 from .keepers import openness
 from .motion import GOAL_X, clear, kick_to, kickable, lane, look_to, nearest_opponent, pass_speed, run_to, turn_to
-from .team import LOST, PLAYING, best_shot, dribble, play, rank_to_ball, situation
+from .team import COMBINES, LOST, PLAYING, best_shot, dribble, play, rank_to_ball, situation
 
 DRIBBLE, FEINT, PASS, SHOOT = 0, 1, 2, 3
 ASIDE = 1.15
@@ -182,6 +182,6 @@ def act(
                     glance(m, c, me, count)
                 else:
                     look_to(m, c, m.ball_x, m.ball_y)
-            elif rank_to_ball(m, me, count) > 0:
+            elif count <= COMBINES and rank_to_ball(m, me, count) > 0:
                 clear(c)
                 get_open(m, c, me, count)
