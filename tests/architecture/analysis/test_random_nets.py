@@ -227,6 +227,7 @@ def test_analysis_and_execution_agree_on_random_nets():
 
 @pytest.mark.slow
 def test_analysis_and_execution_agree_on_ten_thousand_random_nets():
+    """``pytest -m slow -n 0 tests/architecture/analysis/test_random_nets.py``: about six minutes of CPU time."""
     count = decided(tally(range(SMALL, SMALL + LARGE)))
     for claim in ("deterministic", "quiet", "together", "reach", "composition", "start", "exclusive end", "clean", "may end"):
         assert count[claim, True] > 50, claim
