@@ -287,11 +287,31 @@ def analyze(
     exclusive: Annotated[
         str | None, typer.Option(help="Commands of which one goes out per cycle, separated by commas.", show_default="those of the body")
     ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option("--in", help="What the behaviour does there: in the 'simulator', or in a world.json that an earlier run learned."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option(help="With --in: exact, bounded, sampled, simulator; several by commas.", show_default="all")
+    ] = None,
+    formula: Annotated[
+        list[str] | None, typer.Option("--property", help="With --in: a formula that sampled runs are held against.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(help="With --in: episodes to learn from, and fresh ones.")] = 2000,
+    seed: Annotated[int, typer.Option(help="With --in: decides every random number.")] = 0,
+    require: Annotated[float | None, typer.Option(help="With --in: what the wanted outcome's probability has to be at least.")] = None,
+    output: Annotated[Path | None, typer.Option(help="With --in: folder of the report (HTML, Markdown, JSON, plot).")] = None,
 ) -> None:
     """What a Petri net can do: states, deadlocks, bounds, liveness, invariants, siphons, the contract of a module.
 
-    Exit status 1 when a contract is broken or a module is used wrongly, 130 when interrupted.
+    With --in WORLD: what a behaviour does there, how likely and when; exact, bounded and sampled side by side.
+
+    Exit status 1 when a contract is broken, a module is used wrongly or a requirement is broken, 130 when interrupted.
     """
+    if world is not None:
+        with said_plainly():
+            _in_world(net, world, method, formula or [], episodes, seed, require, output, as_json, seconds)
+        return
     from .agents.catalogue import shipped_net
     from .agents.play import BODY_COMMANDS
     from .architecture.analysis.budget import Budget
@@ -325,6 +345,37 @@ def analyze(
     else:
         console.print(report.render())
     if report.interrupted or report.broken:
+        raise typer.Exit(130 if report.interrupted else 1)
+
+
+def _in_world(
+    name: str, world: str, method: str | None, formulas: list[str], episodes: int, seed: int, require: float | None, output: Path | None,
+    as_json: bool, seconds: float,
+) -> None:  # fmt: skip
+    """What a behaviour does in a world: a table, and a report where it is asked for."""
+    import json
+
+    from .architecture.analysis.budget import Budget
+    from .architecture.analysis.product.learned_world import load_world
+    from .benchmark.behaviours import report as reports
+    from .benchmark.behaviours.analysis import METHODS, analyze_behaviour
+
+    if not seconds > 0:
+        raise CprmError(f"--seconds {seconds:g}: must be positive")
+    learned = None if world == "simulator" else load_world(world)
+    with complaints.status("starting ...") as status:
+        report = analyze_behaviour(name, methods=METHODS if method is None else _names(method), properties=formulas, episodes=episodes,
+                                   seed=seed, require=require, budget=Budget(states=200_000, seconds=seconds), learned=learned,
+                                   progress=status.update)  # fmt: skip
+    if as_json:
+        typer.echo(json.dumps(report.to_json(), indent=1))
+    else:
+        console.print(reports.to_table(report))
+        for sentence in reports.sentences(report):
+            console.print(sentence, highlight=False, markup=False)
+    for path in reports.write(report, output) if output is not None else ():
+        complaints.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    if report.interrupted or report.verdict is False:
         raise typer.Exit(130 if report.interrupted else 1)
 
 

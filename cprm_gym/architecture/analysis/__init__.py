@@ -28,6 +28,7 @@ Rooms
 `bounded`       the same where chances are known within bounds: the text's unknown state, and nature's optimum
 `sampling`      what many runs show: intervals that hold, also while one looks, tests, properties in LTLf and STL
 `rare`          outcomes that hardly ever come: what led to them, weighted and split runs
+`product`       agent and world as one chain: relational models, learned cells; what is independent
 `logic`         what follows from what: by cells, by boxes, by z3 where it is installed
 `certificates`  proofs that a behaviour closes with its goal; Appendix A corrected
 ==============  ====================================================================================================================
@@ -76,6 +77,13 @@ if TYPE_CHECKING:
     from .modules.composition import check_composition as check_composition
     from .modules.contracts import ContractReport as ContractReport
     from .modules.contracts import check_contract as check_contract
+    from .product.explore import Product as Product
+    from .product.learned_world import LearnedWorld as LearnedWorld
+    from .product.learned_world import load_world as load_world
+    from .product.prm_world import PRMWorld as PRMWorld
+    from .product.prm_world import groups as groups
+    from .product.runs import ProductRuns as ProductRuns
+    from .product.worlds import World as World
     from .rare.conditional import Conditional as Conditional
     from .rare.conditional import conditional as conditional
     from .rare.importance import importance_sampling as importance_sampling
@@ -112,6 +120,11 @@ else:
         {
             "report": "Report analyze",
             "verdicts": "Step Verdict",
+            "product.explore": "Product",
+            "product.learned_world": "LearnedWorld load_world",
+            "product.prm_world": "PRMWorld groups",
+            "product.runs": "ProductRuns",
+            "product.worlds": "World",
             "rare.conditional": "Conditional conditional",
             "rare.importance": "importance_sampling learned_h",
             "rare.splitting": "Splittable split_chain split_worlds",

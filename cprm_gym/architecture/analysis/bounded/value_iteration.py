@@ -15,6 +15,7 @@ from ..markov.absorption import absorption
 from ..markov.chain import unknown_outcome
 from .end_components import collapse, everlasting, kept_away
 from .interval_chain import IntervalChain
+from .unknown_state import unknown_state_bounds
 
 ROUNDS = 100
 """Most times that nature changes her mind; each change improves, so that there are finitely many."""
@@ -40,7 +41,8 @@ def interval_bounds(chain: IntervalChain) -> IntervalBounds:
     by one step of interval value iteration from both sides: with t the largest expected time and d = max |F(x) - x| / (t - max row t),
     the fixed point lies within x -+ d t. Where nature can avoid an outcome for ever, the least probability is 0 by the graph; where she
     can keep a run among some states for ever (an end component), these become one state that leads to any of their exits, or to nowhere,
-    before the most is sought.
+    before the most is sought. Where some nature's runs are so long that rounding leaves nothing (about 1e12 cycles), the text's bounds are
+    returned, with an infinite `error`.
 
     Parameters
     ----------
@@ -56,14 +58,21 @@ def interval_bounds(chain: IntervalChain) -> IntervalBounds:
     """
     endless = everlasting(chain)
     small, place = collapse(chain, endless) if endless.any() else (chain, None)
-    time = _longest(small)
+    try:
+        time = _longest(small)
+    except _TooLong:
+        return _plain(chain)
     found: dict[str, Bounds] = {}
     error = 0.0
     for outcome in chain.outcomes:
         low = _optimum(chain if place is not None else small, outcome, False, None if place is not None else time)
         high = _optimum(small, outcome, True, time)
         found[outcome] = Bounds(max(0.0, low[0] - low[1]), min(1.0, high[0] + high[1]))
-        error = max(error, 2 * low[1], 2 * high[1])
+        error = max(
+            error, float(np.nan_to_num(2 * low[1], nan=np.inf, posinf=np.inf)), float(np.nan_to_num(2 * high[1], nan=np.inf, posinf=np.inf))
+        )
+    if not np.isfinite(error):
+        return _plain(chain)
     least = _shortest(chain, None if place is not None else time)
     reach = _may_reach(chain, endless)
     start = chain.initial
@@ -104,6 +113,16 @@ def bounds_over_time(chain: IntervalChain, outcome: str, cycles: int) -> tuple[N
             curve.append(float(chain.initial @ now))
         both.append(np.array(curve))
     return both[0], both[1]
+
+
+def _plain(chain: IntervalChain) -> IntervalBounds:
+    """The text's bounds, which hold however long runs are."""
+    cycles = Bounds(_shortest(chain, None, sweeps=2000), float("inf"))
+    return IntervalBounds({o: unknown_state_bounds(chain, o) for o in chain.outcomes}, cycles, float("inf"))
+
+
+class _TooLong(Exception):
+    """Expected times cannot be bounded in double precision."""
 
 
 def _arrays(chain: IntervalChain) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
@@ -177,10 +196,10 @@ def _longest(chain: IntervalChain, closed: NDArray[np.bool_] | None = None) -> N
         if over <= 0.0:
             return time
         time = np.where(closed, 0.0, time * (1.0 + 4.0 * over + 1e-13))
-    raise ModelError(f"interval chain of {chain.n} states: expected times up to {time.max():.3g} are too long to be bounded")
+    raise _TooLong
 
 
-def _shortest(chain: IntervalChain, time: NDArray[np.float64] | None) -> float:
+def _shortest(chain: IntervalChain, time: NDArray[np.float64] | None, sweeps: int = 100_000) -> float:
     """A lower bound of every nature's expected time: value iteration from below, helped by policy iteration where no run lasts for ever."""
     closed = chain.absorbing
     if closed.all():
@@ -190,7 +209,7 @@ def _shortest(chain: IntervalChain, time: NDArray[np.float64] | None) -> float:
         ratio = kernels.certify(*_arrays(chain), closed, x, 1.0, False, time, _order(chain), np.empty(len(chain.targets)))
         return max(0.0, float(chain.initial @ x - ratio * (chain.initial @ time)))
     x, order, chances = np.zeros(chain.n), _order(chain), np.empty(len(chain.targets))
-    for _ in range(100_000):
+    for _ in range(sweeps):
         if kernels.sweep_values(*_arrays(chain), closed, x, 1.0, False, order, chances) <= 1e-13 * max(1.0, float(x.max())):
             break
     return float(chain.initial @ x) * (1.0 - 1e-12)

@@ -30,8 +30,10 @@ class Run(NamedTuple):
 class Runs(Protocol):
     """A source of runs: net and world, a chain, an environment."""
 
-    outcomes: Sequence[str]
-    """Every outcome that a run can have."""
+    @property
+    def outcomes(self) -> Sequence[str]:
+        """Every outcome that a run can have."""
+        ...
 
     def play(self, numbers: Sequence[int], seed: int, signals: bool) -> list[Run]:
         """The runs with the given numbers; the same for the same seed and number, whoever else is played beside them.

@@ -108,6 +108,18 @@ def test_a_component_without_exits_ends_nowhere():
     assert found.time.high == np.inf
 
 
+def test_runs_too_long_for_rounding_get_the_texts_bounds_and_say_so():
+    step = (1e-8, 0.6)
+    chain = IntervalChain.from_rows(
+        [{0: (0.0, 1.0), 1: step}, {0: (0.0, 1.0), 2: step}, {0: (0.0, 1.0), 3: step, 4: step}, {}, {}], {"goal": [3], "lost": [4]}
+    )
+    found = interval_bounds(chain)
+    assert found.error == np.inf
+    assert found.probabilities["goal"] == unknown_state_bounds(chain, "goal")
+    assert found.time.high == np.inf
+    assert 1.0 <= found.time.low <= 20.0
+
+
 def test_the_printed_upper_bound_is_wrong_before_the_limit():
     chain = IntervalChain.around(walk_chain(10), absolute=0.001)
     for cycles in (5, 10, 50):

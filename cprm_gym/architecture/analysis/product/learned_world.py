@@ -1,0 +1,178 @@
+"""A world of cells, learned from what was seen in a simulator."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....errors import FormatError, ModelError
+from ....files import read_bounded
+from ...petri import CompiledNet, PlaceKind
+from ..sampling.intervals import clopper_pearson
+from .worlds import Step
+
+UNSEEN: Hashable = "unseen"
+"""Where the world goes when it does what was never seen: what the agent perceives there is not known."""
+MAX_BYTES = 64 * 2**20
+
+
+def thresholds_of(net: CompiledNet) -> dict[str, tuple[float, ...]]:
+    """Real-valued places that transitions test or that inhibit them, with the thresholds: where decisions depend on the world."""
+    found: dict[str, set[float]] = {}
+    for arcs in (net.tests, net.inhibitors):
+        for place, value in zip(arcs.place.tolist(), arcs.value.tolist()):
+            if net.kind[place] not in (PlaceKind.DISCRETE, PlaceKind.OBJECT):
+                found.setdefault(net.place_names[place], set()).add(float(value))
+    return {name: tuple(sorted(values)) for name, values in found.items()}
+
+
+@dataclass(eq=False)
+class LearnedWorld:
+    """Cells of what a net tests, cut at its own thresholds and some more, with counts of how they follow each other.
+
+    Of each cell one real reading of all percepts is kept; within a cell the net decides alike whatever the reading. That the next cell
+    depends on this cell and the command alone is an assumption, which holds the better the finer the cells: compare with the simulator.
+
+    Parameters
+    ----------
+    edges : mapping of str to tuple of float
+        Place -> where it is cut.
+    confidence : float
+        With which all intervals hold at once (Clopper-Pearson, Bonferroni).
+    acts : tuple of str
+        Commands that are told apart, others are not looked at; empty: all.
+    """
+
+    edges: Mapping[str, tuple[float, ...]]
+    confidence: float = 0.95
+    acts: tuple[str, ...] = ()
+    counts: dict[tuple[tuple[int, ...], tuple[str, ...]], dict[tuple[int, ...], int]] = field(default_factory=dict)
+    begins: dict[tuple[int, ...], int] = field(default_factory=dict)
+    readings: dict[tuple[int, ...], dict[str, float]] = field(default_factory=dict)
+    _steps: dict[Any, list[Step]] = field(default_factory=dict, repr=False)
+
+    def cell(self, values: Mapping[str, float]) -> tuple[int, ...]:
+        """The cell of values of the tested places."""
+        return tuple(int(np.searchsorted(cut, values[name], "right")) for name, cut in self.edges.items())
+
+    def cells(self, values: Mapping[str, NDArray[np.float64]]) -> NDArray[np.int64]:
+        """(W, places) The same for many."""
+        return np.stack([np.searchsorted(cut, values[name], "right") for name, cut in self.edges.items()], axis=1)
+
+    def begin(self, cell: tuple[int, ...], reading: Mapping[str, float]) -> None:
+        """A run began in a cell."""
+        self.begins[cell] = self.begins.get(cell, 0) + 1
+        self.readings.setdefault(cell, dict(reading))
+        self._steps.clear()
+
+    def saw(self, cell: tuple[int, ...], commands: tuple[str, ...], then: tuple[int, ...], reading: Mapping[str, float]) -> None:
+        """A cell was followed by another, where `reading` was perceived."""
+        row = self.counts.setdefault((cell, commands), {})
+        row[then] = row.get(then, 0) + 1
+        self.readings.setdefault(then, dict(reading))
+        self._steps.clear()
+
+    @property
+    def entries(self) -> int:
+        """How many chances were learned: each row has one more, of what was never seen."""
+        return sum(len(row) + 1 for row in self.counts.values())
+
+    def start(self) -> Sequence[tuple[Hashable, float]]:
+        """Cells in which runs began.
+
+        Raises
+        ------
+        ModelError
+            When there are none.
+        """
+        total = sum(self.begins.values())
+        if not total:
+            raise ModelError("learned world: no run was seen")
+        return [(cell, n / total) for cell, n in self.begins.items()]
+
+    def percepts(self, state: Hashable) -> Mapping[str, float]:
+        """The reading that was kept of the cell."""
+        return self.readings[state]  # type: ignore[index]
+
+    def next(self, state: Hashable, commands: tuple[str, ...]) -> Sequence[Step]:
+        """Cells that followed, with intervals; a command that was never seen here leads to `UNSEEN`."""
+        key: Any = (state, tuple(c for c in commands if c in self.acts) if self.acts else commands)
+        if key not in self._steps:
+            row = self.counts.get(key)
+            if not row:
+                self._steps[key] = [Step(UNSEEN, 1.0, 1.0, 1.0)]
+            else:
+                total = sum(row.values())
+                level = 1.0 - (1.0 - self.confidence) / self.entries
+                steps = [Step(cell, n / total, *clopper_pearson(n, total, level)) for cell, n in row.items()]
+                self._steps[key] = [*steps, Step(UNSEEN, 0.0, *clopper_pearson(0, total, level))]
+        return self._steps[key]
+
+    def ended(self, state: Hashable) -> str:
+        """``"unseen"`` where nothing is known."""
+        return "unseen" if state == UNSEEN else ""
+
+    def name(self, state: Hashable) -> str:
+        """Within which thresholds each place is."""
+        if state == UNSEEN:
+            return "unseen"
+        parts = []
+        for (place, cut), k in zip(self.edges.items(), state):  # type: ignore[call-overload]
+            if k == 0:
+                parts.append(f"{place} < {cut[0]:g}")
+            elif k == len(cut):
+                parts.append(f"{place} >= {cut[-1]:g}")
+            else:
+                parts.append(f"{cut[k - 1]:g} <= {place} < {cut[k]:g}")
+        return ", ".join(parts)
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {
+            "edges": {k: list(v) for k, v in self.edges.items()},
+            "confidence": self.confidence,
+            "acts": list(self.acts),
+            "begins": [[list(c), n] for c, n in self.begins.items()],
+            "counts": [[list(c), list(a), [[list(t), n] for t, n in row.items()]] for (c, a), row in self.counts.items()],
+            "readings": [[list(c), r] for c, r in self.readings.items()],
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it as JSON."""
+        Path(path).write_text(json.dumps(self.to_json()), encoding="utf-8")
+
+
+def load_world(path: str | os.PathLike[str]) -> LearnedWorld:
+    """The world in a JSON file that `LearnedWorld.save` wrote.
+
+    Raises
+    ------
+    FormatError
+        When it cannot be read or understood; the message names the file.
+    """
+    file = Path(path)
+    try:
+        data = json.loads(read_bounded(file, MAX_BYTES))
+        edges = {str(k): tuple(map(float, v)) for k, v in data["edges"].items()}
+        world = LearnedWorld(edges, float(data["confidence"]), tuple(map(str, data["acts"])))
+        for cell, n in data["begins"]:
+            world.begins[tuple(map(int, cell))] = int(n)
+        for cell, commands, row in data["counts"]:
+            world.counts[tuple(map(int, cell)), tuple(map(str, commands))] = {tuple(map(int, t)): int(n) for t, n in row}
+        for cell, reading in data["readings"]:
+            world.readings[tuple(map(int, cell))] = {str(k): float(v) for k, v in reading.items()}
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"{file}: no learned world: {error!r}") from None
+    known = set(world.readings)
+    if not {*world.begins, *(c for c, _ in world.counts), *(t for row in world.counts.values() for t in row)} <= known:
+        raise FormatError(f"{file}: a cell without a reading")
+    return world

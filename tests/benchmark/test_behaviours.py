@@ -1,0 +1,111 @@
+"""Behaviours of the house in the simulator's world: the methods agree with each other, broken versions are caught."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from cprm_gym.benchmark.behaviours import report as reports
+from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
+from cprm_gym.benchmark.behaviours.worlds import BEHAVIOURS
+from cprm_gym.cli import app
+from cprm_gym.errors import ModelError, NetError, UnknownName
+
+WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power"}
+"""Behaviour -> the math place whose sign a broken version has wrong."""
+
+
+def check(report):
+    """What every report must keep: the exact value inside the sampled interval and inside the bounds."""
+    for outcome in report.product.chain.outcomes:
+        exact = report.exact.probability(outcome).value
+        assert report.bounded.probabilities[outcome].low - 1e-9 <= exact <= report.bounded.probabilities[outcome].high + 1e-9
+        assert report.text[outcome].low - 1e-9 <= exact <= report.text[outcome].high + 1e-9
+        if outcome in report.sampled.outcomes:
+            assert report.sampled.intervals()[outcome].holds(exact), outcome
+    assert report.bounded.probabilities[report.done].width <= report.text[report.done].width + 1e-9
+    assert report.difference()
+
+
+@pytest.fixture(scope="module")
+def seeking():
+    return analyze_behaviour("go_to_ball", episodes=300, properties={"one thing at a time": "G (turn -> !dash)"}, require=0.9)
+
+
+def test_the_methods_agree_on_going_to_the_ball(seeking):
+    check(seeking)
+    assert seeking.verdict is True
+    assert seeking.exact.probability("at_ball").value > 0.98
+    assert seeking.sampled.properties["one thing at a time"].true == 300
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(BEHAVIOURS))
+def test_the_methods_agree_on_every_behaviour(name):
+    """`pytest -m slow tests/benchmark/test_behaviours.py`."""
+    check(analyze_behaviour(name, episodes=2000))
+
+
+def test_a_player_who_turns_the_wrong_way_is_caught_with_a_run():
+    broken = analyze_behaviour("go_to_ball", episodes=200, require=0.9, change=negated("moment"))
+    assert broken.verdict is False
+    assert broken.simulated["at_ball"].high < 0.9
+    assert broken.worst == "unfinished"
+    assert sum("turn" in line.partition("->")[2] for line in broken.witness("unfinished")) > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(WRONG))
+def test_a_broken_version_of_every_behaviour_is_caught(name):
+    """`pytest -m slow tests/benchmark/test_behaviours.py`."""
+    good = analyze_behaviour(name, episodes=500, methods=("simulator",))
+    floor = good.simulated[good.done].low
+    broken = analyze_behaviour(name, episodes=500, methods=("exact", "simulator"), require=floor, change=negated(WRONG[name]))
+    assert broken.verdict is False
+
+
+def test_the_report_is_written_in_all_forms(seeking, tmp_path):
+    written = {path.name for path in reports.write(seeking, tmp_path)}
+    assert {"report.md", "report.html", "report.json", "world.json"} <= written
+    text = (tmp_path / "report.md").read_text()
+    assert "| at_ball |" in text
+    assert "within the simulator's" in text or "the simulator [" in text
+    assert json.loads((tmp_path / "report.json").read_text())["verdict"] is True
+    assert "<script" not in (tmp_path / "report.html").read_text()
+
+
+def test_the_command_says_it_and_a_learned_world_can_be_used_again(seeking, tmp_path):
+    reports.write(seeking, tmp_path)
+    runner = CliRunner()
+    arguments = ["analyze", "go_to_ball", "--in", str(tmp_path / "world.json"), "--method", "exact", "--json"]
+    found = runner.invoke(app, arguments)
+    assert found.exit_code == 0, found.output
+    answer = json.loads(found.stdout)
+    exact = seeking.exact.probability("at_ball").value
+    assert answer["outcomes"]["at_ball"]["exact"]["value"] == pytest.approx(exact, abs=1e-9)
+    assert answer["verdict"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["go_to_bal", "--in", "simulator"], "Did you mean 'go_to_ball'"),
+        (["go_to_ball", "--in", "simulator", "--method", "exakt"], "Did you mean 'exact'"),
+        (["go_to_ball", "--in", "nowhere.json"], "nowhere.json"),
+        (["go_to_ball", "--in", "simulator", "--require", "1.5"], "a probability"),
+    ],
+)
+def test_mistakes_are_said_plainly(arguments, message):
+    found = CliRunner().invoke(app, ["analyze", *arguments])
+    assert found.exit_code == 2
+    assert message in found.output.replace("\n", " ")
+
+
+def test_wrong_names_are_refused():
+    with pytest.raises(UnknownName, match="Known: approach"):
+        analyze_behaviour("fly")
+    with pytest.raises(ModelError, match="two episodes"):
+        analyze_behaviour("go_to_ball", episodes=1)
+    with pytest.raises(NetError, match="no math place 'momet'"):
+        analyze_behaviour("go_to_ball", episodes=2, change=negated("momet"))
+    assert METHODS[0] == "exact"
