@@ -102,12 +102,15 @@ def benchmark(
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
     suite: Annotated[str | None, typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The suite's short form.")] = False,
+    backend: Annotated[str | None, typer.Option(help="Play on a server, udp://host:port, instead of in process.")] = None,
     senses: Annotated[str | None, typer.Option(help="Of the suite: senses, separated by commas.", show_default="all")] = None,
     tiers: Annotated[str | None, typer.Option(help="Of the suite: tiers of knowledge, separated by commas.", show_default="all")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
     if suite is not None or quick or senses is not None or tiers is not None:
         with said_plainly():
+            if backend is not None:
+                raise CprmError("--backend does not go with --suite, which plays in process")
             if controllers is not None:
                 raise CprmError("--controllers does not go with --suite, where each task has its player")
             chosen = {"tasks": tasks, "senses": senses, "tiers": tiers}
@@ -120,10 +123,12 @@ def benchmark(
     from .benchmark.runner import check_workers, run
 
     with said_plainly():
-        given: dict[str, Any] = {"episodes": episodes, "seed": seed}
+        given: dict[str, Any] = {"episodes": episodes, "seed": seed, "backend": backend}
         given |= {"tasks": tasks and _names(tasks), "controllers": controllers and _names(controllers)}
         given = {name: value for name, value in given.items() if value is not None}
         check_workers(workers)
+        if backend is not None and workers > 1:
+            raise CprmError(f"--workers {workers}: a server plays one episode at a time; leave it out with --backend")
         if not timeout > 0:
             raise CprmError(f"--timeout {timeout:g}: a number of seconds above 0 is needed")
         plan, folder = _resumed(resume, given) if resume is not None else (Plan(**given), None)

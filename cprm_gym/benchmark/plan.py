@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from ..client.remote import server_place
 from ..envs.tasks import TASKS
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
@@ -34,8 +35,12 @@ class Plan:
     controllers: tuple[str, ...] = ("cprm", "fsm", "random")
     episodes: int = 500
     seed: int = 0
+    backend: str = ""
+    """In process, or on the server ``udp://host:port``, one episode after the other."""
 
     def __post_init__(self) -> None:
+        if self.backend:
+            server_place(self.backend)
         for kind, names, known in (("task", self.tasks, list(TASKS)), ("controller", self.controllers, list(controller_entries()))):
             if not names:
                 raise ParameterError(f"{kind}s: none given; known are {', '.join(known)}")
@@ -51,7 +56,7 @@ class Plan:
     def blocks(self) -> list[Block]:
         """All blocks, in the order of the report."""
         return [
-            Block(task, controller, first, min(BLOCK, self.episodes - first), self.seed)
+            Block(task, controller, first, min(BLOCK, self.episodes - first), self.seed, self.backend)
             for task in self.tasks
             for controller in self.controllers
             for first in range(0, self.episodes, BLOCK)
@@ -92,6 +97,7 @@ class Block:
     first: int
     count: int
     seed: int
+    backend: str = field(default="", repr=False)
 
 
 @dataclass
@@ -113,7 +119,10 @@ class BlockResult:
 
     def to_json(self) -> str:
         """One line of ``episodes.jsonl``."""
-        return json.dumps(asdict(self))
+        data = asdict(self)
+        if not self.block.backend:
+            del data["block"]["backend"]
+        return json.dumps(data)
 
     @classmethod
     def from_json(cls, line: str) -> BlockResult:
@@ -129,14 +138,17 @@ class BlockResult:
         except RecursionError:
             raise ValueError("nested too deeply") from None
         values = _entries(data, cls, "result")
-        made = cls(**{**values, "block": Block(**_entries(values["block"], Block, "block"))})
+        block = values["block"]
+        if isinstance(block, Mapping) and "backend" not in block:  # of before there were backends
+            block = {**block, "backend": ""}
+        made = cls(**{**values, "block": Block(**_entries(block, Block, "block"))})
         made.check()
         return made
 
     def check(self) -> None:
         """Refuse what no block can have given, with a `ValueError` that names the entry."""
         block = self.block
-        for name, kind in (("task", str), ("controller", str), ("first", int), ("count", int), ("seed", int)):
+        for name, kind in (("task", str), ("controller", str), ("first", int), ("count", int), ("seed", int), ("backend", str)):
             if type(getattr(block, name)) is not kind:
                 raise ValueError(f"{name} is {getattr(block, name)!r}, expected {kind.__name__}")
         if self.error is not None:

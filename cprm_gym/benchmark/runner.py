@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from ..envs.controller import check_action
+from ..envs.controller import Controller, check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.tasks import make_task
 from ..errors import ControllerError, CprmError, ParameterError
@@ -101,13 +101,28 @@ class Limit:
 
 
 def _play(block: Block, result: BlockResult, limit: Limit, most: int | None = None) -> None:
-    """All episodes of the block at once, until the last one is over (or `most` cycles have been played)."""
-    task, count = make_task(block.task), block.count
+    """All episodes of the block, until the last one is over (or `most` cycles have been played): at once, or on a server in turn."""
+    task = make_task(block.task)
     agents = select_agents(task.controlled, task.left, task.right)
     # several agents of one world: each has a controller of its own, which sees nothing but that agent's observation
     controllers = [load_controller(block.controller)(task, agent) for agent in agents]
     needs = tuple(dict.fromkeys(part for controller in controllers for part in getattr(controller, "needs", ())))
-    core = SoccerCore(task, count, controlled=agents, seed=block.seed, first_world=block.first, include=needs)
+    worlds = 1 if block.backend else block.count
+    core = SoccerCore(task, worlds, controlled=agents, seed=block.seed, first_world=block.first, include=needs, backend=block.backend)
+    try:
+        for first in range(block.first, block.first + block.count, worlds):
+            core.sim.first_world = first
+            part = BlockResult(replace(block, first=first, count=worlds))
+            _play_core(part.block, part, limit, most, core, controllers)
+            for name in ("success", "cycles", "reward", "decisions", "played", "controller_seconds"):
+                setattr(result, name, getattr(result, name) + getattr(part, name))
+    finally:
+        core.close()
+
+
+def _play_core(block: Block, result: BlockResult, limit: Limit, most: int | None, core: SoccerCore, controllers: list[Controller]) -> None:
+    """Episodes of an engine by its agents' controllers."""
+    count, agents = core.worlds, core.agents
     observation = core.reset(block.seed)
     spent = -time.process_time()
     for i, controller in enumerate(controllers):

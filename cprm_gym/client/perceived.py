@@ -130,6 +130,7 @@ class PlayerEar:
     ----------
     time : int
         Of the last sense_body; -1 before the first.
+    goalie : bool
     felt, saw : bool
         There was a sense_body, a see, since `begin_cycle`.
     thought : int
@@ -141,6 +142,7 @@ class PlayerEar:
     def __init__(self, sim: PerceivedSimulator, row: int, team: str) -> None:
         self.sim, self.row, self.team = sim, row, team
         self.time = -1
+        self.goalie = False
         self._seen = -1
         self.felt = self.saw = False
         self.thought = 0
@@ -156,6 +158,7 @@ class PlayerEar:
         if found is None:
             raise CprmError(f"the server answered {text[:60]!r}; (init SIDE NUMBER MODE) was expected")
         w, row = self.sim.world, self.row
+        self.goalie = goalie
         w["goalie"][0, row] = int(goalie)
         w["bits"][0, row] = PlayerBit.STAND
         if found[4] in PlayMode.__members__:

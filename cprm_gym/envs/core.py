@@ -214,6 +214,13 @@ class SoccerCore(Pitch):
 
     def simulator(self, task: Task, worlds: int, seed: int, first_world: int, threads: int) -> Simulator:
         """The simulator that plays; called once, when the engine is made."""
+        goalies = (task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0)
+        if self.options.backend:
+            from ..client.remote import RemoteSimulator
+
+            if worlds != 1:
+                raise ParameterError(f"backend {self.options.backend!r}: a server plays 1 world, {worlds} were asked for")
+            return RemoteSimulator(self.options.backend, task.left, task.right, goalies)
         return Simulator(
             worlds,
             parameters=task.parameters,
@@ -223,7 +230,7 @@ class SoccerCore(Pitch):
             threads=threads,
             left=task.left,
             right=task.right,
-            goalies=(task.left_goalie if task.left_goalie <= task.left else 0, task.right_goalie if task.right_goalie <= task.right else 0),
+            goalies=goalies,
         )
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
@@ -473,6 +480,12 @@ class SoccerCore(Pitch):
             self._late.tell(fresh_start, MAX_AGE)
         self.output = self.preset(self)
         return self.observation
+
+    def close(self) -> None:
+        """Leave the server, if it is played on one."""
+        leave = getattr(self.sim, "close", None)
+        if leave is not None:
+            leave()
 
     # ------------------------------------------------------------------ the truth, for oracles
 

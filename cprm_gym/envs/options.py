@@ -54,6 +54,8 @@ class EnvOptions:
         Put the true positions into ``info["truth"]``.
     senses : Senses or mapping of its fields
         What the controlled agents perceive, and when (`cprm_gym.envs.players.senses`); as the server has it by default.
+    backend : str
+        Where it is played: in process (empty), or on a server, ``udp://host:port`` (`cprm_gym.client.remote` says what differs there).
     task_options : mapping
         Fields of the task that shall differ.
 
@@ -77,6 +79,7 @@ class EnvOptions:
     max_cycles: int | None = None
     debug_info: bool = False
     senses: Senses | Mapping[str, Any] = field(default_factory=Senses)
+    backend: str = ""
     task_options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

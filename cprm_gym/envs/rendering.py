@@ -385,7 +385,8 @@ class Pictured:
             self.render()
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window, if there is one, and leave the server, if it is played on one."""
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
+        self.core.close()

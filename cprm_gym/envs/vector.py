@@ -178,7 +178,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         return {name: values[world, 0].copy() for name, values in output.items()}
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Nothing is held open."""
+        """Leave the server, if it is played on one."""
+        self.core.close()
 
 
 def _with_agents(actions: Any) -> Any:
