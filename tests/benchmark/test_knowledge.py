@@ -107,9 +107,9 @@ def test_worlds_are_the_same_however_many_are_played_at_once():
 
 def test_the_quick_plan_is_small_and_the_full_one_takes_everything():
     quick, full = KnowledgePlan.quick(), KnowledgePlan()
-    assert len(quick.blocks()) == 30
+    assert len(quick.blocks()) == 35
     assert {b.controller for b in full.blocks() if b.task == "Goalie"} == {f"{s}/{t}" for s in SENSES for t in TIERS}
-    assert not any(b.controller.endswith("belief") for b in full.blocks() if b.task == "KickOffShot")
+    assert not any(b.controller.endswith("bins") for b in full.blocks() if b.task == "KickOffShot")
 
 
 def test_the_striker_runs_on_oracles_too():

@@ -103,7 +103,7 @@ def test_a_tier_without_a_study_plays_with_the_rivals_numbers_and_without_any_by
         GoalieConstants.tuned("state")
     assert Player(lambda *_: None).origin("memory") == "none"
     with pytest.raises(UnknownName, match="tracker"):
-        Player(lambda *_: None).on("belief")
+        Player(lambda *_: None).on("bins")
 
 
 def test_the_trackers_own_constants_are_those_of_its_study_and_know_the_ball_no_worse_than_by_hand():

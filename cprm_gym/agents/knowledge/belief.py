@@ -1,4 +1,4 @@
-"""The belief: the expectation of the goalie's relational model, in the place of the reckoned ball and of the opponent he watches most."""
+"""The belief: the ball from raw senses in a relational model of real numbers, in the place of the reckoned ball."""
 
 from __future__ import annotations
 
@@ -7,52 +7,107 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...architecture.prm.grounding.grounding import Grounding
+from ...architecture.prm.inference.engines.mixture import MixtureEngine
+from ...architecture.prm.inference.filter import Filter
+from ...architecture.prm.inference.posterior import Posterior
 from ...envs.controller import Action, Observation
-from ...envs.tasks import Task
-from ...errors import UnknownName
-from .. import goalie
-from ..percepts import NEVER
+from ...envs.observations import SelfFeature
+from ...envs.players.senses import Senses
+from ..body import DEFAULT, Body
+from .ball import SELF, BallConstants, ball_model, ball_readings
+from .tracker import Tracker, TrackerConstants
+
+COMPONENTS = 6
+"""Modes that are kept of the ball of one agent."""
 
 
-class BeliefTier:
-    """The goalie's CPRM runs beside the controller and is read; what its net would do is not done.
+class BeliefTier(Tracker):
+    """A filter of the model `ball_model` for one agent in each of N worlds; the others are followed as by the tracker.
 
     Parameters
     ----------
-    task : Task
-    agent : str
-
-    Raises
-    ------
-    UnknownName
-        For a task in which there is no such model.
+    senses : Senses
+        What is known of the noise.
+    body : Body
+        His own.
+    constants : BallConstants, optional
+        Those tuned if not given.
+    tracker : TrackerConstants, optional
+        For the others.
     """
 
     name: ClassVar[str] = "belief"
     oracle: ClassVar[bool] = False
 
-    def __init__(self, task: Task, agent: str) -> None:
-        if task.right_goalie + task.left_goalie == 0 or task.controlled != "left_1":
-            raise UnknownName(f"tier 'belief': there is no goalie to believe in task {task.name!r}; it knows Goalie")
-        self._believer = goalie.make_controller(task, agent)
-        self._opponents = task.right
+    def __init__(
+        self,
+        senses: Senses | None = None,
+        body: Body = DEFAULT,
+        constants: BallConstants | None = None,
+        tracker: TrackerConstants | None = None,
+    ) -> None:
+        super().__init__(senses, body, tracker)
+        self.ball = constants or BallConstants()
+        self._grounding = Grounding(ball_model(body, self.senses, self.ball), {"ball": "Ball"})
+        self._engine = MixtureEngine(COMPONENTS, merge=1e-3)
+        self._filter: Filter | None = None
+        self._cycles = np.zeros(0, np.int64)
+        self.posterior: Posterior | None = None
+        """What is believed of the ball as it was when it was seen."""
 
     def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
-        """Begin to believe."""
-        self._believer.reset(observation, 0, worlds)
+        """Forget."""
+        count = len(observation["level"])
+        if worlds is None or self._filter is None or self._filter.batch != count:
+            self._filter = Filter(self._grounding, count, self._engine, on_impossible="restart")
+        else:
+            self._filter.reset(worlds)
+            self._cycles[worlds] = 0
+        if len(self._cycles) != count or worlds is None:
+            self._cycles = np.zeros(count, np.int64)
+        super().reset(observation, worlds)
 
     def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
-        """The expectations."""
-        self._believer.act(observation)
-        runner = self._believer.controller
-        assert runner is not None
-        memory = np.array(observation["memory"])
-        known = np.asarray(observation["memory_age"])[:, 0] < NEVER
-        read = runner.executor.read
-        memory[known, 0] = np.stack([read(f"ball_{name}") for name in ("x", "y", "vx", "vy")], axis=1)[known]
-        danger = np.asarray(goalie.opponent_attributes(observation, self._opponents)["Opponent"]["danger"])
-        rows, nearest = np.arange(len(danger)), danger.argmax(axis=1)
-        watched = danger[rows, nearest] > 0
-        place = np.stack([read("watched_x"), read("watched_y")], axis=1)
-        memory[rows[watched], 12 + nearest[watched], :2] = place[watched]
-        return {"memory": memory}
+        """What is expected, carried on to now."""
+        me = np.array(observation["self"], np.float64)
+        if sent is not None:
+            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+            self._cycles += 1
+        self._selves = [me, *self._selves[:-1]] if self._back else [me]
+        self._take(observation, self._selves[self._back])
+        memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])
+        ball = self._mean.copy()
+        for k in range(self._late, 0, -1):  # the first news are told until others come
+            ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
+        memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
+        self._follow(memory, age, me, started=sent is None)
+        return {"memory": memory.astype(np.float32)}
+
+    def _take(self, observation: Observation, me: np.ndarray) -> None:
+        """The ball as it was seen from `me`."""
+        assert self._filter is not None
+        readings, seen = ball_readings(observation, me, self.senses, self.body.server.quantize_step)
+        readings |= self._given(me)
+        young = (self._cycles > 0) & (self._cycles <= self._late)
+        if young.any():
+            self._filter.reset(young)
+        self.posterior = posterior = self._filter.step(readings)
+        self._seen |= seen
+        self._mean = np.stack([posterior.read(f"ball.{name}") for name in ("x", "y", "vx", "vy")], axis=1)
+
+    def _given(self, me: np.ndarray) -> dict[str, np.ndarray]:
+        """What he knows of himself, now and a cycle before, his kick, and whether somebody can have played the ball."""
+        columns = (SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY)
+        push = self._pushes[self._late]
+        gap = np.hypot(*(self._others[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
+        played = (self._known & (gap < self.body.reach + self.constants.near)).any(axis=1)
+        told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": played.astype(np.int64)}
+        before = self._before if self.senses.asynchronous and len(self._before) == len(me) else me
+        for who, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:
+            for name, column in zip(SELF, columns):
+                told[f"ball.{who}_{name}"] = values[:, column].astype(np.float64)
+        self._before = me.copy()
+        return told
+
+    _before: np.ndarray = np.zeros((0, len(SelfFeature)))

@@ -30,8 +30,8 @@ from .tiers import Informed
 
 RIVAL = "memory"
 """The tier that the others are compared with, and whose numbers a tier without a study plays with."""
-ANYWHERE = tuple(tier for tier in TIERS if tier != "belief")
-"""Tiers that know every task; the belief is that of the goalie's model."""
+ANYWHERE = tuple(tier for tier in TIERS if tier != "bins")
+"""Tiers that know every task; the bins are those of the goalie's model."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from ...envs.tasks import Task
 from ...errors import ParameterError, unknown_name
 from ..body import Body
 from .belief import BeliefTier
+from .bins import BinsTier
 from .oracles import Foresight, State
 from .tiers import Frozen, Informed, Memory, Tier
 from .tracker import Tracker
@@ -18,8 +19,9 @@ from .tracker import Tracker
 TIERS: dict[str, Callable[[Task, str, Senses], Tier]] = {
     "frozen": lambda task, agent, senses: Frozen(),
     "memory": lambda task, agent, senses: Memory(),
+    "bins": lambda task, agent, senses: BinsTier(task, agent),
     "tracker": lambda task, agent, senses: Tracker(senses, Body.of(task)),
-    "belief": lambda task, agent, senses: BeliefTier(task, agent),
+    "belief": lambda task, agent, senses: BeliefTier(senses, Body.of(task)),
     "state": lambda task, agent, senses: State(),
     "foresight": lambda task, agent, senses: Foresight(),
 }

@@ -73,15 +73,15 @@ def test_on_the_tier_memory_a_controller_is_what_it_is_without_one():
 )
 def test_any_controller_runs_on_any_tier_unchanged(task, controller, tier):
     factory = informed(load_controller(controller), tier)
-    if tier == "belief" and task != "Goalie":
-        with pytest.raises(UnknownName, match="belief"):
+    if tier == "bins" and task != "Goalie":
+        with pytest.raises(UnknownName, match="bins"):
             play(factory, task=task)
         return
     _, _, actions = play(factory, worlds=3, cycles=12, task=task)
     assert all(np.isfinite(action["params"]).all() for action in actions)
 
 
-@pytest.mark.parametrize("tier", [t for t in TIERS if t != "belief"])
+@pytest.mark.parametrize("tier", [t for t in TIERS if t != "bins"])
 def test_a_world_is_known_alone_as_in_a_batch(tier):
     senses = Senses(noise=0.5, lost=0.2)
     batch = play(informed(goalie_memory.make_controller, tier, senses), 5, senses=senses)[2]
@@ -315,11 +315,11 @@ def test_what_there_is_not_is_refused_by_name():
         SoccerCore("Goalie", 1).truth("right_1")
 
 
-def test_the_belief_is_what_the_goalies_model_expects():
+def test_the_bins_are_what_the_goalies_model_expects():
     task, senses = make_task("Goalie"), Senses()
     core = SoccerCore(task, 4, seed=3, include=("memory",), senses=senses)
     core.reset(3)
-    tier, agent = make_tier("belief", task, "left_1"), goalie.make_controller(task, "left_1")
+    tier, agent = make_tier("bins", task, "left_1"), goalie.make_controller(task, "left_1")
     tier.reset(of_agent(core))
     agent.reset(of_agent(core), 0)
     for _ in range(8):

@@ -187,7 +187,8 @@ class MixtureEngine(Engine):
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> MixtureResult:
         assert isinstance(result, MixtureResult)
-        anew = self.step(self.start(len(agents)), first, readings)
+        kept = frozenset(n for parts in result.belief.form for part in parts for n in part.names) & first.slice.variables.keys()
+        anew = self.step(self.start(len(agents)), first, readings, kept)
         increment, loss = result.increment.copy(), result.loss.copy()
         increment[agents], loss[agents] = anew.increment, anew.loss
         belief = with_agents(result.belief, anew.belief, agents, max(self.count, LEAST_ROOM))
@@ -195,8 +196,8 @@ class MixtureEngine(Engine):
         dead |= {int(agents[a]): rows for a, rows in anew.report["impossible"].items()}
 
         def again(more: frozenset[str]) -> MixtureBelief:
-            found = with_agents(result.again(more), self.step(self.start(len(agents)), first, readings, more).belief, agents, LEAST_ROOM)
-            return found
+            begun = self.step(self.start(len(agents)), first, readings, kept | more)
+            return with_agents(result.again(more), begun.belief, agents, LEAST_ROOM)
 
         return replace(result, belief=belief, increment=increment, loss=loss, again=again, report={**result.report, "impossible": dead})
 

@@ -14,7 +14,7 @@ from .steps import added, load, run_slice
 kernel = kernel_group(_nrt=False)
 
 
-TURNS, SETTLED = 20, 1e-3
+TURNS, SETTLED = 12, 1e-3
 """How often a slice is taken in which formulas that are read bend, at most, and the log likelihood that may still change at the end."""
 
 
@@ -50,13 +50,14 @@ def step_group(
     for b in range(old_lw.shape[0]):
         part, agent = b // agents, b % agents
         room, total, before = 0, -np.inf, np.inf
-        for turn in range(TURNS):
+        for turn in range(TURNS + 1):  # those that do not settle are taken as at first
             lost[0], lost[1] = -np.inf, 0.0
+            again = turn > 0 and turn < TURNS
             count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
             room, count, wrong, leaf = run_slice(
                 lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
                 hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
-                turn > 0, lines, line_mu, line_cv, turns,
+                again, lines, line_mu, line_cv, turns,
             )  # fmt: skip
             if wrong != 0:
                 fault[0], fault[1], fault[2] = wrong, leaf, b

@@ -1,0 +1,86 @@
+"""The model of the ball from raw senses: its readings, its modes, and how well it knows."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.agents.body import DEFAULT
+from cprm_gym.agents.knowledge.ball import BallConstants, ball_model, ball_readings
+from cprm_gym.agents.knowledge.belief import BeliefTier
+from cprm_gym.agents.knowledge.tracker import Tracker
+from cprm_gym.architecture.prm import model_from_json, model_to_json
+from cprm_gym.benchmark.tracking import record
+from cprm_gym.envs.observations import SelfFeature
+from cprm_gym.envs.players.senses import Senses
+
+
+def seen_from(x, y, face, distance, direction, approach=0.0, swing=0.0, level=3.0):
+    me = np.zeros((1, len(SelfFeature)))
+    me[0, [SelfFeature.X, SelfFeature.Y, SelfFeature.FACE, SelfFeature.LOCATED]] = x, y, face, 1.0
+    ball = np.array([[distance, direction, approach, swing]], np.float32)
+    return {"ball": ball, "level": np.full((1, 23), level, np.float32)}, me
+
+
+def test_steps_of_the_eye_are_intervals():
+    """13.5 m is told of all that lies within half a step of its logarithm, and half a decimetre."""
+    told, me = seen_from(0.0, 0.0, 0.0, 13.5, 0.3, approach=-0.54)
+    readings, seen = ball_readings(told, me, Senses(), 0.1)
+    assert seen.tolist() == [True]
+    far = readings["ball.seen_far"]
+    assert [float(far.low[0]), float(far.high[0])] == pytest.approx([13.45 * np.exp(-0.05), 13.55 * np.exp(0.05)])
+    across = readings["ball.seen_aside"]
+    assert float(across.high[0]) == pytest.approx(np.radians(0.5) * 13.5, rel=0.01)
+    approach = readings["ball.seen_approach"]
+    assert float(approach.high[0] - approach.low[0]) == pytest.approx(0.02 * 13.5, rel=0.05)
+
+
+def test_what_is_not_seen_or_not_told_is_no_reading():
+    told, me = seen_from(0.0, 0.0, 0.0, 13.5, 0.3, level=2.0)
+    readings, _ = ball_readings(told, me, Senses(), 0.1)
+    assert np.isnan(readings["ball.seen_approach"].low[0])
+    assert not np.isnan(readings["ball.seen_far"].low[0])
+    told["level"][:] = 0.0
+    readings, seen = ball_readings(told, me, Senses(), 0.1)
+    assert np.isnan(readings["ball.seen_far"].low[0])
+    assert not seen[0]
+
+
+@pytest.mark.parametrize("senses", [Senses(), Senses(asynchronous=True), Senses(noise=1.0, gaussian=0.1)])
+def test_the_model_is_a_file_like_any_other(senses):
+    model = ball_model(DEFAULT, senses, BallConstants())
+    assert model_from_json(model_to_json(model)) == model
+
+
+def errors(make, senses):
+    """Distances from the true ball, m, each at most 3, and log densities of the truth where they are told."""
+    told, sent, true, playing = record("Goalie", 40, 31, senses)
+    tier = make(senses)
+    tier.reset(told[0])
+    away = []
+    for k, now in enumerate(told):
+        place = tier.know(now, sent[k - 1] if k else None)["memory"][:, 0, :2]
+        away.append(np.minimum(np.hypot(*(place - true[k][:, :2]).T), 3.0)[playing[k]])
+    return np.concatenate(away)
+
+
+@pytest.mark.parametrize("senses", [Senses(), Senses(lost=0.3), Senses(noise=1.0), Senses(late_ball=2)], ids=str)
+def test_it_knows_the_ball_better_than_the_tracker(senses):
+    belief, tracker = errors(lambda s: BeliefTier(s), senses), errors(lambda s: Tracker(s), senses)
+    assert belief.mean() < tracker.mean()
+
+
+def test_a_kick_is_another_mode():
+    """A ball that rolled and then is where no roll leads to: the mode of a changed way takes over."""
+    tier = BeliefTier(Senses(view="narrow"))
+    told, _ = seen_from(0.0, 0.0, 0.0, 9.0, 0.0)
+    told |= {"self": np.zeros((1, len(SelfFeature)), np.float32), "memory": np.zeros((1, 23, 4), np.float32)}
+    told["self"][0, SelfFeature.LOCATED] = 1.0
+    told["memory_age"] = np.full((1, 23), 1000.0, np.float32)
+    tier.reset(told)
+    still = {"type": np.zeros(1, np.int64), "params": np.zeros((1, 4))}
+    for _ in range(4):
+        tier.know(told, still)
+    assert tier.posterior["ball.kicked"][0, 1] < 0.05
+    told = {**told, "ball": np.array([[9.97, 0.0, 0.94, 0.0]], np.float32)}  # 1 m on, with the speed of a kick
+    known = tier.know(told, still)["memory"][0, 0]
+    assert tier.posterior["ball.kicked"][0, 1] > 0.9
+    assert known[2] > 0.8
