@@ -102,7 +102,7 @@ class BeliefTier(Tracker):
         push = self._pushes[self._late]
         gap = np.hypot(*(self._others[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
         played = (self._known & (gap < self.body.reach + self.constants.near)).any(axis=1)
-        told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": played.astype(np.int64)}
+        told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": np.asarray(played, np.int64)}
         before = self._before if self.senses.asynchronous and len(self._before) == len(me) else me
         for who, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:
             for name, column in zip(SELF, columns):

@@ -187,7 +187,8 @@ class MixtureEngine(Engine):
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> MixtureResult:
         assert isinstance(result, MixtureResult)
-        kept = frozenset(n for parts in result.belief.form for part in parts for n in part.names) & first.slice.variables.keys()
+        believed = [n for parts in result.belief.form for part in parts for n in part.names]
+        kept = frozenset(n for n in believed if n in first.slice.variables)
         anew = self.step(self.start(len(agents)), first, readings, kept)
         increment, loss = result.increment.copy(), result.loss.copy()
         increment[agents], loss[agents] = anew.increment, anew.loss
