@@ -30,9 +30,14 @@ from .statistics import paired_difference, wilson_interval
 
 SENSES: dict[str, Senses] = {
     "default": Senses(), "narrow": Senses(view="narrow"), "wide": Senses(view="wide"), "asynchronous": Senses(asynchronous=True),
-    "no motion": Senses(motion=False), "lost .3": Senses(lost=0.3), "lost .6": Senses(lost=0.6), "lost .8": Senses(lost=0.8),
-    "noise .5": Senses(noise=0.5), "noise 1": Senses(noise=1.0), "quantise 4": Senses(quantise=4.0), "gaussian .1": Senses(gaussian=0.1),
-    "ball late 2": Senses(late_ball=2), "ball late 4": Senses(late_ball=4), "late 2": Senses(late=2), "no numbers": Senses(numbers=False),
+    "no motion": Senses(motion=False), "no numbers": Senses(numbers=False),
+    "lost .3": Senses(lost=0.3), "lost .6": Senses(lost=0.6), "lost .8": Senses(lost=0.8),
+    "noise .5": Senses(noise=0.5), "noise 1": Senses(noise=1.0), "noise 2": Senses(noise=2.0),
+    "noise .5 lost .6": Senses(noise=0.5, lost=0.6),
+    "quantise 2": Senses(quantise=2.0), "quantise 4": Senses(quantise=4.0),
+    "gaussian .0125": Senses(gaussian=0.0125), "gaussian .1": Senses(gaussian=0.1),
+    "ball late 1": Senses(late_ball=1), "ball late 2": Senses(late_ball=2), "ball late 3": Senses(late_ball=3),
+    "ball late 4": Senses(late_ball=4), "late 2": Senses(late=2), "late 4": Senses(late=4),
 }  # fmt: skip
 """Name -> senses of the agents."""
 STATED: dict[str, str] = {"Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8"}
