@@ -185,6 +185,8 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
         plan = replace(knowledge.KnowledgePlan.quick() if quick else knowledge.KnowledgePlan(), **given)
         folder = _new_folder(output)
         plan.write(folder)
+        episodes = sum(block.count for block in plan.blocks())
+        complaints.print(f"{episodes:,} episodes, about {_duration(plan.seconds)} of CPU time on one core", highlight=False)
     results, interrupted = [], False
     with complaints.status("starting ...") as status:
         try:
@@ -206,6 +208,11 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
         again = f"cprm-gym benchmark --suite knowledge --resume {shlex.quote(str(folder))}"
         complaints.print(f"interrupted; go on with: {escape(again)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
+
+
+def _duration(seconds: float) -> str:
+    """``50 s``, ``12 min``, ``3.5 h``."""
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
 
 
 @app.command()

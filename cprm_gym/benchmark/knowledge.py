@@ -11,7 +11,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,10 @@ SENSES: dict[str, Senses] = {
 """Name -> senses of the agents."""
 STATED: dict[str, str] = {"Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8"}
 """Task -> senses in which, as measured (``docs/knowledge.md``), ``foresight`` succeeds in at least 80 % and ``frozen`` in at most 50 %."""
+COSTS = {"tracker": 1.3, "belief": 6.0, "foresight": 2.0}
+"""CPU time on a tier, as a multiple of that on `RIVAL`."""
+EPISODES_TOGETHER = 4 * BLOCK
+"""Episodes of a block: as many as make the tail, in which the last ones are played alone, short beside the rest."""
 
 
 @dataclass(frozen=True)
@@ -83,17 +87,32 @@ class KnowledgePlan:
     def blocks(self) -> list[Block]:
         """All blocks, in the order of the report; the controller of a block is ``senses/tier``."""
         return [
-            Block(task, f"{senses}/{tier}", first, min(BLOCK, self.episodes - first), self.seed)
+            Block(task, f"{senses}/{tier}", first, min(EPISODES_TOGETHER, self.episodes - first), self.seed)
             for task in self.tasks
             for senses in self.senses
             for tier in self.tiers
             if tier in PLAYERS[task].tiers
-            for first in range(0, self.episodes, BLOCK)
+            for first in range(0, self.episodes, EPISODES_TOGETHER)
         ]
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of all of it, about: what the players' registrations say."""
+        return sum(b.count / 1000 * PLAYERS[b.task].seconds * COSTS.get(b.controller.rsplit("/", 1)[1], 1.0) for b in self.blocks())
+
+    def constants(self) -> dict[str, dict[str, dict[str, float]]]:
+        """What everybody plays with: task -> tier -> name -> number."""
+        pairs = {(task, tier): PLAYERS[task].numbers(tier) for task in self.tasks for tier in self.tiers if tier in PLAYERS[task].tiers}
+        found: dict[str, dict[str, dict[str, float]]] = {task: {} for task in self.tasks}
+        for (task, tier), numbers in pairs.items():
+            found[task][tier] = {} if numbers is None else numbers.to_dict()
+        return found
 
     def write(self, folder: Path) -> None:
         """Note in the folder of a run what is to be played there (``plan.json``)."""
-        write_atomically(folder / "plan.json", json.dumps({"suite": "knowledge", **asdict(self)}, indent=2) + "\n")
+        write_atomically(
+            folder / "plan.json", json.dumps({"suite": "knowledge", **asdict(self), "constants": self.constants()}, indent=2) + "\n"
+        )
 
     @classmethod
     def read(cls, folder: Path) -> KnowledgePlan:
@@ -102,17 +121,23 @@ class KnowledgePlan:
         Raises
         ------
         CprmError
-            When there is none, or it is of something else.
+            When there is none, it is of something else, or the players' constants are others by now.
         """
         path = folder / "plan.json"
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
             if data.pop("suite", None) != "knowledge":
                 raise ValueError("of another suite")
+            constants = data.pop("constants")
             values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
-            return cls(**values)
-        except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+            plan = cls(**values)
+        except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
             raise CprmError(f"{path}: not the plan of a run of the suite 'knowledge': {error}") from None
+        now = plan.constants()
+        for task, tier in [(name, tier) for name in now for tier in now[name]]:
+            if constants.get(task, {}).get(tier) != now[task][tier]:
+                raise CprmError(f"{path}: the constants of {task} on {tier} are others by now; begin anew without --resume")
+        return plan
 
 
 def play_block(block: Block) -> BlockResult:
@@ -151,7 +176,7 @@ def run(
 
 @dataclass(frozen=True)
 class Row:
-    """One task, senses and tier; the difference is to `RIVAL` in the same worlds."""
+    """One task, senses and tier; where the player's constants come from; the difference is to `RIVAL` in the same worlds."""
 
     task: str
     senses: str
@@ -161,6 +186,7 @@ class Row:
     rate: float
     low: float
     high: float
+    constants: str
     difference: float | None = None
     difference_low: float | None = None
     difference_high: float | None = None
@@ -170,12 +196,12 @@ class Row:
         """As text: rate with its Wilson interval, difference with its paired interval, p."""
         rate = f"{100 * self.rate:.1f} ({100 * self.low:.1f} - {100 * self.high:.1f})"
         if self.difference is None or self.difference_low is None or self.difference_high is None or self.p is None:
-            return [self.task, self.senses, self.tier, str(self.episodes), rate, "", ""]
+            return [self.task, self.senses, self.tier, self.constants, str(self.episodes), rate, "", ""]
         paired = f"{100 * self.difference:+.1f} ({100 * self.difference_low:+.1f}, {100 * self.difference_high:+.1f})"
-        return [self.task, self.senses, self.tier, str(self.episodes), rate, paired, f"{self.p:.2g}"]
+        return [self.task, self.senses, self.tier, self.constants, str(self.episodes), rate, paired, f"{self.p:.2g}"]
 
 
-HEAD = ("task", "senses", "tier", "n", "success %, Wilson 95 %", f"less {RIVAL}, paired 95 %", "p")
+HEAD = ("task", "senses", "tier", "constants", "n", "success %, Wilson 95 %", f"less {RIVAL}, paired 95 %", "p")
 
 
 @dataclass(frozen=True)
@@ -215,10 +241,11 @@ def summarise(plan: KnowledgePlan, results: list[BlockResult]) -> KnowledgeRepor
     for (task, senses, tier), good in success.items():
         low, high = wilson_interval(int(good.sum()), len(good))
         rival = success.get((task, senses, RIVAL))
-        if tier == RIVAL or rival is None or len(rival) != len(good):
-            rows.append(Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high))
-        else:
-            rows.append(Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high, *paired_difference(good, rival)))
+        row = Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high, PLAYERS[task].origin(tier))
+        if tier != RIVAL and rival is not None and len(rival) == len(good):
+            mean, least, most, p = paired_difference(good, rival)
+            row = replace(row, difference=mean, difference_low=least, difference_high=most, p=p)
+        rows.append(row)
     return KnowledgeReport(plan, tuple(rows))
 
 

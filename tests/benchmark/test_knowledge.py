@@ -64,7 +64,8 @@ def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypa
     assert found["plan"]["episodes"] == 6
     assert (folder / "knowledge.png").stat().st_size > 5000
     text = (folder / "knowledge.md").read_text()
-    assert "| Goalie | noise 1 | state | 6 |" in text
+    assert f"| Goalie | noise 1 | state | {PLAYERS['Goalie'].origin('state')} | 6 |" in text
+    assert "36 episodes, about 0 s of CPU time" in result.output
     again = call(app, ["benchmark", "--suite", "knowledge", "--resume", str(folder)])
     assert again.exit_code == 0
     assert (folder / "knowledge.md").read_text() == text
@@ -108,6 +109,8 @@ def test_worlds_are_the_same_however_many_are_played_at_once():
 def test_the_quick_plan_is_small_and_the_full_one_takes_everything():
     quick, full = KnowledgePlan.quick(), KnowledgePlan()
     assert len(quick.blocks()) == 35
+    assert 10 < quick.seconds < 120 < 3600 < full.seconds
+    assert KnowledgePlan(episodes=500).seconds == pytest.approx(full.seconds / 2)
     assert {b.controller for b in full.blocks() if b.task == "Goalie"} == {f"{s}/{t}" for s in SENSES for t in TIERS}
     assert not any(b.controller.endswith("bins") for b in full.blocks() if b.task == "KickOffShot")
 
@@ -130,6 +133,11 @@ def test_plans_that_make_no_sense_are_refused(tmp_path):
         KnowledgePlan.read(tmp_path)
     SMALL.write(tmp_path)
     assert KnowledgePlan.read(tmp_path) == SMALL
+    text = (tmp_path / "plan.json").read_text()
+    haste = f'"haste": {SMALL.constants()["Goalie"]["memory"]["haste"]}'
+    (tmp_path / "plan.json").write_text(text.replace(haste, '"haste": 2.5', 1))
+    with pytest.raises(CprmError, match=r"constants of Goalie on .* are others by now"):
+        KnowledgePlan.read(tmp_path)
     assert knowledge.RIVAL in TIERS
 
 

@@ -48,12 +48,15 @@ class Player:
         Those that he can be put on.
     study : str
         Folder of the studies, if they are not those of the behaviour but of it in this task.
+    seconds : float
+        CPU time of 1000 episodes on `RIVAL`, about, from which a suite tells its own beforehand.
     """
 
     make: Callable[[Task, str, Any], Controller]
     constants: type[Constants] | None = None
     tiers: tuple[str, ...] = ANYWHERE
     study: str = ""
+    seconds: float = 20.0
 
     def origin(self, tier: str) -> str:
         """Where his numbers on a tier come from: ``study TIER``, ``by hand``, or ``none`` where he has none."""
@@ -98,14 +101,14 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 
 PLAYERS: dict[str, Player] = {
-    "Goalie": Player(goalie, GoalieConstants, tuple(TIERS)),
-    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1"),
-    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2"),
-    "LostAndFound": Player(finder, FinderConstants),
-    "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent)),
+    "Goalie": Player(goalie, GoalieConstants, tuple(TIERS), seconds=2.0),
+    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=6.0),
+    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=7.0),
+    "LostAndFound": Player(finder, FinderConstants, seconds=2.0),
+    "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0),
     **{
-        task: Player(attacker.make_controller, AttackerConstants, study=f"attacker/{task}")
-        for task in ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
+        task: Player(attacker.make_controller, AttackerConstants, study=f"attacker/{task}", seconds=seconds)
+        for task, seconds in {"KickOffShot2v2": 30, "PassAndAdvance2v1": 50, "PassAndAdvance2v2": 70, "PassAndAdvance2v3": 110}.items()
     },
 }
 """Task -> its player."""
