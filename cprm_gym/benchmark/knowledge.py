@@ -42,7 +42,7 @@ SENSES: dict[str, Senses] = {
 """Name -> senses of the agents."""
 STATED: dict[str, str] = {"Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8"}
 """Task -> senses in which, as measured (``docs/knowledge.md``), ``foresight`` succeeds in at least 80 % and ``frozen`` in at most 50 %."""
-COSTS = {"tracker": 1.3, "belief": 6.0, "foresight": 2.0}
+COSTS = {"bins": 6.0, "tracker": 1.3, "belief": 4.0, "foresight": 2.0}
 """CPU time on a tier, as a multiple of that on `RIVAL`."""
 EPISODES_TOGETHER = 4 * BLOCK
 """Episodes of a block: as many as make the tail, in which the last ones are played alone, short beside the rest."""
