@@ -29,6 +29,7 @@ Rooms
 `sampling`      what many runs show: intervals that hold, also while one looks, tests, properties in LTLf and STL
 `rare`          outcomes that hardly ever come: what led to them, weighted and split runs
 `product`       agent and world as one chain: relational models, learned cells; what is independent
+`high_level`    a net of modules from summaries of them: conditions along every way, intervals chained, interference
 `logic`         what follows from what: by cells, by boxes, by z3 where it is installed
 `certificates`  proofs that a behaviour closes with its goal; Appendix A corrected
 ==============  ====================================================================================================================
@@ -59,6 +60,12 @@ if TYPE_CHECKING:
     from .certificates.error_metric import ErrorMetricProof as ErrorMetricProof
     from .certificates.slow_approach import Certificate as Certificate
     from .certificates.slow_approach import SlowParams as SlowParams
+    from .high_level.analysis import high_level_analysis as high_level_analysis
+    from .high_level.analysis import high_level_concurrent_analysis as high_level_concurrent_analysis
+    from .high_level.modules import Outcome as Outcome
+    from .high_level.modules import Summary as Summary
+    from .high_level.modules import summarise as summarise
+    from .high_level.modules import wiring as wiring
     from .logic.implication import Implication as Implication
     from .logic.implication import implies as implies
     from .markov.absorption import NEVER as NEVER
@@ -138,6 +145,8 @@ else:
             "structure.conservation": "conservative",
             "certificates.error_metric": "Action ErrorMetricProof",
             "certificates.slow_approach": "Certificate SlowParams",
+            "high_level.analysis": "high_level_analysis high_level_concurrent_analysis",
+            "high_level.modules": "Outcome Summary summarise wiring",
             "logic.implication": "Implication implies",
             "markov.absorption": "Absorption NEVER absorption",
             "markov.chain": "Certified MarkovChain",
