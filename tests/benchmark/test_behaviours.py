@@ -11,7 +11,7 @@ from cprm_gym.benchmark.behaviours.worlds import BEHAVIOURS
 from cprm_gym.cli import app
 from cprm_gym.errors import ModelError, NetError, UnknownName
 
-WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power"}
+WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power", "catch_ball": "reachable"}
 """Behaviour -> the math place whose sign a broken version has wrong."""
 
 
