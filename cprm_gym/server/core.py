@@ -26,6 +26,8 @@ from .texts.pictures import picture
 
 MOST_MISSED = 20
 """Windows in a row that may end without an answer of everybody; one more ends the match."""
+MOST_REMEMBERED = 512
+"""Addresses of clients that are kept before those of clients who have left are forgotten."""
 _THINK = b"(think)\0"
 ONLY_INIT = "(error only_init_allowed_on_init_port)"
 
@@ -94,6 +96,8 @@ class Server:
             return None
         if client is not None:
             self._clients[port, address] = client
+            if len(self._clients) > MOST_REMEMBERED:
+                self._clients = {place: one for place, one in self._clients.items() if one.connected}
         return client
 
     def _newcomer(self, port: Port, address: Hashable, text: str) -> Client | None:
