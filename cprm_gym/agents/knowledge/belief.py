@@ -16,7 +16,7 @@ from ...envs.observations import SelfFeature
 from ...envs.players.senses import Senses
 from ..body import DEFAULT, Body
 from .ball import SELF, BallConstants, ball_model, ball_readings
-from .tracker import Tracker, TrackerConstants
+from .tracker import Tracker, TrackerConstants, normal_log_density
 
 COMPONENTS = 6
 """Modes that are kept of the ball of one agent."""
@@ -83,6 +83,14 @@ class BeliefTier(Tracker):
         memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
         self._follow(memory, age, me, started=sent is None)
         return {"memory": memory.astype(np.float32)}
+
+    def log_density(self, place: np.ndarray) -> np.ndarray:
+        """As the tracker's, of all modes together."""
+        assert self.posterior is not None
+        weights, means, covs = self.posterior.components("ball.x", "ball.y")
+        parts = normal_log_density(np.asarray(place, np.float64)[:, None] - means, covs)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.logaddexp.reduce(np.log(weights) + parts, axis=1))
 
     def _take(self, observation: Observation, me: np.ndarray) -> None:
         """The ball as it was seen from `me`."""

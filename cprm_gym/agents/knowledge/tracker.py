@@ -50,6 +50,18 @@ class TrackerConstants(Constants):
     """Error of where he believes to look, degrees."""
 
 
+LEAST = 1e-6
+"""m^2 that are added to every variance where a density is asked for."""
+
+
+def normal_log_density(off: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """Log density of deviations (..., 2) under normals of these covariances (..., 2, 2)."""
+    xx, yy, xy = cov[..., 0, 0] + LEAST, cov[..., 1, 1] + LEAST, cov[..., 0, 1]
+    det = np.maximum(xx * yy - xy**2, LEAST**2)
+    away = (yy * off[..., 0] ** 2 - 2.0 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2) / det
+    return np.asarray(-0.5 * (away + np.log(det)) - np.log(2.0 * np.pi))
+
+
 class Tracker:
     """Filters of one agent in N worlds.
 
@@ -109,6 +121,10 @@ class Tracker:
         memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
         self._follow(memory, age, me, started=sent is None)
         return {"memory": memory.astype(np.float32)}
+
+    def log_density(self, place: np.ndarray) -> np.ndarray:
+        """Log density of places (N, 2) of the ball, of the time of which the last news were: how well it knows what it says."""
+        return normal_log_density(np.asarray(place, np.float64) - self._mean[:, :2], self._cov[:, :2, :2])
 
     # ------------------------------------------------------------------ the ball
 

@@ -6,9 +6,8 @@ import pytest
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge.ball import BallConstants, ball_model, ball_readings
 from cprm_gym.agents.knowledge.belief import BeliefTier
-from cprm_gym.agents.knowledge.tracker import Tracker
 from cprm_gym.architecture.prm import model_from_json, model_to_json
-from cprm_gym.benchmark.tracking import record
+from cprm_gym.benchmark.ball_error import ball_error
 from cprm_gym.envs.observations import SelfFeature
 from cprm_gym.envs.players.senses import Senses
 
@@ -50,22 +49,11 @@ def test_the_model_is_a_file_like_any_other(senses):
     assert model_from_json(model_to_json(model)) == model
 
 
-def errors(make, senses):
-    """Distances from the true ball, m, each at most 3, and log densities of the truth where they are told."""
-    told, sent, true, playing = record("Goalie", 40, 31, senses)
-    tier = make(senses)
-    tier.reset(told[0])
-    away = []
-    for k, now in enumerate(told):
-        place = tier.know(now, sent[k - 1] if k else None)["memory"][:, 0, :2]
-        away.append(np.minimum(np.hypot(*(place - true[k][:, :2]).T), 3.0)[playing[k]])
-    return np.concatenate(away)
-
-
 @pytest.mark.parametrize("senses", [Senses(), Senses(lost=0.3), Senses(noise=1.0), Senses(late_ball=2)], ids=str)
 def test_it_knows_the_ball_better_than_the_tracker(senses):
-    belief, tracker = errors(lambda s: BeliefTier(s), senses), errors(lambda s: Tracker(s), senses)
-    assert belief.mean() < tracker.mean()
+    belief, tracker = (ball_error(tier, senses, 40, 31) for tier in ("belief", "tracker"))
+    assert belief.capped < tracker.capped
+    assert np.isnan(belief.log_density) if senses.late_ball else belief.log_density > tracker.log_density + 0.2
 
 
 def test_a_kick_is_another_mode():

@@ -118,6 +118,16 @@ class Posterior(Mapping[str, Any]):
         """
         return self._result.moments(tuple(map(self._placed, names)))
 
+    def components(self, *names: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Weights (W, K), means (W, K, n) and covariances (W, K, n, n) of the normals over some real numbers that hang together.
+
+        Raises
+        ------
+        ModelError
+            For variables with states, or numbers that do not hang together.
+        """
+        return self._result.components(tuple(map(self._placed, names)))
+
     def index_mean(self, name: str) -> np.ndarray:
         """Expectation of the state index, (W,)."""
         p = self[name]

@@ -123,6 +123,15 @@ class StepResult(ABC):
         """
         raise ModelError(f"engine {self.engine!r} keeps states; moments are of real numbers, with the engine 'mixture'")
 
+    def components(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Weights (W, K), means (W, K, n) and covariances (W, K, n, n) of the normals over real numbers.
+
+        Raises
+        ------
+        ModelError
+        """
+        raise ModelError(f"engine {self.engine!r} keeps states; normals are of real numbers, with the engine 'mixture'")
+
     def _around(self, names: Sequence[str]) -> tuple[list[Factor], list[str]]:
         """Factors of the variables that are not in the belief, observed or left out, and the hidden ones that they depend on."""
         info, factors = self.info, []

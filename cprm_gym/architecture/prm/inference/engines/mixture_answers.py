@@ -114,6 +114,19 @@ class MixtureResult(StepResult):
             )
         return mean, cov
 
+    def components(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Weights (W, K), means (W, K, n) and covariances (W, K, n, n) of the normals over numbers of one part."""
+        for name in names:
+            if name not in self.info.row or self.info.variables[name].quantity is None:
+                raise ModelError(f"normals are over real numbers of the slice, got {name!r}.{did_you_mean(name, self.info.names)}")
+        belief = self.belief if all(self.belief.find(n)[0] >= 0 for n in names) else self.again(frozenset(names))
+        if len({belief.find(n) for n in names}) != 1:
+            raise ModelError(f"{', '.join(names)} do not hang together; ask for each alone")
+        part, weights, _, means, covs = belief.part(names[0])
+        at = [part.columns.index(n) for n in names]
+        there = weights > 0.0
+        return weights, np.where(there[..., None], means[:, :, at], 0.0), np.where(there[..., None, None], covs[:, :, at][..., at], 0.0)
+
     def hidden_factors(self, names: Sequence[str]) -> list[Factor]:
         return [Factor((n,), self.marginal(n)) for n in names]
 

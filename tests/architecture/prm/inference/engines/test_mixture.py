@@ -572,14 +572,31 @@ def test_exact_engine_asks_for_bins():
         Filter(world(tracked()))
 
 
-def test_long_runs_do_not_drift():
-    """The covariance after 20 000 steps is that of Riccati's fixed point."""
+@pytest.mark.parametrize("steps", [5_000, pytest.param(100_000, marks=pytest.mark.slow)])
+def test_long_runs_do_not_drift(steps):
+    """The covariance at last is that of Riccati's fixed point, and the belief has not grown.
+
+    Long: ``pytest -m slow tests/architecture/prm/inference/engines/test_mixture.py -k drift``.
+    """
     filter = Filter(world(tracked()), engine="mixture")
     p = SPREAD
     for t in range(400):
         p = F @ p @ F.T + Q if t else p
         p = p - np.outer(p[:, 0], p[0]) / (p[0, 0] + 0.25)
     rng = np.random.default_rng(7)
-    for _ in range(20_000):
+    for _ in range(steps):
         answer = filter.step({"a.z": float(rng.normal())})
     close(answer.moments("a.x", "a.v")[1][0], p, 1e-9)
+    assert filter.state.belief.groups[0].log_weights.shape == (1, 1)
+
+
+def test_normals_of_a_posterior_are_told():
+    filter = Filter(world(switching()), engine="mixture", components=8)
+    for z in (0.5, -1.0, 0.2):
+        answer = filter.step({"a.z": z})
+    weights, means, covs = answer.components("a.x")
+    close(weights.sum(), 1.0)
+    close((weights * means[..., 0]).sum(), answer.read("a.x")[0])
+    assert covs.shape == (1, 8, 1, 1)
+    with pytest.raises(ModelError, match=r"real numbers of the slice, got 'a\.mode'"):
+        answer.components("a.mode")

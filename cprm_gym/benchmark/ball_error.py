@@ -1,0 +1,99 @@
+"""How well tiers of knowledge know the ball: error and log density of the truth, on the same recorded worlds.
+
+A goalie on the tier ``memory`` plays; what he is told and sends is recorded (`tracking.record`), and each tier makes its own of it. The
+worlds are not those of a study.
+
+    python -m cprm_gym.benchmark.ball_error --worlds 200
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..agents.body import Body
+from ..agents.knowledge.belief import BeliefTier
+from ..agents.knowledge.tracker import Tracker
+from ..envs.observations import MAX_AGE
+from ..envs.players.senses import Senses
+from ..envs.tasks import make_task
+from .knowledge import SENSES
+from .tracking import record
+
+TIERS: dict[str, Callable[[Senses, Body], Tracker] | None] = {"memory": None, "tracker": Tracker, "belief": BeliefTier}
+"""Name -> maker; None for what is told as it is."""
+LEAST_DENSITY = -20.0
+"""The lowest log density that counts: whoever is sure of what is not so has lost the ball."""
+
+
+class BallError(NamedTuple):
+    """How well a tier knows the ball.
+
+    Attributes
+    ----------
+    root_mean_square, capped : float
+        Of the distance from where it is, m, and its mean where each is at most 3 m.
+    velocity : float
+        Root mean square error, m / cycle.
+    log_density : float
+        Mean of the true place's, nats; NaN where the tier tells none, or tells of another time than now.
+    """
+
+    root_mean_square: float
+    capped: float
+    velocity: float
+    log_density: float
+
+
+def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "Goalie") -> BallError:
+    """The error of one tier in recorded worlds.
+
+    Parameters
+    ----------
+    tier : str
+        Of `TIERS`.
+    senses : Senses
+    worlds, seed : int
+    task : str
+        With a player for tiers of knowledge.
+    """
+    told, sent, true, playing = record(task, worlds, seed, senses)
+    make = TIERS[tier]
+    made = None if make is None else make(senses, Body.of(make_task(task)))
+    if made is not None:
+        made.reset(told[0])
+    places, speeds, densities = [], [], []
+    for k, now in enumerate(told):
+        there = playing[k] & (np.asarray(now["memory_age"])[:, 0] < MAX_AGE)
+        ball = np.asarray((now if made is None else made.know(now, sent[k - 1] if k else None))["memory"])[:, 0]
+        off = ball - true[k]
+        places.append(np.hypot(off[there, 0], off[there, 1]))
+        speeds.append(np.hypot(off[there, 2], off[there, 3]))
+        if made is not None and not any(senses.delays):
+            densities.append(np.maximum(made.log_density(true[k][:, :2])[there], LEAST_DENSITY))
+    place, speed = np.concatenate(places), np.concatenate(speeds)
+    density = float(np.concatenate(densities).mean()) if densities else float("nan")
+    return BallError(float(np.sqrt((place**2).mean())), float(np.minimum(place, 3.0).mean()), float(np.sqrt((speed**2).mean())), density)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--worlds", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=777)
+    options = parser.parse_args()
+    print(
+        "| senses | tier | rms error, m | mean, each at most 3 m | rms velocity, m/cycle | log density, nats |\n|---|---|---|---|---|---|"
+    )
+    for name, senses in SENSES.items():
+        for tier in TIERS:
+            found = ball_error(tier, senses, options.worlds, options.seed)
+            density = "" if np.isnan(found.log_density) else f"{found.log_density:.2f}"
+            print(f"| {name} | {tier} | {found.root_mean_square:.2f} | {found.capped:.3f} | {found.velocity:.2f} | {density} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
