@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 
-from ..simulator.protocol.messages import fullstate_text, hear_text
+from ..simulator.protocol.messages import fullstate_rest, fullstate_text, hear_text
 from ..simulator.state import LEFT, PlayMode, Seed
 from .clients import LARGEST_DATAGRAM, Client, Coach, Monitor, Outgoing, Player, Port, Refused, Trainer
 from .roles import monitors, players, trainers
@@ -274,10 +274,13 @@ class Server:
         stadium, server = self.stadium, self.settings.server
         enabled = stadium.world["enabled"].tolist()
         players = [player for player in stadium.players() if enabled[player.row]]
+        rests: dict[int, str] = {}
         for player, data in zip(players, stadium.bulk.bodies([player.row for player in players])):
             stadium.send_raw(player, data)
             if (server.fullstate_l if player.side == LEFT else server.fullstate_r) and player.version >= 5:
-                stadium.send(player, fullstate_text(stadium.sim, 0, player.row + 1))
+                if player.version >= 8 and player.version not in rests:
+                    rests[player.version] = fullstate_rest(stadium.sim, 0, player.row + 1)
+                stadium.send(player, fullstate_text(stadium.sim, 0, player.row + 1, rest=rests.get(player.version)))
 
     def _tell_heard(self) -> None:
         """What waited for the end of the step: trainer's words, own words, those of others."""

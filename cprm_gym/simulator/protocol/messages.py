@@ -424,8 +424,22 @@ def _old_fullstate(r: _Reader) -> str:
     return " ".join(parts) + ")"
 
 
-def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None = None) -> str:
+def fullstate_rest(sim: Simulator, world: int, player: int, protocol: int | None = None) -> str:
+    """What the fullstate messages of one cycle have in common for all players of a version (8 and later): ball and players."""
+    r = _Reader(sim, world, player, protocol)
+    ball = f"((b) {' '.join(map(real, (*r.w['pos'][BALL], *r.w['vel'][BALL])))})"
+    return " ".join((ball, *(_fullstate_player(r, j) for j in range(PLAYERS) if r.w["enabled"][j])))
+
+
+def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None = None, rest: str | None = None) -> str:
     """The fullstate message of the player (versions 5 and later); parameters and errors as in `see_text`.
+
+    Parameters
+    ----------
+    sim, world, player, protocol
+        As for `see_text`.
+    rest : str, optional
+        Of `fullstate_rest`, where it has been made already.
 
     Raises
     ------
@@ -445,9 +459,8 @@ def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None
         f"(count {' '.join(str(w['counts'][i, Count[name.upper()]]) for name in counts)})",
         _whole_arm(w, r.p, i),
         f"(score {score[0]} {score[1]})",
-        f"((b) {' '.join(map(real, (*w['pos'][BALL], *w['vel'][BALL])))})",
+        fullstate_rest(sim, world, player, protocol) if rest is None else rest,
     ]
-    parts += [_fullstate_player(r, j) for j in range(PLAYERS) if w["enabled"][j]]
     return " ".join(parts) + ")"
 
 
