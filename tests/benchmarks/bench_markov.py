@@ -11,11 +11,13 @@ import multiprocessing
 import resource
 import statistics
 import sys
+import tempfile
 import time
 from importlib.util import find_spec
 
 from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.markov.chain import MarkovChain
+from cprm_gym.architecture.analysis.markov.files import chain_to_drn
 from cprm_gym.architecture.analysis.markov.generators import behaviour_chain, grid_chain, random_chain, walk_chain
 
 FAMILIES = {
@@ -55,19 +57,11 @@ def storm(family: str, n: int) -> None:
     import stormpy
 
     chain: MarkovChain = FAMILIES[family](n)
-    builder = stormpy.SparseMatrixBuilder[float](chain.n, chain.n, len(chain.targets) + int(chain.absorbing.sum()))
-    absorbing = chain.absorbing
-    for i in range(chain.n):
-        for j, p in sorted(chain.row(i).items()) if not absorbing[i] else [(i, 1.0)]:
-            builder.add_next_value(i, j, p)
-    labels = stormpy.StateLabeling(chain.n)
-    labels.add_label("init")
-    labels.add_label_to_state("init", int(chain.initial.argmax()))
     name = next(iter(chain.outcomes))
-    labels.add_label(name)
-    for state in chain.outcomes[name]:
-        labels.add_label_to_state(name, int(state))
-    model = stormpy.SparseDtmc[float](stormpy.SparseModelComponents[float](builder.build(), labels))
+    with tempfile.NamedTemporaryFile("w", suffix=".drn") as file:
+        file.write(chain_to_drn(chain))
+        file.flush()
+        model = stormpy.build_model_from_drn(file.name)
     (formula,) = stormpy.parse_properties(f'P=? [F "{name}"]')
     start = time.process_time()
     found = stormpy.model_checking(model, formula)

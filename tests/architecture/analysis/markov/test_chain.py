@@ -129,4 +129,4 @@ def test_storm_reads_what_is_exported_and_agrees(tmp_path):
     model = stormpy.build_model_from_drn(str(file))
     (formula,) = stormpy.parse_properties('P=? [F "goal"]')
     found = stormpy.model_checking(model, formula)
-    assert found.at(model.initial_states[0]) == pytest.approx(0.6, abs=1e-6)
+    assert found.get_value_vector()[0] == pytest.approx(0.6, abs=1e-6)

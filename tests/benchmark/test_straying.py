@@ -1,0 +1,64 @@
+"""Rare failures of the simulator by splitting, against plain runs and against the noise as the manual has it."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.benchmark.behaviours.straying import Pass, StrayingBall, plain, split
+from cprm_gym.simulator.parameters import ServerParameters
+
+
+def by_formula(runs, seed, kick):
+    """Share of failures where ball and noise are computed here: velocity, a disc of noise, position, decay."""
+    p, rng = ServerParameters(), np.random.default_rng(seed)
+    x, y, vx, vy = np.zeros(runs), np.zeros(runs), np.full(runs, kick.speed), np.zeros(runs)
+    aside, done = np.zeros(runs), np.zeros(runs, bool)
+    while not done.all():
+        size, angle = np.hypot(vx, vy) * p.ball_rand * rng.random(runs), rng.uniform(-np.pi, np.pi, runs)
+        vx, vy = vx + size * np.cos(angle), vy + size * np.sin(angle)
+        x, y = x + vx, y + vy
+        vx, vy = vx * p.ball_decay, vy * p.ball_decay
+        hit = ~done & ((x >= kick.target) | (np.hypot(vx, vy) < 0.01))
+        aside[hit] = np.abs(y[hit])
+        done |= hit
+    return float((aside > kick.reach).mean())
+
+
+def test_the_ball_strays_as_often_as_the_noise_says():
+    kick = Pass(reach=1.2)
+    found = plain(4000, kick=kick)
+    rate = by_formula(200_000, 1, kick)
+    assert found.failures / found.runs == pytest.approx(rate, abs=3 * (rate / found.runs) ** 0.5)
+
+
+def test_splitting_comes_within_three_errors_of_it():
+    kick = Pass(reach=1.6)
+    found = split(150, 8, seed=2, kick=kick)
+    rate = by_formula(400_000, 2, kick)
+    assert abs(found.value - rate) <= 3 * found.deviation
+    assert found.zeros == 0.0
+
+
+def test_a_copy_goes_on_with_luck_of_its_own():
+    worlds = StrayingBall(3)
+    worlds.begin(1)
+    worlds.advance(np.ones(3, bool))
+    kept = worlds.keep(0)
+    worlds.put(1, kept, 11)
+    worlds.put(2, kept, 12)
+    assert (worlds.sim.world["pos"][1] == worlds.sim.world["pos"][2]).all()
+    worlds.advance(np.ones(3, bool))
+    assert (worlds.sim.world["pos"][1] != worlds.sim.world["pos"][2]).any()
+
+
+@pytest.mark.slow
+def test_one_in_a_hundred_thousand_to_20_percent_in_a_twentieth_of_the_cycles():
+    """`pytest -m slow tests/benchmark/test_straying.py`."""
+    kick = Pass(reach=2.45)
+    found = split(400, 20, seed=1, kick=kick)
+    rate = float(np.mean([by_formula(1_000_000, 100 + k, kick) for k in range(16)]))
+    assert 4e-6 < rate < 3e-5
+    assert abs(found.value - rate) <= 3 * (found.deviation**2 + rate / 16e6) ** 0.5
+    assert found.relative < 0.2
+    cycles = found.steps_for(0.2)
+    per_run = plain(4000, kick=kick).cycles / 4000
+    assert per_run / rate / 0.2**2 > 20 * cycles
