@@ -84,6 +84,8 @@ if TYPE_CHECKING:
     from .modules.composition import check_composition as check_composition
     from .modules.contracts import ContractReport as ContractReport
     from .modules.contracts import check_contract as check_contract
+    from .product.beliefs import BeliefWorld as BeliefWorld
+    from .product.beliefs import TwoStateFilter as TwoStateFilter
     from .product.explore import Product as Product
     from .product.learned_world import LearnedWorld as LearnedWorld
     from .product.learned_world import load_world as load_world
@@ -127,6 +129,7 @@ else:
         {
             "report": "Report analyze",
             "verdicts": "Step Verdict",
+            "product.beliefs": "BeliefWorld TwoStateFilter",
             "product.explore": "Product",
             "product.learned_world": "LearnedWorld load_world",
             "product.prm_world": "PRMWorld groups",
