@@ -45,6 +45,7 @@ def serve(
     if clock:
         words.append(f"server::synch_mode={'false' if clock == 'real' else 'true'}")
     settings = Settings.from_words(words, conf or (), seed)
+    load_kernels(settings)
     server = Server(settings, seed)
     late: Any = None
     with Transport(server, host) as transport, interrupted(server):
@@ -65,11 +66,32 @@ def serve(
         typer.echo(f"wrote {path}")
     if late is not None and late.late:
         typer.echo(f"{late.late} of {late.cycles} cycles began more than 10 ms late, the worst {late.worst * 1000:.0f} ms", err=True)
-    typer.echo(f"{result_line(server.stadium)} ({server.over or 'interrupted'})")
+    typer.echo(f"{result_line(server.stadium)} ({server.over or 'a team did not come'})")
     if results is not None:
         append_result(server.stadium, results)
     if guests.missing:
         raise CprmError(guests.missing)
+
+
+def load_kernels(settings: Any) -> None:
+    """Play a few cycles of a match that nobody sees, so that no cycle of the real one waits for kernels to be loaded or compiled."""
+    from .clients import Port
+    from .core import Server
+
+    server = Server(settings)
+    player = server.receive(Port.PLAYER, "player", b"(init Left (version 19))")
+    server.receive(Port.PLAYER, "old player", b"(init Right (version 7))")
+    server.receive(Port.PLAYER, "monitor", b"(dispinit version 5)")
+    server.stadium.sim.trainer.start()
+    server.stadium.sim.trainer.recover()
+    server.stadium.sim.trainer.place_player(1, -1.0, 0.0, 0.0)
+    for text in (b"(dash 10)(turn_neck 5)\0", b'(say "a")(kick 10 0)\0', b"(change_view narrow)(sense_body)\0", b"(tackle 0)(bye)\0"):
+        if player is not None:
+            server.receive_many([(player, text)])
+        server.step()
+        server.look_again()
+        server.look_late()
+        server.think()
 
 
 class Guests:

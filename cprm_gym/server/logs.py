@@ -8,14 +8,13 @@ import os
 from pathlib import Path
 
 from ..errors import CprmError
+from ..simulator.gamelog.binary_writer import BinaryLogWriter
 from ..simulator.gamelog.commands import CommandLogWriter, LogLine
 from ..simulator.gamelog.frames import Frame
-from ..simulator.gamelog.writer import GameLogWriter
+from ..simulator.gamelog.writer import JSON, GameLogWriter
 from ..simulator.state import PlayMode
 from .core import Server
 from .stadium import Stadium
-
-_WRITTEN = {5: 5, 6: 6, -1: -1}
 
 
 class MatchLogs:
@@ -43,15 +42,17 @@ class MatchLogs:
             raise CprmError(f"--log {folder}: there is no such folder")
         self._date = date or datetime.datetime.now()
         self._mode: PlayMode | None = None
-        self._game: GameLogWriter | None = None
+        self._game: GameLogWriter | BinaryLogWriter | None = None
         self._text: CommandLogWriter | None = None
         parameters, sim = self._parameters, server.stadium.sim
         if parameters.game_logging:
             self._game_place = self._unfinished(".rcg", parameters.game_log_compression)
-            version = _WRITTEN.get(parameters.game_log_version, 6)
-            self._game = GameLogWriter(
-                self._game_place, sim.parameters, sim.player_parameters, sim.types, teams=("", ""), version=version, date=self._date
-            )
+            version, told = parameters.game_log_version, (sim.parameters, sim.player_parameters, sim.types)
+            if version in (1, 2, 3):
+                self._game = BinaryLogWriter(self._game_place, version, *told)
+            else:
+                known = version if version in (JSON, 4, 5) else 6
+                self._game = GameLogWriter(self._game_place, *told, teams=("", ""), version=known, date=self._date)
             self._stadium.viewers.append(self._frame)
             self._stadium.messages.append(self._message)
         if parameters.text_logging:
@@ -74,7 +75,10 @@ class MatchLogs:
     def _message(self, time: int, stoppage: int, text: str) -> None:
         assert self._game is not None
         if self._parameters.record_messages or text.startswith("(team_graphic"):
-            self._game.message(text, 1, time, stoppage)
+            if isinstance(self._game, BinaryLogWriter):
+                self._game.message(text)
+            else:
+                self._game.message(text, 1, time, stoppage)
 
     def _line(self, time: int, stoppage: int, text: str) -> None:
         assert self._text is not None
@@ -88,8 +92,9 @@ class MatchLogs:
         if self._game is not None:
             self._stadium.viewers.remove(self._frame)
             self._stadium.messages.remove(self._message)
-            self._game.teams = self._stadium.sim.team_names
-            self._game.close()
+            if isinstance(self._game, GameLogWriter):
+                self._game.teams = self._stadium.sim.team_names
+            self._game.__exit__(None, None, None)
             dated = f"{self._date.strftime(p.log_date_format)}" if p.game_log_dated else ""
             written.append(_rename(self._game_place, p.game_log_fixed_name if p.game_log_fixed else f"{dated}{stem}"))
         if self._text is not None:

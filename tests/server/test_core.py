@@ -188,3 +188,32 @@ def test_settings_say_what_is_wrong(tmp_path):
     assert Settings.from_words(["server::half_time=20"], [file]).server.half_time == 20
     with pytest.raises(Exception, match="Did you mean 'half_time'"):
         Settings.from_words(["server::half_tim=20"])
+
+
+@pytest.mark.parametrize("version", [-1, 1, 3, 4, 5, 6])
+def test_logs_of_every_version_are_complete(tmp_path, version):
+    from cprm_gym.server.logs import MatchLogs, append_result, result_line
+    from cprm_gym.simulator.gamelog.commands import CommandLogReader
+    from cprm_gym.simulator.gamelog.reader import GameLogReader
+
+    desk = Desk(
+        Settings.from_words([f"server::game_log_version={version}", "server::coach_w_referee=true", "server::record_messages=true"])
+    )
+    logs = MatchLogs(desk.server, tmp_path)
+    desk.say("a", "(init Left (version 19))")
+    desk.say("b", "(init Right (version 19))")
+    trainer = desk.server.receive(Port.TRAINER, "t", b"(init (version 19))")
+    desk.server.receive_from(trainer, b"(start)\0")
+    for _ in range(12):
+        desk.cycle()
+        desk.say("a", "(dash 40)(done)")
+    game, text = logs.close()
+    assert game.name.endswith("Left_0-vs-Right_0.rcg")
+    assert [frame.time for frame in GameLogReader(game)] == list(range(1, 13))
+    lines = list(CommandLogReader(text))
+    assert sum(line.command == "(dash 40)(done)" for line in lines) == 12
+    assert any(line.referee == "kick_off_l" for line in lines)
+    assert result_line(desk.server.stadium) == "Left 0 : 0 Right, 12 cycles"
+    for _ in range(2):
+        append_result(desk.server.stadium, tmp_path / "results.csv")
+    assert len((tmp_path / "results.csv").read_text().splitlines()) == 3
