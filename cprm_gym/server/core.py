@@ -26,6 +26,8 @@ from .texts.pictures import picture
 
 MOST_MISSED = 20
 """Windows in a row that may end without an answer of everybody; one more ends the match."""
+OLDEST_SEEING = 3
+"""Versions 1 and 2 get see messages in which there is nothing."""
 MOST_REMEMBERED = 512
 """Addresses of clients that are kept before those of clients who have left are forgotten."""
 _THINK = b"(think)\0"
@@ -305,7 +307,10 @@ class Server:
         ]
         if players:
             for player, data in zip(players, stadium.bulk.sights([player.row for player in players], message)):
-                stadium.send_raw(player, data)
+                if player.version >= OLDEST_SEEING:
+                    stadium.send_raw(player, data)
+                else:
+                    stadium.send(player, f"(see {stadium.time})")
 
     def _tell_pictures(self) -> None:
         """The picture of the whole pitch, for officials with an open eye."""

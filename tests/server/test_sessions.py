@@ -6,6 +6,8 @@ import pytest
 from paths import SHARED
 from session_replay import SessionReplay
 
+from cprm_gym.simulator.protocol.messages import see_mismatches
+
 HERE = Path(__file__).parent / "data"
 SESSIONS = SHARED / "sessions"
 ALWAYS_EQUAL = ("think", "init", "error", "warning", "score", "reconnect", "server_param", "player_param", "player_type")
@@ -90,3 +92,32 @@ def test_shoot_outs_end_as_they_ended(name):
 @pytest.mark.parametrize("name", ["s08a_monitors", "s08b_monitors"])
 def test_every_command_of_monitors(name):
     check(name, sense_body=SURE, hear=SURE, ok=SURE, msg=(90.0, 100.0))
+
+
+class Looking(SessionReplay):
+    """Compares every recorded see message with what the player could be told then: which words are left out far away is a draw.
+
+    Messages that are sent between the commands and the step are counted apart: here the step has been made when they are compared.
+    """
+
+    possible, late = 0, 0
+
+    def expect(self, row, mine):
+        super().expect(row, mine)
+        text = row.get("text") or ""
+        if not text.startswith("(see ") or mine.client is None or mine.client.version < 3:
+            return
+        stadium = self.server.stadium
+        if int(text[5:-1].split(" ", 1)[0]) != stadium.time:
+            self.late += 1
+            return
+        assert see_mismatches(stadium.sim, 0, mine.client.row + 1, text) == [], (row["n"], row["client"])
+        self.possible += 1
+
+
+@pytest.mark.parametrize(("name", "least"), [("s07_coach", 400), ("s05c_names", 150)])
+def test_everything_seen_could_be_seen(name, least):
+    """In sessions in which no noise moves anybody: object by object, to the letter, in every version from 5 to 19."""
+    looking = Looking(HERE / f"{name}.jsonl.gz").run()
+    assert looking.possible >= least
+    assert looking.late <= looking.possible / 20
