@@ -281,6 +281,20 @@ class Stadium:
         self.sim.advance()
         self.tell_announcements()
 
+    def kick_off(self) -> None:
+        """The kick-off procedure. At the first one types are given out, also to players who have been there and left."""
+        w, gone = self.world, []
+        if self.time == 0:
+            there = w["enabled"].tolist()
+            joined = [row for side, team in enumerate(self.teams) for row in range(11 * side, 11 * side + team.joined)]
+            gone = [row for row in joined if not there[row] and not int(w["bits"][row]) & PlayerBit.RED_CARD]
+        w["enabled"][gone] = 1
+        self.sim.trainer.start()
+        w["enabled"][gone] = 0
+        for row in gone:
+            w["pos"][row + 1], w["vel"][row + 1] = home(row), 0.0
+        self.tell_announcements()
+
     def kick_off_if_due(self) -> None:
         """The countdown of the automatic mode."""
         if self.settings.server.auto_mode:

@@ -56,6 +56,11 @@ def test_a_golden_goal_ends_the_match_and_the_server():
     check("s09b_end_golden_goal", sense_body=ALIKE, hear=ALIKE, msg=ALIKE, show=ALIKE, ok=SURE, change_player_type=SURE)
 
 
+def test_connecting_leaving_and_coming_back():
+    """All but the window in which somebody takes another's place who is still there: his messages, doubled, begin one window off."""
+    check("s05b_connect", think=(99.8, 99.8), sense_body=(92.0, 97.0), hear=SURE, ok=SURE, change_player_type=SURE)
+
+
 @pytest.mark.parametrize("versions", ["v5_v6", "v7_v8", "v12_v13", "v15_v16"])
 def test_coaches_of_every_version(versions):
     check(f"s07_coach_{versions}", hear=(0.0, 90.0), sense_body=(0.0, 90.0), change_player_type=SURE)

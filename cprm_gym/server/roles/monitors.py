@@ -96,7 +96,7 @@ def _side(word: str) -> int | None:
 
 
 def _start(stadium: Stadium) -> bool:
-    stadium.sim.trainer.start()
+    stadium.kick_off()
     return True
 
 

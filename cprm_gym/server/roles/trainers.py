@@ -29,7 +29,7 @@ def connect(stadium: Stadium, address: Hashable, text: str) -> Trainer | None:
     if stadium.trainer is not None:
         raise Refused("already_have_offline_coach")
     if not text.startswith("(init"):
-        stadium.sim.trainer.start()  # an old habit of trainers that never say who they are
+        stadium.kick_off()  # an old habit of trainers that never say who they are
         stadium.world_changed()
         return None
     found = _INIT.match(text)
@@ -68,7 +68,7 @@ def receive(stadium: Stadium, trainer: Trainer, text: str) -> None:
 def command(stadium: Stadium, head: str, text: str, reply: Reply) -> bool:
     """Execute what trainers and, in trainer mode, monitors may do to a match; False when `head` is no such command."""
     if head == "start":
-        stadium.sim.trainer.start()
+        stadium.kick_off()
         stadium.world_changed()
         reply("(ok start)")
     elif head == "recover":
