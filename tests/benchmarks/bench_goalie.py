@@ -1,13 +1,14 @@
 """Saves and speed of the goalies on the same shots, worlds that were not used to tune them.
 
 python tests/benchmarks/bench_goalie.py [episodes]
+python tests/benchmarks/bench_goalie.py EPISODES variants     what attention and how often he infers change, rates alone
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,8 @@ from cprm_baselines.scripted import ScriptedController
 from cpu_time import timed
 
 from cprm_gym.agents.goalie import GoalieAgent
-from cprm_gym.benchmark.statistics import wilson_interval
+from cprm_gym.benchmark.episodes import play_episodes
+from cprm_gym.benchmark.statistics import paired_difference, wilson_interval
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.pitch import Pitch
 from cprm_gym.envs.tasks.base import Status
@@ -130,5 +132,24 @@ def main(episodes: int) -> None:
     print(f"  inference with two watched takes {two['inference'] / everyone['inference']:.2f} of that with all")
 
 
+def variants(episodes: int) -> None:
+    """Rates of the goalie with his model as it is, with nobody attended to, and with inference in every 2nd, 5th and 10th cycle alone."""
+
+    def make(attended: int, period: int) -> Any:
+        agent = GoalieAgent(2, attended)
+        agent.cprm = replace(agent.cprm, period=period)
+        return agent
+
+    found = {}
+    for name, attended, period in (("as it is", 2, 1), ("nobody attended", 0, 1), *((f"t_B = {k}", 2, k) for k in (2, 5, 10))):
+        found[name] = play_episodes(Goalie(), lambda task, agent: make(attended, period), episodes, SEED).success  # noqa: B023
+        low, high = wilson_interval(int(found[name].sum()), episodes)
+        mean, least, most, _ = paired_difference(found[name], found["as it is"])
+        print(f"{name:18s}{found[name].mean():.3f} [{low:.3f}, {high:.3f}]  {mean:+.3f} [{least:+.3f}, {most:+.3f}]", flush=True)
+
+
 if __name__ == "__main__":
+    if sys.argv[2:] == ["variants"]:
+        variants(int(sys.argv[1]))
+        sys.exit()
     main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
