@@ -70,7 +70,8 @@ def attack(count, seed=0):
     for n in range(count):
         if n % 1000 == 0:
             join()
-            server.stadium.monitors[:-2] = []
+            for monitor in server.stadium.monitors[:-2]:
+                server.lose(monitor)
         data = hostile(random)
         if random.random() < 0.3:
             server.receive(Port(int(random.integers(3))), int(random.integers(1 << 30)), data)

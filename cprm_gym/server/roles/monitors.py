@@ -20,6 +20,8 @@ from .trainers import command
 
 _INIT = re.compile(r"\(dispinit(?:\s+version\s+([^\s()]+))?\s*\)")
 _SIXTEENTH = 1 / 16
+MOST_MONITORS = 128
+"""Monitors at once, whatever ``max_monitors`` says."""
 
 
 def connect(stadium: Stadium, address: Hashable, text: str) -> Monitor:
@@ -30,7 +32,7 @@ def connect(stadium: Stadium, address: Hashable, text: str) -> Monitor:
     if found is None or version is None:
         raise Refused("unknown_command")
     limit = stadium.settings.server.max_monitors
-    if 0 < limit <= len(stadium.monitors):
+    if 0 < limit <= len(stadium.monitors) or len(stadium.monitors) >= MOST_MONITORS:
         raise Refused("no_more_monitor")
     if version not in VERSIONS:
         raise Refused("illegal_client_version")
