@@ -164,9 +164,9 @@ def shot(ball, power, rivals, age, c):
         v0 = min(v0, c.ball_speed)
         if dx < 0.5 or v0 < 1.0 or rolled(v0, LONGEST, c) < length:
             continue
-        room = EMPTY
+        room, s, v = EMPTY, 0.0, v0
         for t in range(1, LONGEST):
-            s = rolled(v0, t, c)
+            s, v = s + v, v * c.decay
             if s > length:
                 break
             room = min(room, gap_at(ball[0] + s * dx / length, ball[1] + s * dy / length, t, rivals, age, c))
@@ -221,11 +221,13 @@ def dribble(ball, me, power, rivals, age, c, out):
             v0 = 0.4 + 0.4 * j
             if not low <= v0 <= high:
                 continue
-            room, met, x, y = EMPTY, 0, 0.0, 0.0
+            room, met, x, y, s, v = EMPTY, 0, 0.0, 0.0, 0.0, v0
             for t in range(1, LONGEST):
-                s = rolled(v0, t, c)
+                s, v = s + v, v * c.decay
                 x, y = ball[0] + s * ux, ball[1] + s * uy
                 room = min(room, gap_at(x, y, t, rivals, age, c))
+                if room - c.safe + c.progress + 0.15 * c.enough < out[3]:
+                    break  # however much it gained, another push is worth more
                 if math.hypot(x - x0, y - y0) - c.reach <= c.pace * max(0.0, t - 1.0 - turn - c.start):
                     met = t
                     break
@@ -255,9 +257,9 @@ def give(ball, power, mates, mate_age, line, rivals, age, c, out):
                 v0 = 1.0 + 0.3 * j
                 if not low <= v0 <= high:
                     continue
-                room, met, x, y = EMPTY, 0, 0.0, 0.0
+                room, met, x, y, s, v = EMPTY, 0, 0.0, 0.0, 0.0, v0
                 for t in range(1, LONGEST):
-                    s = rolled(v0, t, c)
+                    s, v = s + v, v * c.decay
                     x, y = ball[0] + s * ux, ball[1] + s * uy
                     room = min(room, gap_at(x, y, t, rivals, age, c))
                     if math.hypot(x - mx, y - my) - c.reach <= c.pace * max(0.0, t - c.mate_start):
@@ -287,9 +289,9 @@ def support(ball_x, ball_y, me, line, rivals, age, c, out):
             if length < 5.0:
                 continue
             v0 = min(c.kick_speed, 0.8 + (1.0 - c.decay) * length)
-            room, t = EMPTY, 0
+            room, s, v = EMPTY, 0.0, v0
             for t in range(1, LONGEST):
-                s = rolled(v0, t, c)
+                s, v = s + v, v * c.decay
                 if s > length:
                     break
                 room = min(room, gap_at(ball_x + s * (x - ball_x) / length, ball_y + s * (y - ball_y) / length, t, rivals, age, c))
@@ -328,7 +330,8 @@ def judge(ball, me, mates, mate_age, rivals, age, near, c, out):
                 if t < o[3]:
                     o[3], meet_x, meet_y = t, x, y
         o[4], o[5] = p[0], p[1]
-        support(meet_x, meet_y, p, line, rivals[n], age[n], c, o[4:6])
+        if o[0] > o[3]:
+            support(meet_x, meet_y, p, line, rivals[n], age[n], c, o[4:6])
         o[6], o[7], o[18] = 0.0, -EMPTY, 0.0
         o[8], o[9], o[10], o[11] = 0.0, 1.0, -EMPTY, -1e9
         o[12], o[13], o[14], o[15] = 0.0, 1.0, -EMPTY, -1e9

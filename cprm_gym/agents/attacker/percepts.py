@@ -123,7 +123,7 @@ def attacker_percepts(observation: Observation, judged_by: Terms, motion: Motion
     -------
     dict of (N,) float64
         `field_percepts` and `NAMES`: ``me.time``, ``meet.x``, ``meet.y`` (when and where he meets the ball), ``mate.time``
-        (when the first of the others does), ``support.x``, ``support.y`` (where to wait for a pass), ``shot.y``, ``shot.speed``,
+        (when the first of the others does), ``support.x``, ``support.y`` (where to wait), ``shot.y``, ``shot.speed``,
         ``shot.room`` (point of the goal, speed, and worth of the shot), ``way.*`` and ``pass.*`` (the best push and the best pass: radians
         in the frame of the pitch, m / cycle, room in metres, worth), ``rival.has_ball``, ``line.x`` (the
         offside line); and as the net takes them ``meet.distance``, ``meet.direction_deg``, ``way.distance``, ``way.direction_deg``,
