@@ -143,7 +143,7 @@ class KnowledgePlan:
 def play_block(block: Block) -> BlockResult:
     """Play the episodes of one block."""
     senses_name, tier = block.controller.rsplit("/", 1)
-    task, senses = make_task(block.task), SENSES[senses_name]
+    task, senses = make_task(block.task, **PLAYERS[block.task].options), SENSES[senses_name]
     begin, spent = time.perf_counter(), time.process_time()
     found = play_episodes(task, PLAYERS[block.task].on(tier, senses), block.count, block.seed, block.first, senses)
     played = int(found.cycles.max()) * block.count

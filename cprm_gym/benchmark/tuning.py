@@ -130,7 +130,7 @@ class Plan:
         """Share of a generation's worlds in which the task is done with these constants."""
         make = self.player.on(self.tier, self.senses, constants)
         seed = TUNING_SEED + 1000 * self.seed + generation
-        return float(play_episodes(make_task(self.task), make, self.worlds, seed, senses=self.senses).success.mean())
+        return float(play_episodes(make_task(self.task, **self.player.options), make, self.worlds, seed, senses=self.senses).success.mean())
 
 
 @dataclass(frozen=True)

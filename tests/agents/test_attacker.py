@@ -9,12 +9,14 @@ from cprm_gym.agents.attacker.kernels import EMPTY, gap_at, judge
 from cprm_gym.agents.attacker.percepts import FORGET, NAMES, NEAR, Motion, terms
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge import informed
+from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.passer import make_controller as make_passer
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.striker import make_controller as make_striker
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.statistics import wilson_interval
+from cprm_gym.benchmark.tuning import Plan, study
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import Status, make_task
 from cprm_gym.errors import ParameterError
@@ -155,3 +157,43 @@ def test_he_plays_alike_alone_and_in_a_batch():
             assert (actions[0][key][3] == actions[1][key][0]).all()
         for core, action in zip(cores, actions):
             core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+
+
+VARIANTS = ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
+
+
+def successes(name, tier, episodes, seed):
+    player = PLAYERS[name]
+    won = play_episodes(make_task(name, **player.options), player.on(tier), episodes, seed).success
+    return wilson_interval(int(won.sum()), episodes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", VARIANTS)
+def test_foresight_reaches_80_percent_of_a_thousand_and_what_is_frozen_at_most_50(name):
+    assert successes(name, "foresight", 1000, 4).low >= 0.8
+    assert successes(name, "frozen", 1000, 4).high <= 0.5
+
+
+def test_foresight_scores_where_who_carries_nothing_on_does_not():
+    assert successes("PassAndAdvance2v1", "foresight", 40, 9).low > successes("PassAndAdvance2v1", "frozen", 40, 9).high
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_the_numbers_of_each_tier_can_be_loaded(name):
+    for tier in PLAYERS[name].tiers:
+        assert isinstance(PLAYERS[name].numbers(tier), AttackerConstants)
+    assert PLAYERS[name].origin("frozen") == "study frozen"
+
+
+def test_a_player_is_tuned_and_measured_where_his_options_say(monkeypatch):
+    seen = []
+
+    def noted(task, *_, **__):
+        seen.append(task.others)
+        raise InterruptedError
+
+    monkeypatch.setattr("cprm_gym.benchmark.tuning.play_episodes", noted)
+    with pytest.raises(InterruptedError):
+        next(iter(study(Plan("KickOffShot2v2", "frozen", worlds=1))))
+    assert seen == [("medium", "weak")]

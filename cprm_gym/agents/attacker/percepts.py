@@ -162,7 +162,6 @@ def attacker_percepts(observation: Observation, judged_by: Terms, motion: Motion
     percepts["gaze.direction_deg"] = _gaze(
         percepts, places, ages, rivals[..., :2], rival_age, stale, towards(percepts["ball.x"], percepts["ball.y"])
     )
-    _as_known(percepts)
     return percepts
 
 
@@ -186,9 +185,3 @@ def _gaze(
     other = _degrees(np.arctan2(dy, dx) - np.radians(percepts["me.facing_deg"]))
     free = (ages[rows, oldest] >= stale) & (percepts["ball.age"] <= 1.0) & (np.abs(other) < 150.0)
     return np.where(free, other, np.where(percepts["ball.age"] < 15.0, ball, 0.0))
-
-
-def _as_known(percepts: Percepts) -> None:
-    """What skills read of a sight of the ball is what is known of it."""
-    percepts["ball.seen"] = (percepts["ball.age"] <= 0.0).astype(np.float64)
-    percepts["ball.distance"], percepts["ball.direction_deg"] = percepts["ball.reckoned_distance"], percepts["ball.reckoned_direction_deg"]

@@ -10,8 +10,8 @@ is a `Constants`, or is left out where there is nothing to tune. Its studies are
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from ...envs.controller import Controller, ControllerFactory
@@ -50,6 +50,8 @@ class Player:
         Folder of the studies, if they are not those of the behaviour but of it in this task.
     seconds : float
         CPU time of 1000 episodes on `RIVAL`, about, from which a suite tells its own beforehand.
+    options : mapping of str to object
+        Fields of the task that differ where he is tuned and measured: how strong the others are.
     """
 
     make: Callable[[Task, str, Any], Controller]
@@ -57,6 +59,7 @@ class Player:
     tiers: tuple[str, ...] = ANYWHERE
     study: str = ""
     seconds: float = 20.0
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def origin(self, tier: str) -> str:
         """Where his numbers on a tier come from: ``study TIER``, ``by hand``, or ``none`` where he has none."""
@@ -106,9 +109,16 @@ PLAYERS: dict[str, Player] = {
     "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=7.0),
     "LostAndFound": Player(finder, FinderConstants, seconds=2.0),
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0),
+    "KickOffShot2v2": Player(
+        attacker.make_controller, AttackerConstants, study="attacker_kick_off", seconds=25.0, options={"others": ("medium", "weak")}
+    ),
     **{
-        task: Player(attacker.make_controller, AttackerConstants, study=f"attacker/{task}", seconds=seconds)
-        for task, seconds in {"KickOffShot2v2": 30, "PassAndAdvance2v1": 50, "PassAndAdvance2v2": 70, "PassAndAdvance2v3": 110}.items()
+        task: Player(attacker.make_controller, AttackerConstants, study="attacker_pair", seconds=seconds, options=options)
+        for task, seconds, options in (
+            ("PassAndAdvance2v1", 35.0, {}),
+            ("PassAndAdvance2v2", 40.0, {"others": ("hold", "weak")}),
+            ("PassAndAdvance2v3", 45.0, {"others": ("hold", "weak")}),
+        )
     },
 }
 """Task -> its player."""
