@@ -40,8 +40,12 @@ SENSES: dict[str, Senses] = {
     "ball late 4": Senses(late_ball=4), "late 2": Senses(late=2), "late 4": Senses(late=4),
 }  # fmt: skip
 """Name -> senses of the agents."""
-STATED: dict[str, str] = {"Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8"}
-"""Task -> senses in which, as measured (``docs/knowledge.md``), ``foresight`` succeeds in at least 80 % and ``frozen`` in at most 50 %."""
+STATED: dict[str, str] = {
+    "Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8", "KickOffShot2v2": "default",
+    **dict.fromkeys(("PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "lost .6"),
+}  # fmt: skip
+"""Task, with the options of its player, -> senses in which, as measured (``docs/knowledge.md``, ``docs/attackers.md``), ``foresight``
+succeeds in at least 80 % and ``frozen`` in at most 50 %."""
 COSTS = {"bins": 6.0, "tracker": 1.3, "belief": 4.0, "foresight": 2.0}
 """CPU time on a tier, as a multiple of that on `RIVAL`."""
 EPISODES_TOGETHER = 4 * BLOCK

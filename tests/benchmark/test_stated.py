@@ -16,10 +16,10 @@ def test_variants_are_of_tasks_and_senses_that_the_suite_knows():
 @pytest.mark.slow
 @pytest.mark.parametrize("task", STATED)
 def test_foresight_succeeds_where_frozen_fails(task):
-    """1000 episodes each, a minute: ``pytest -m slow tests/benchmark/test_stated.py``."""
+    """1000 episodes each, a minute or two: ``pytest -m slow tests/benchmark/test_stated.py``."""
     senses, player = SENSES[STATED[task]], player_of(task)
     rates = {
-        tier: play_episodes(make_task(task), player.on(tier, senses), 1000, 77, senses=senses).success.mean()
+        tier: play_episodes(make_task(task, **player.options), player.on(tier, senses), 1000, 77, senses=senses).success.mean()
         for tier in ("frozen", "foresight")
     }
     assert rates["foresight"] >= 0.8
