@@ -470,10 +470,10 @@ def jeffrey(
     """Likelihood vectors for the next slice that turn the predicted marginals into the given ones, one variable after the other."""
     found: dict[str, np.ndarray] = {}
     for name, target in targets.items():
-        variable = next_slice(settings, state, () if relations is None else relations).variables.get(name)
-        if variable is not None and variable.quantity is not None:
+        ahead = look_ahead(settings, state, 1, relations, given, found)
+        if name in ahead.variables and ahead.variables[name].quantity is not None:
             raise EvidenceError(f"jeffrey: {name!r} is a real number and has no states")
-        found[name] = jeffrey_likelihood(name, look_ahead(settings, state, 1, relations, given, found)[name], target)
+        found[name] = jeffrey_likelihood(name, ahead[name], target)
     return found
 
 

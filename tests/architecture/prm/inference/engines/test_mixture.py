@@ -567,6 +567,15 @@ def test_models_without_meaning_are_refused_by_name(attribute, message):
         Model("m", (PRMClass("C", attributes=(Attribute("z", Real(), Noise("0", sd=1.0)), attribute)),))
 
 
+def test_what_needs_states_is_refused_of_numbers_by_name():
+    filter = Filter(world(tracked()), engine="mixture")
+    filter.step({"a.z": 1.0})
+    with pytest.raises(EvidenceError, match=r"jeffrey: 'a\.x' is a real number"):
+        filter.jeffrey({"a.x": [0.5, 0.5]})
+    with pytest.raises(EvidenceError, match=r"soft evidence for 'a\.x'"):
+        filter.step({}, soft={"a.x": [1.0, 2.0]})
+
+
 def test_exact_engine_asks_for_bins():
     with pytest.raises(ModelError, match=r"attribute|'x': a Real without bins"):
         Filter(world(tracked()))
