@@ -135,8 +135,11 @@ def deadlocks(net: PetriNet | CompiledNet, *, budget: Budget | None = None, boun
 
 
 def coverability(net: PetriNet | CompiledNet, *, budget: Budget | None = None) -> CoverabilityGraph:
-    """The coverability graph of the untimed view: what can be reached or exceeded, and what is unbounded."""
-    return karp_miller(System.from_net(net), budget)
+    """The coverability graph of the untimed view: what can be reached or exceeded, and what is unbounded; of a module with its caller."""
+    c = net if isinstance(net, CompiledNet) else compile_net(net)
+    ports = c.net.ports
+    called = ports.begin and ports.ongoing and ports.outcomes
+    return karp_miller(closed_system(c).untimed if called else System.from_net(c), budget)
 
 
 def tokens(text: str) -> dict[str, int]:

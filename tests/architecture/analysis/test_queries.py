@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from contract_modules import turn_to_ball
 from structure_nets import philosophers, producer
 
 from cprm_gym.architecture.analysis.budget import Budget
@@ -51,6 +52,12 @@ def test_what_can_be_covered_is_told_for_unbounded_nets():
     assert tree.unbounded_places == ("buffer",)
     with pytest.raises(NetError, match="place=tokens"):
         tokens("buffer=many")
+
+
+def test_a_module_is_covered_with_its_caller():
+    net = turn_to_ball()
+    assert can_become(net, "ongoing >= 1").holds is True
+    assert (coverability(net).covers({"ongoing": 1}), coverability(net).covers({"ongoing": 2})) == (True, False)
 
 
 def test_the_graph_is_written_whole_or_not_at_all(tmp_path):

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....errors import EvidenceError, ModelError, did_you_mean
+from ....errors import EvidenceError, ModelError, ParameterError, did_you_mean
 from ..grounding.grounding import Grounding
 from ..grounding.slices import GroundVariable
 from ..model.schema import canonical_tuple, parse_tuple
@@ -226,8 +226,14 @@ class FilterBank:
         ------
         EvidenceError, ImpossibleEvidence, CostError
             As `Filter.step`; every belief is as it was.
+        ParameterError
+            For `due` of another shape.
+        ModelError
+            For relations that are no links.
         """
-        due = np.ones(self.batch, bool) if due is None else due
+        due = np.ones(self.batch, bool) if due is None else np.asarray(due)
+        if due.shape != (self.batch,) or due.dtype != bool:
+            raise ParameterError(f"due: expected {self.batch} truth values, one for each agent, got {due.dtype} of shape {due.shape}")
         evidence, numbers = self._numbers(evidence)
         hard, others = self._read(evidence, numbers)
         ties = [self._tie(link, due) for link in relations]
@@ -336,6 +342,8 @@ class FilterBank:
 
     def _tie(self, link: Link, due: NDArray[np.bool_]) -> Tie:
         """A link with a role for every object, and for whom it holds."""
+        if not isinstance(link, Link):
+            raise ModelError(f"relations: a filter bank takes Link(relation, roles), got {type(link).__name__} {link!r:.60}")
         roles = []
         for role in link.roles:
             if isinstance(role, str):

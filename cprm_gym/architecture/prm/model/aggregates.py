@@ -106,7 +106,8 @@ class Count(Aggregate):
     verb: ClassVar[str] = "count"
 
     def __post_init__(self) -> None:
-        if not 1 <= self.at_most <= MAX_STATES:
+        whole = isinstance(self.at_most, (int, np.integer)) and not isinstance(self.at_most, bool)
+        if not whole or not 1 <= self.at_most <= MAX_STATES:
             raise ModelError(f"count({self.path}): at_most must be 1 to {MAX_STATES}, got {self.at_most!r}")
 
     def domain(self, source: Domain, where: str) -> Domain:
@@ -197,7 +198,7 @@ class AnyCause(Aggregate):
 
     def __post_init__(self) -> None:
         for value in (self.strength, self.leak):
-            if not 0.0 <= value <= 1.0:
+            if not isinstance(value, (int, float, np.number)) or not 0.0 <= value <= 1.0:
                 raise ModelError(f"any_cause({self.path}): {value!r} is not a probability")
 
     def fold(self, accumulator: float, index: int, source: Domain) -> dict[float, float]:

@@ -11,6 +11,7 @@ from cprm_gym.architecture.prm import (
     BOOL,
     AnyCause,
     Attribute,
+    Count,
     Exists,
     Filter,
     FilterBank,
@@ -26,6 +27,7 @@ from cprm_gym.architecture.prm import (
     Role,
     Table,
 )
+from cprm_gym.errors import ModelError
 
 SAME = Table({"yes": (0.0, 1.0), "no": (1.0, 0.0)})
 MOSTLY = Table({"yes": (0.1, 0.9), "no": (0.9, 0.1)})
@@ -182,3 +184,17 @@ def test_in_random_worlds_impossible_readings_of_an_agent_are_answered_as_if_he_
             for name in expected:
                 np.testing.assert_allclose(both[name][k], expected[name][0], atol=1e-10)
     np.testing.assert_array_equal(together.impossible_count, [one.impossible_count[0] for one in alone])
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: AnyCause("as_.on", strength="a"), "'a' is not a probability"),
+        (lambda: AnyCause("as_.on", leak=None), "None is not a probability"),
+        (lambda: Count("as_.on", at_most=1.5), "at_most must be 1 to 2048, got 1.5"),
+        (lambda: Count("as_.on", at_most=True), "at_most must be 1 to 2048, got True"),
+    ],
+)
+def test_parameters_of_aggregates_are_numbers(make, message):
+    with pytest.raises(ModelError, match=message):
+        make()

@@ -13,7 +13,7 @@ from cprm_gym.architecture.prm.model.cpds import Noise, Prior, Switch, Table
 from cprm_gym.architecture.prm.model.domains import Bins, Index
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, Given, PRMClass, Reference, Relation, Replace, prev
-from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError
+from cprm_gym.errors import EvidenceError, ImpossibleEvidence, ModelError, ParameterError
 
 PLACE = Bins((0.0, 1.0, 2.0, 3.0, 4.0), clip=True)
 BALL = PRMClass(
@@ -222,3 +222,13 @@ def test_a_relations_own_variable_is_told_and_read_for_each_agents_own_objects()
     assert read[1] == pytest.approx(0.2 / 1.1)
     with pytest.raises(EvidenceError, match=r"duel\(q\).seen.*does not exist for agent 2"):
         bank.step({"duel(q).seen": np.array([-1, -1, 1])}, (Link("duel", (whom,)),))
+
+
+def test_a_step_names_what_is_no_link_and_no_truth_value():
+    bank = FilterBank(Grounding(Model("m", (PLAYER,), (WATCHED,)), {"p": "Player"}), 2)
+    with pytest.raises(ModelError, match=r"a filter bank takes Link\(relation, roles\), got str"):
+        bank.step({}, "watched(p)")
+    for due in ([1, 0], [True], True):
+        with pytest.raises(ParameterError, match="due: expected 2 truth values"):
+            bank.step({}, (), due)
+    bank.step({}, (), [True, False])
