@@ -38,7 +38,7 @@ def interval_bounds(chain: IntervalChain) -> IntervalBounds:
     """Least and most probability of each outcome, and of the expected time, over every nature.
 
     Nature's rows are improved until none can be (policy iteration; each nature is a chain, solved exactly), and what comes out is checked
-    by one step of interval value iteration from both sides: with t the largest expected time and d = max |F(x) - x| / (t - max row t),
+    by one step of interval value iteration from both sides: with t the largest expected time and ``d = max |F(x) - x| / (t - max row t)``,
     the fixed point lies within x -+ d t. Where nature can avoid an outcome for ever, the least probability is 0 by the graph; where she
     can keep a run among some states for ever (an end component), these become one state that leads to any of their exits, or to nowhere,
     before the most is sought. Where some nature's runs are so long that rounding leaves nothing (about 1e12 cycles), the text's bounds are

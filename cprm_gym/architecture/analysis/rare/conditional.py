@@ -115,7 +115,7 @@ def conditional(chain: MarkovChain, outcome: str, solved: Absorption | None = No
     >>> from ..markov.generators import walk_chain
     >>> given = conditional(walk_chain(12, 0.3, start=1), "rich")
     >>> f"{given.probability:.2e}", given.likeliest_run()[0][:4]
-    ('5.11e-05', [1, 2, 3, 4])
+    ('5.12e-05', [1, 2, 3, 4])
     """
     solved = absorption(chain) if solved is None else solved
     p = solved.probability(outcome).value

@@ -34,7 +34,7 @@ def confidence_sequence(successes: int, trials: int, confidence: float = 0.95, p
     Examples
     --------
     >>> print(confidence_sequence(95, 100))
-    [0.862453, 0.987863]
+    [0.844206, 0.992851]
 
     References
     ----------
