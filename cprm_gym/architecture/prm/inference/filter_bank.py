@@ -111,7 +111,7 @@ class FilterBank:
         self._renamings = Renamings(self.settings, grounding)
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
-        """Class -> (W, objects): the object in each place of an agent's own order, for classes whose objects are alike."""
+        """By class whose objects are alike, an array (W, n) of the object in each place of an agent's own order."""
         self._place_of: dict[str, Indices] = {}
         self.impossible_count = np.zeros(batch, np.int64)
         """How often an agent's readings were impossible."""
