@@ -330,6 +330,8 @@ def analyze(
     from .architecture.analysis.report import analyze as analyze_net
 
     with said_plainly():
+        if any(option is not None for option in (method, formula or None, require, output)):
+            raise CprmError("--method, --property, --require and --output go with --in")
         if not (memory > 0 and seconds > 0):
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
