@@ -17,7 +17,9 @@ Clock = Literal["real", "synchronous", "fast"]
 
 
 def serve(
-    parameters: Annotated[list[str] | None, typer.Argument(help="server::name=value and player::name=value, such as server::port=7000.", show_default=False)] = None,
+    parameters: Annotated[
+        list[str] | None, typer.Argument(help="server::name=value and player::name=value, such as server::port=7000.", show_default=False)
+    ] = None,
     conf: Annotated[list[Path] | None, typer.Option(help="server.conf or player.conf; may be repeated.", show_default=False)] = None,
     host: Annotated[str, typer.Option(help="Address to listen at; other machines reach 0.0.0.0.")] = "127.0.0.1",
     clock: Annotated[str, typer.Option(help="real, synchronous (as server::synch_mode), or fast: synchronous without any rest.")] = "",
