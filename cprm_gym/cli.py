@@ -344,6 +344,9 @@ def analyze(
             if reach is not None or deadlocks or cover is not None or graph is not None:
                 _answer(found, budget, as_json, reach, deadlocks, cover, graph)
                 return
+            for command in _names(exclusive or ""):
+                if command not in (sent := _sent(found)):
+                    raise unknown_name("--exclusive, command", command, sent)
             with complaints.status("exploring ...") as status:
                 report = analyze_net(
                     found,
@@ -588,6 +591,13 @@ def play(
         # drills end at the goal line, before a referee counts
         score = f", goals {left} : {right}" if isinstance(made, Soccer) or left + right else ""
         console.print(f"{made.name}, seed {seed}: {status.name}, {int(core.cycle[0])} cycles{score}", highlight=False)
+
+
+def _sent(net: PetriNet) -> list[str]:
+    """The commands that transitions of a net and its modules send."""
+    from .architecture.petri.execution.compiled_net import compile_net
+
+    return sorted({t.emits.name for t in compile_net(net).net.transitions if t.emits})
 
 
 def _names(text: str) -> tuple[str, ...]:

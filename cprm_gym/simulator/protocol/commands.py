@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,7 +108,7 @@ class _Lexer:
         text = self.take("number")
         if _INTEGER.match(text):
             return float(_atoi(text))
-        return max(-1.7976931348623157e308, min(float(text), 1.7976931348623157e308))
+        return _finite(text)
 
     def integer(self) -> int:
         """A number without point and exponent."""
@@ -489,7 +490,12 @@ def parse_trainer(text: str) -> PlayerCommand:
     return PlayerCommand(str(name), tuple(args))
 
 
+def _finite(text: str) -> float:
+    """A real number; one too large for a double is the largest one."""
+    return max(-sys.float_info.max, min(float(text), sys.float_info.max))
+
+
 def _trainer_word(word: str) -> Any:
     if word.startswith('"'):
         return word[1:-1]
-    return float(word) if _NUMBER.fullmatch(word) or _OPEN_NUMBER.fullmatch(word) else word
+    return _finite(word) if _NUMBER.fullmatch(word) or _OPEN_NUMBER.fullmatch(word) else word

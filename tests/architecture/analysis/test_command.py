@@ -29,6 +29,13 @@ def test_a_broken_contract_is_exit_status_1_and_a_kept_one_0(tmp_path):
     assert run(tmp_path / "good.json").exit_code == 0
 
 
+def test_exclusive_commands_are_those_that_the_net_sends():
+    wrong = run("striker", "--exclusive", "kik")
+    assert wrong.exit_code == 2
+    assert "command 'kik'. Did you mean 'kick'?" in " ".join(wrong.output.split())
+    assert run("go_to_ball", "--exclusive", "dash,turn").exit_code == 0
+
+
 def test_an_interrupted_analysis_is_exit_status_130(monkeypatch, tmp_path):
     save_net(philosophers(2), tmp_path / "net.json")
 

@@ -1,5 +1,6 @@
 """The texts of commands: numbers and brackets of any size."""
 
+import sys
 import time
 
 import pytest
@@ -23,6 +24,11 @@ def test_deep_brackets_of_a_trainer_are_refused_in_linear_time():
     start = time.process_time()
     assert len(parse_trainer("(look " + "a " * 200_000 + ")").args) == 200_000
     assert time.process_time() - start < 5.0
+
+
+def test_a_real_number_too_large_is_the_largest_one_for_trainers_too():
+    assert parse_trainer("(move (ball) 1e999 -1e999)").args[1:] == (sys.float_info.max, -sys.float_info.max)
+    assert parse_commands("(kick 1e999 0)")[0][0].args[0] == sys.float_info.max
 
 
 @pytest.mark.parametrize("text", ["(dash \u0661\u0660)", "(turn \uff11)", "(move 1 2.\u0665)"])
