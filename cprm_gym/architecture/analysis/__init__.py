@@ -90,8 +90,10 @@ if TYPE_CHECKING:
     from .product.learned_world import LearnedWorld as LearnedWorld
     from .product.learned_world import load_world as load_world
     from .product.prm_world import PRMWorld as PRMWorld
-    from .product.prm_world import groups as groups
     from .product.runs import ProductRuns as ProductRuns
+    from .product.subdivision import Apart as Apart
+    from .product.subdivision import analyze_apart as analyze_apart
+    from .product.subdivision import groups as groups
     from .product.worlds import World as World
     from .rare.conditional import Conditional as Conditional
     from .rare.conditional import conditional as conditional
@@ -132,8 +134,9 @@ else:
             "product.beliefs": "BeliefWorld TwoStateFilter",
             "product.explore": "Product",
             "product.learned_world": "LearnedWorld load_world",
-            "product.prm_world": "PRMWorld groups",
+            "product.prm_world": "PRMWorld",
             "product.runs": "ProductRuns",
+            "product.subdivision": "Apart analyze_apart groups",
             "product.worlds": "World",
             "rare.conditional": "Conditional conditional",
             "rare.importance": "importance_sampling learned_h",

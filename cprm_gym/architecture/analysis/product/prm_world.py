@@ -36,6 +36,8 @@ class PRMWorld:
         relations.
     ends : mapping of str to str, optional
         Outcome of the world's own -> expression over variables that is true in its states.
+    only : tuple of str, optional
+        A group of variables on which no others have an influence (`subdivision`): the others are left out.
 
     Raises
     ------
@@ -47,10 +49,13 @@ class PRMWorld:
     given: Mapping[str, str] = field(default_factory=dict)
     relations: Mapping[str, str] = field(default_factory=dict)
     ends: Mapping[str, str] = field(default_factory=dict)
+    only: tuple[str, ...] | None = None
+    names: tuple[str, ...] = field(init=False, default=())
+    """Its variables."""
 
     def __post_init__(self) -> None:
         first = self.grounding.ground((), first=True)
-        names = tuple(n for n in first.order() if n not in first.given)
+        names = tuple(n for n in first.order() if n not in first.given and (self.only is None or n in self.only))
         for name in names:
             if first.variables[name].quantity is not None:
                 raise ModelError(f"world: variable {name!r} is a real number; give it bins")
@@ -90,7 +95,7 @@ class PRMWorld:
     def name(self, state: Hashable) -> str:
         """Variables and their states."""
         slice_ = self.grounding.ground((), first=True)
-        pairs = zip(self.names, state)  # type: ignore[attr-defined, call-overload]
+        pairs = zip(self.names, state)  # type: ignore[call-overload]
         return ", ".join(f"{n} {slice_.variables[n].states[k]}" for n, k in pairs)
 
     def _read(self, state: Hashable) -> dict[str, float]:
@@ -101,10 +106,10 @@ class PRMWorld:
         active = [r for r, text in self.relations.items() if _truth(text, told)]
         slice_ = self.grounding.ground(active, first=first)
         context = {name: round(_number(self.given[name], told)) for name in slice_.given}
-        old = dict(zip(self.names, before)) if before is not None else {}  # type: ignore[attr-defined, call-overload]
+        old = dict(zip(self.names, before)) if before is not None else {}  # type: ignore[call-overload]
         partial: list[tuple[dict[str, int], float]] = [(dict(context), 1.0)]
         for name in slice_.order():
-            if name in slice_.given:
+            if name not in self.names:
                 continue
             fresh: list[tuple[dict[str, int], float]] = []
             for values, mass in partial:
@@ -115,7 +120,7 @@ class PRMWorld:
                 raise CostError(f"world: more than {BRANCHES} successors of one state; the model has too many variables for one chain")
         merged: dict[tuple[int, ...], float] = {}
         for values, mass in partial:
-            state = tuple(values[n] for n in self.names)  # type: ignore[attr-defined]
+            state = tuple(values[n] for n in self.names)
             merged[state] = merged.get(state, 0.0) + mass
         return [Step(state, p, p, p) for state, p in merged.items()]
 
@@ -155,55 +160,7 @@ def _values(variable: Any) -> Any:
     return (variable.edges[:-1] + variable.edges[1:]) / 2
 
 
-def groups(world: PRMWorld, together: Sequence[Sequence[str]] = ()) -> list[tuple[str, ...]]:
-    """Variables that can be analysed apart (§3.2.1): connected by parents in any slice, or by what the agent does.
-
-    Parameters
-    ----------
-    world : PRMWorld
-    together : sequence of sequences of str
-        Variables that the agent couples: `coupled` finds them from what a net reads and commands.
-    """
-    names = list(world.names)  # type: ignore[attr-defined]
-    root = {n: n for n in names}
-
-    def find(n: str) -> str:
-        while root[n] != n:
-            n = root[n]
-        return n
-
-    links: list[Sequence[str]] = [*together]
-    slices = [world.grounding.ground((), first=True), world.grounding.ground(())]
-    slices += [world.grounding.ground([relation]) for relation in world.relations]
-    for slice_ in slices:
-        for cpd in slice_.cpds:
-            links.append([cpd.child, *(p for p, _ in cpd.parents if p in root)])
-    for link in links:
-        for other in link[1:]:
-            root[find(other)] = find(link[0])
-    found: dict[str, list[str]] = {}
-    for n in names:
-        found.setdefault(find(n), []).append(n)
-    return sorted(tuple(sorted(group)) for group in found.values())
-
-
-def coupled(world: PRMWorld) -> list[tuple[str, ...]]:
-    """What an agent in this world may couple: all variables that it perceives, with all that its commands change.
-
-    What one transition decides from one variable may act on another; a net that keeps them apart is a net of two, each with its own world.
-    """
-    read = {n for text in world.percepts_.values() for n in Expression(text).names}
-    changed: set[str] = set()
-    for relation in world.relations:
-        slice_, plain = world.grounding.ground([relation]), world.grounding.ground(())
-        changed |= {c.child for c in slice_.cpds if c.key != plain.by_child[c.child].key or c.parents != plain.by_child[c.child].parents}
-    for given in world.given:
-        changed |= {c.child for c in world.grounding.ground(()).cpds if any(p == given for p, _ in c.parents)}
-    joint = tuple(sorted(read | changed)) if changed else ()
-    return [joint] if joint else []
-
-
 def assignments(world: PRMWorld) -> int:
     """How many states the world has at most."""
     slice_ = world.grounding.ground((), first=True)
-    return int(np.prod(np.array([slice_.variables[n].card for n in world.names])))  # type: ignore[attr-defined]
+    return int(np.prod(np.array([slice_.variables[n].card for n in world.names])))

@@ -9,7 +9,7 @@ from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.markov.over_time import outcomes_over_time
 from cprm_gym.architecture.analysis.product.explore import UNEXPLORED, product
 from cprm_gym.architecture.analysis.product.learned_world import LearnedWorld, load_world, thresholds_of
-from cprm_gym.architecture.analysis.product.prm_world import PRMWorld, coupled, groups
+from cprm_gym.architecture.analysis.product.prm_world import PRMWorld
 from cprm_gym.architecture.analysis.product.runs import ProductRuns
 from cprm_gym.architecture.analysis.rare.conditional import conditional
 from cprm_gym.architecture.analysis.sampling.sample import sample
@@ -137,38 +137,6 @@ def test_percepts_and_places_must_be_there():
         product(turner(), ball_world(), {"done": "don"})
     with pytest.raises(ModelError, match=r"unknown variable 'ball.ahed'"):
         PRMWorld(ball_world().grounding, {"ball.ahead": "ball.ahed"})
-
-
-# ------------------------------------------------------------------------------------------------- apart
-
-
-def two_balls(**options):
-    table = Table({"no": (0.7, 0.3), "yes": (0.2, 0.8)})
-    ball = PRMClass("Ball", attributes=(Attribute("ahead", BOOL, table, parents=(prev("ahead"),), initial=Prior((0.5, 0.5))),))
-    turned = Table({"no": (0.4, 0.6), "yes": (0.2, 0.8)})
-    turning = Relation("turning", roles=(("b", "Ball"),), changes=(Replace("b.ahead", parents=(prev("b.ahead"),), cpd=turned),))
-    model = Model("balls", (ball,), (turning,))
-    return PRMWorld(Grounding(model, {"one": "Ball", "two": "Ball"}), **options)
-
-
-def test_independent_groups_are_found_analysed_apart_and_recombined():
-    world = two_balls(percepts_={"one": "one.ahead", "two": "two.ahead"})
-    assert groups(world) == [("one.ahead",), ("two.ahead",)]
-    net = PetriNet("waits", (Place("a", tokens=1), Place("b"), Input("seen", observes="one")),
-                   (Transition("go", ("a",), ("b",), tests={"seen": 1}),))  # fmt: skip
-    alone = absorption(product(net, world, {"over": "b"}).chain).expected_time.value
-    both = PetriNet("both", (Place("a", tokens=1), Place("b"), Input("x", observes="one"), Input("y", observes="two")),
-                    (Transition("go", ("a",), ("b",), tests={"x": 1, "y": 1}),))  # fmt: skip
-    together = absorption(product(both, world, {"over": "b"}).chain).expected_time.value
-    assert together > alone
-
-
-def test_coupling_through_the_agent_is_noticed():
-    """The world keeps them apart; a net that sees one and turns to the other does not."""
-    world = two_balls(percepts_={"one": "one.ahead"}, relations={"turning(two)": "turn"})
-    assert groups(world) == [("one.ahead",), ("two.ahead",)]
-    assert coupled(world) == [("one.ahead", "two.ahead")]
-    assert groups(world, coupled(world)) == [("one.ahead", "two.ahead")]
 
 
 # ------------------------------------------------------------------------------------------------- learned
