@@ -464,11 +464,8 @@ class SoccerCore(Pitch):
             self._memories.update(see, body, self._commands, fresh_start)
         if "memory" in o and self._memories is not None:
             kernels.pack_memory(self._memories.records, self.players, o["self"], o["memory"], o["memory_age"])
-        if "landmarks" in o:
-            marks = self.sim.landmarks()
-            told = see.fresh[:, self._rows, None]
-            o["landmarks"][...] = np.where(told[..., None], marks.landmarks[:, self._rows], 0.0)
-            o["landmark_level"][...] = np.where(told, marks.level[:, self._rows], 0)
+        if "landmarks" in o or "lines" in o:
+            self._tell_pitch(see, o)
         if "hear" in o:
             heard = self.sim.hear(self._hear)
             kernels.pack_hear(*heard[:6], self.players, o["hear"])
@@ -480,6 +477,16 @@ class SoccerCore(Pitch):
             self._late.tell(fresh_start, MAX_AGE)
         self.output = self.preset(self)
         return self.observation
+
+    def _tell_pitch(self, see: See, told: dict[str, np.ndarray]) -> None:
+        """Landmarks and lines of those who look."""
+        marks, fresh = self.sim.landmarks(), see.fresh[:, self._rows, None]
+        if "landmarks" in told:
+            told["landmarks"][...] = np.where(fresh[..., None], marks.landmarks[:, self._rows], 0.0)
+            told["landmark_level"][...] = np.where(fresh, marks.level[:, self._rows], 0)
+        if "lines" in told:
+            told["lines"][..., :2] = np.where(fresh[..., None], marks.lines[:, self._rows], 0.0)
+            told["lines"][..., 2] = np.where(fresh, marks.line[:, self._rows], 0)
 
     def close(self) -> None:
         """Leave the server, if it is played on one."""

@@ -134,7 +134,9 @@ HEARD = 4
 HEAR_FEATURES = 15
 """Columns of ``observation["hear"]``: sender (0 none, 1 own team, 2 opponents), level (1 only that somebody spoke, 2 the message), unum
 of a team-mate, direction from the body (radians), length, and ten bytes of the message."""
-INCLUDES = ("memory", "landmarks", "hear", "action_mask")
+LINE_FEATURES = 3
+"""Columns of ``observation["lines"]``: distance (m), direction from the face (radians), which (`Line`)."""
+INCLUDES = ("memory", "landmarks", "lines", "hear", "action_mask")
 """Parts of an observation that are computed only when asked for."""
 
 
@@ -159,7 +161,8 @@ def observation_space(
         velocity / player's team known, 3 all known (entry 0 the ball); ``age`` (23,): cycles since the entry was last seen; ``task``.
         With ``memory``: ``self`` (8,) of `SelfFeature`, ``memory`` (23, 4): x, y of ball, own team and opponents as last seen, carried on
         (and vx, vy of the ball), ``memory_age`` (23,), all in the own team's frame. With ``landmarks``: ``landmarks`` (55, 4) as ``ball``,
-        ``landmark_level`` (55,). With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle. With
+        ``landmark_level`` (55,). With ``lines``: ``lines`` (2, 3) of `LINE_FEATURES`, the line ahead, and outside the pitch a second one.
+        With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle. With
         ``action_mask``: ``action_mask`` (macros,) int8, what can be done now.
     """
     parts: dict[str, spaces.Space[Any]] = {
@@ -177,6 +180,9 @@ def observation_space(
         low, high = np.tile(_OBJECT_LOW[:BALL_FEATURES], (55, 1)), np.tile(_OBJECT_HIGH[:BALL_FEATURES], (55, 1))
         parts["landmarks"] = spaces.Box(low, high, dtype=np.float32)
         parts["landmark_level"] = spaces.Box(0.0, 3.0, (55,), np.float32)
+    if "lines" in include:
+        low, high = np.tile(np.array([0, -_PI, 0], np.float32), (2, 1)), np.tile(np.array([500, _PI, 4], np.float32), (2, 1))
+        parts["lines"] = spaces.Box(low, high, dtype=np.float32)
     if "hear" in include:
         low = np.tile(np.array([0, 0, 0, -_PI, 0] + [0] * 10, np.float32), (HEARD, 1))
         high = np.tile(np.array([2, 2, 11, _PI, 127] + [255] * 10, np.float32), (HEARD, 1))

@@ -11,7 +11,7 @@ from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.errors import ParameterError, UnknownName
 
-ALL = ("memory", "landmarks", "hear")
+ALL = ("memory", "landmarks", "lines", "hear")
 BAD = Senses(view="wide", asynchronous=True, lost=0.3, noise=0.5, quantise=2.0, gaussian=0.1, late_ball=2, late_others=1, motion=False,
              numbers=False)  # fmt: skip
 
@@ -144,7 +144,7 @@ def test_late_news_are_what_was_told_then_and_their_age_says_so():
     assert np.array_equal(late["ball"][:3], np.repeat(plain["ball"][:1], 3, axis=0))
     assert np.array_equal(late["age"][1, ..., 0], np.minimum(plain["age"][0, ..., 0] + 1, 1000))
     everything, _ = record(Senses(late=2), cycles=20)
-    for key in ("body", "self", "players", "level", "landmarks"):
+    for key in ("body", "self", "players", "level", "landmarks", "lines"):
         assert np.array_equal(everything[key][2:], plain[key][:-2]), key
     others, _ = record(Senses(late_others=2), cycles=20)
     assert np.array_equal(others["memory"][2:, ..., 1:, :], plain["memory"][:-2, ..., 1:, :])

@@ -13,7 +13,7 @@ from cprm_gym.simulator.protocol.messages import broadcast_text, hear_text, refe
 from cprm_gym.simulator.state import CommandKind
 
 AGENTS = ("left_1", "left_7", "right_1", "right_10")
-PARTS = ("memory", "landmarks", "hear")
+PARTS = ("memory", "landmarks", "lines", "hear")
 PRINTED = [BodyFeature.STAMINA, BodyFeature.EFFORT, BodyFeature.CAPACITY]
 
 
