@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..architecture.cprm import CPRM, CPRMRunner
+from ..architecture.cprm.runner import check_options
 from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
 from ..errors import ControllerError
@@ -51,6 +52,8 @@ class SoccerAgent:
     ------
     ModelError
         When the model would be told a reading that may not have been given (`given`).
+    ParameterError
+        For an option, or an engine, that there is not.
     """
 
     def __init__(
@@ -63,6 +66,7 @@ class SoccerAgent:
         **options: Any,
     ) -> None:
         check_given(cprm)
+        check_options(options, ("exclusive", "seed"))
         self.cprm = cprm
         self.needs = tuple(needs)
         self.percepts = percepts

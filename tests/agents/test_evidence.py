@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cprm_gym.agents.given import check_given, giver
-from cprm_gym.agents.goalie import goalie_cprm
+from cprm_gym.agents.goalie import GoalieAgent, goalie_cprm
 from cprm_gym.agents.registry import AGENTS, make_controller
 from cprm_gym.agents.seeker import SEEKER
 from cprm_gym.architecture.cprm import Observe
@@ -14,7 +14,7 @@ from cprm_gym.architecture.prm.model.formulas import Formula
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import SelfFeature
 from cprm_gym.envs.tasks import make_task
-from cprm_gym.errors import ModelError
+from cprm_gym.errors import ModelError, ParameterError
 from cprm_gym.simulator.senses import PlayerLevel
 
 PLAYED = [("GoToBall", "left_1"), ("Goalie", "left_1"), ("PassAndAdvance", "left_2"), ("Soccer5v5", "left_1"), ("Soccer5v5", "right_3")]
@@ -126,3 +126,10 @@ def test_a_condition_may_ask_for_more():
     check_given(replace(goalie_cprm(2), observations=(Observe("ball.seen_x", "ball.x", when="ball.placed >= 1 and ball_distance > 4"),)))
     check_given(SEEKER)
     assert giver("body.stamina") is None
+
+
+def test_a_wrong_engine_is_told_when_the_agent_is_made():
+    with pytest.raises(ParameterError, match=r"unknown engine 'exakt'\..*Did you mean 'exact'"):
+        GoalieAgent(2, engine="exakt")
+    with pytest.raises(ParameterError, match="no option 'treads'"):
+        GoalieAgent(2, treads=2)

@@ -196,7 +196,7 @@ def test_every_face_takes_them():
         ({"motion": 1}, ParameterError, "motion: 1 given"),
         ({"view": "broad"}, UnknownName, "view"),
         ({"nois": 1.0}, ParameterError, "no 'nois'"),
-        ("bad", ParameterError, "expected Senses or a mapping"),
+        ("bad", ParameterError, "expected Senses or a mapping of its fields"),
     ],
 )
 def test_what_makes_no_sense_is_refused(given, error, text):

@@ -169,7 +169,7 @@ def test_the_modes_are_read_by_the_state_alone():
         ({"shortest": 20}, "mix: shortest: 20 given; allowed are numbers up to longest, 14"),
         ({"dribble": 0, "feint": 0, "passing": 0, "shoot": 0}, "all 0"),
         ({"shots": 1}, "Did you mean 'shoot'"),
-        (3, "expected a Mix or a mapping"),
+        (3, "expected Mix or a mapping of its fields"),
     ],
 )
 def test_a_mix_that_makes_no_sense_is_refused(given, message):

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ...errors import ParameterError, did_you_mean, unknown_name
+from ...envs.players.stated import stated
+from ...errors import ParameterError, unknown_name
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -60,13 +61,7 @@ class Constants:
         ParameterError
             For a name that there is not.
         """
-        known = [entry.name for entry in fields(cls)]
-        for name in given:
-            if name not in known:
-                raise ParameterError(
-                    f"{cls.whose}: there is no constant {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}."
-                )
-        return cls(**given)
+        return stated(cls, given, cls.whose, "constant")
 
     def to_dict(self) -> dict[str, float]:
         """Name -> number."""

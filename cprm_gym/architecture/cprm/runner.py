@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -9,14 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import CprmError, EvidenceError, ModelError, NetError, did_you_mean
+from ...errors import CprmError, EvidenceError, ModelError, NetError, ParameterError, did_you_mean
 from ..petri import ObjectPlace, compile_net
 from ..petri.execution.commands import Commands
 from ..petri.execution.executor import Executor
 from ..prm.grounding.grounding import Grounding
 from ..prm.grounding.slices import GroundVariable
 from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
+from ..prm.inference.filter import make_engine
 from ..prm.inference.filter_bank import FilterBank
+from ..prm.inference.filtering import POLICIES
 from ..prm.inference.links import Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
@@ -59,6 +62,32 @@ class Decision:
     fired: tuple[str, ...]
     enabled: tuple[str, ...]
     commands: Mapping[str, Mapping[str, float]]
+
+
+def check_options(options: Mapping[str, Any], taken: Sequence[str] = ()) -> None:
+    """Refuse options that no `CPRMRunner` takes, before one is made.
+
+    Parameters
+    ----------
+    options : mapping of str to object
+    taken : sequence of str
+        Options that whoever makes the runner gives himself.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown option, engine or policy; the message lists those that there are.
+    """
+    known = [name for name in inspect.signature(CPRMRunner).parameters if name not in ("cprm", "batch", *taken)]
+    for name in options:
+        if name not in known:
+            raise ParameterError(f"there is no option {name!r}.{did_you_mean(name, known)} Known: {', '.join(known)}")
+    for name in ("engine", "deep"):
+        if options.get(name) is not None or (name == "engine" and name in options):
+            make_engine(options[name])
+    policy = options.get("on_impossible", POLICIES[0])
+    if policy not in POLICIES:
+        raise ParameterError(f"`on_impossible` is one of {', '.join(POLICIES)}, got {policy!r}.{did_you_mean(str(policy), POLICIES)}")
 
 
 class CPRMRunner:

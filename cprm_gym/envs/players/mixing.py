@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from ...errors import ParameterError, did_you_mean
+from ...errors import ParameterError
 from ...simulator.simulator import Simulator
 from ...simulator.state import PLAYERS, Stream
 from .kernels import mixing as kernels
+from .stated import stated
 
 INTENT = np.dtype(
     [
@@ -102,15 +103,7 @@ class Mix:
         ParameterError
             For what is neither, or a field that there is not.
         """
-        if isinstance(given, cls):
-            return given
-        if not isinstance(given, Mapping):
-            raise ParameterError(f"mix: {type(given).__name__} {given!r:.60} given; expected a Mix or a mapping of its fields")
-        known = [entry.name for entry in fields(cls)]
-        for name in given:
-            if name not in known:
-                raise ParameterError(f"mix: there is no {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}.")
-        return cls(**given)
+        return stated(cls, given, "mix")
 
     @property
     def shares(self) -> np.ndarray:

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...errors import ParameterError, did_you_mean, unknown_name
+from ...errors import ParameterError, unknown_name
 from ...simulator.player_types import T_DIST_NOISE_RATE, T_FOCUS_DIST_NOISE_RATE
 from ...simulator.senses import See
 from ...simulator.simulator import Simulator
 from ...simulator.state import ViewWidth
 from ..kernels import senses as kernels
+from .stated import stated
 
 NOISE = (0.15, math.radians(8.0), 0.3, math.radians(6.0))
 """Standard deviations for ``noise=1``: of the logarithm of a distance, of a direction (rad), of a distance change (m / cycle) and of a
@@ -100,15 +101,7 @@ class Senses:
         ParameterError
             For what is neither, or a field that there is not.
         """
-        if isinstance(given, cls):
-            return given
-        if not isinstance(given, Mapping):
-            raise ParameterError(f"senses: {type(given).__name__} {given!r:.60} given; expected Senses or a mapping of its fields")
-        known = [entry.name for entry in fields(cls)]
-        for name in given:
-            if name not in known:
-                raise ParameterError(f"senses: there is no {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}.")
-        return cls(**given)
+        return stated(cls, given, "senses")
 
     @property
     def delays(self) -> tuple[int, int, int]:

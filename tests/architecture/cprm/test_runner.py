@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from cprm_gym.architecture.cprm import CPRM, Cluster, CPRMRunner, Observe, cprm_from_json, cprm_to_json, load_cprm, save_cprm
+from cprm_gym.architecture.cprm.runner import check_options
 from cprm_gym.architecture.petri import Belief, Command, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.architecture.prm.model.cpds import Prior, Table
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace, prev
-from cprm_gym.errors import FormatError, ModelError, NetError
+from cprm_gym.errors import FormatError, ModelError, NetError, ParameterError
 
 # the umbrella world (Russell and Norvig): rain is hidden, an umbrella is seen
 WEATHER = Model(
@@ -260,3 +262,25 @@ def test_the_faces_of_nets_and_models_have_no_name_in_common():
     import cprm_gym.architecture.prm as prm
 
     assert not set(petri.__all__) & set(prm.__all__)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"engine": "exakt"}, r"unknown engine 'exakt'\. Did you mean 'exact'"),
+        ({"engine": 5}, "unknown engine 5"),
+        ({"engine": None}, "unknown engine None"),
+        ({"deep": "exakt"}, "unknown engine 'exakt'"),
+        ({"on_impossible": "restrat"}, "Did you mean 'restart'"),
+        ({"engin": "exact"}, r"no option 'engin'\. Did you mean 'engine'"),
+        ({"seed": 3}, "no option 'seed'"),
+    ],
+)
+def test_options_that_there_are_not_are_refused_before_a_runner_is_made(options, message):
+    with pytest.raises(ParameterError, match=message):
+        check_options(options, taken=("seed",))
+
+
+def test_options_that_there_are_are_taken():
+    check_options({"engine": "projection", "deep": None, "every": 3, "trace": True, "on_impossible": "drop"})
+    check_options({"engine": ProjectionEngine(), "deep": "exact"})

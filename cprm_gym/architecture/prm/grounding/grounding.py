@@ -229,7 +229,7 @@ class Grounding(Skeleton, Grounds):
         """
         if isinstance(relations, Situation):
             return relations
-        raw = one_or_many(relations)
+        raw = one_or_many(relations, "relations")
         active = self._actives.get(raw)
         if active is None:
             active = tuple(sorted({self.canonical(r) for r in raw}))
@@ -238,7 +238,7 @@ class Grounding(Skeleton, Grounds):
             self._actives[raw] = active
         if before is not None and before.relations is active and objects is None and before.objects is None:
             return before if not before.entering else Situation(active)
-        live = None if objects is None else self._live(one_or_many(objects))
+        live = None if objects is None else self._live(one_or_many(objects, "objects"))
         if before is None:
             return Situation(active, live)
         old = {*before.relations, *(self.objects if before.objects is None else before.objects)}

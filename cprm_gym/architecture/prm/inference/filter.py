@@ -218,10 +218,10 @@ class Filter:
         CostError
             A component is too large for exact inference; the belief is as it was.
         ModelError
-            For unknown or conflicting relations.
+            For unknown or conflicting relations, and for what are none.
         """
         if self._seen is not None and objects is None and not isinstance(relations, Situation):
-            relations = one_or_many(relations)
+            relations = one_or_many(relations, "relations")
             forms = self._forms_of(relations, self._seen)
             made = forms.step(self._state, self._order, evidence, relations, soft) if forms is not None else None
             if made is not None:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ....errors import EvidenceError, ModelError, ParameterError, did_you_mean
 from ..grounding.grounding import Grounding
 from ..grounding.slices import GroundVariable
-from ..model.schema import canonical_tuple, parse_tuple
+from ..model.schema import canonical_tuple, one_or_many, parse_tuple
 from . import filtering
 from .compiled.cache import Recent
 from .compiled.slice_info import SliceInfo
@@ -234,9 +234,11 @@ class FilterBank:
         due = np.ones(self.batch, bool) if due is None else np.asarray(due)
         if due.shape != (self.batch,) or due.dtype != bool:
             raise ParameterError(f"due: expected {self.batch} truth values, one for each agent, got {due.dtype} of shape {due.shape}")
+        if not isinstance(evidence, Mapping):
+            raise EvidenceError(f"evidence is a mapping of variables to what was observed, got {evidence!r:.60}")
         evidence, numbers = self._numbers(evidence)
         hard, others = self._read(evidence, numbers)
-        ties = [self._tie(link, due) for link in relations]
+        ties = [self._tie(link, due) for link in one_or_many(relations, "relations")]
         self._turn(self._engaged(ties), due)
         hard = self._renumbered(hard)
         after: list[_Cohort] = []

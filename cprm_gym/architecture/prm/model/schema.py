@@ -64,9 +64,20 @@ def as_tuple(value: object, where: str, what: str) -> tuple[Any, ...]:
     return tuple(value)
 
 
-def one_or_many(value: Iterable[Any]) -> tuple[Any, ...]:
-    """A tuple of what was given, where a text alone is one item: ``"attended(o1)"`` is ``("attended(o1)",)``."""
-    return (value,) if isinstance(value, str) else tuple(value)
+def one_or_many(value: Iterable[Any], what: str = "names") -> tuple[Any, ...]:
+    """A tuple of what was given, where a text alone is one item: ``"attended(o1)"`` is ``("attended(o1)",)``.
+
+    Raises
+    ------
+    ModelError
+        For what is neither a text nor several things.
+    """
+    if isinstance(value, str):
+        return (value,)
+    try:
+        return tuple(value)
+    except TypeError:
+        raise ModelError(f"{what}: {value!r:.60} given; expected a text or several of them, () for none") from None
 
 
 def _unique(names: Iterable[str], where: str) -> None:

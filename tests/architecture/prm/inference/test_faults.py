@@ -27,7 +27,7 @@ from cprm_gym.architecture.prm import (
     Role,
     Table,
 )
-from cprm_gym.errors import ModelError
+from cprm_gym.errors import EvidenceError, ModelError
 
 SAME = Table({"yes": (0.0, 1.0), "no": (1.0, 0.0)})
 MOSTLY = Table({"yes": (0.1, 0.9), "no": (0.9, 0.1)})
@@ -198,3 +198,38 @@ def test_in_random_worlds_impossible_readings_of_an_agent_are_answered_as_if_he_
 def test_parameters_of_aggregates_are_numbers(make, message):
     with pytest.raises(ModelError, match=message):
         make()
+
+
+def two_alike():
+    """Two objects of one class, so that steps are made by form."""
+    carries = Relation("carries", (("who", "Thing"), ("what", "Thing")))
+    thing = PRMClass("Thing", (Attribute("x", BOOL, (0.5, 0.5)),))
+    return Grounding(Model("m", (thing,), (carries,)), {"a": "Thing", "b": "Thing", "c": "Thing"})
+
+
+@pytest.mark.parametrize("settled", [0, 100], ids=["by form", "in own names"])
+def test_relations_and_evidence_that_are_none_are_refused_by_name_and_change_nothing(settled, monkeypatch):
+    """None raised a TypeError of Python."""
+    monkeypatch.setattr("cprm_gym.architecture.prm.inference.filter.SETTLED", settled)
+    filter_ = Filter(two_alike(), 2)
+    for relations in ((), ("carries(a,b)",)):
+        filter_.step({"a.x": "yes"}, relations)
+    for wrong in (None, 5, 1.5):
+        with pytest.raises(ModelError, match=rf"relations: {wrong} given; .* \(\) for none"):
+            filter_.step({}, wrong)
+    for wrong in ([], (), 0, "", False):
+        with pytest.raises(EvidenceError, match="evidence is a mapping"):
+            filter_.step(wrong)
+    with pytest.raises(ModelError, match="objects: 3 given"):
+        filter_.step({}, (), objects=3)
+    assert filter_.step_count == 2
+
+
+def test_a_bank_refuses_them_too():
+    bank = FilterBank(two_alike(), 2)
+    for wrong in (None, 5):
+        with pytest.raises(ModelError, match=f"relations: {wrong} given"):
+            bank.step({}, wrong)
+    for wrong in (None, [], 0):
+        with pytest.raises(EvidenceError, match="evidence is a mapping"):
+            bank.step(wrong)
