@@ -17,7 +17,7 @@ import numpy as np
 from ..agents.body import Body
 from ..agents.knowledge.belief import BeliefTier
 from ..agents.knowledge.tracker import Tracker
-from ..envs.observations import MAX_AGE
+from ..envs.observations import MAX_AGE, SelfFeature
 from ..envs.players.senses import Senses
 from ..envs.tasks import make_task
 from .knowledge import SENSES
@@ -25,6 +25,10 @@ from .tracking import record
 
 TIERS: dict[str, Callable[[Senses, Body], Tracker] | None] = {"memory": None, "tracker": Tracker, "belief": BeliefTier}
 """Name -> maker; None for what is told as it is."""
+NEAR = 3.0
+"""m within which a player can soon play the ball."""
+FAR = 3.0
+"""The largest error that counts in a mean, m."""
 LEAST_DENSITY = -20.0
 """The lowest log density that counts: whoever is sure of what is not so has lost the ball."""
 
@@ -36,6 +40,9 @@ class BallError(NamedTuple):
     ----------
     root_mean_square, capped : float
         Of the distance from where it is, m, and its mean where each is at most 3 m.
+    near : float
+        Mean of the error of where it is from *him* while it is within `NEAR`, each at most 3 m: he reaches out from where he is, not from
+        where he believes to be.
     velocity : float
         Root mean square error, m / cycle.
     log_density : float
@@ -44,6 +51,7 @@ class BallError(NamedTuple):
 
     root_mean_square: float
     capped: float
+    near: float
     velocity: float
     log_density: float
 
@@ -60,23 +68,28 @@ def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "G
     task : str
         With a player for tiers of knowledge.
     """
-    told, sent, true, playing = record(task, worlds, seed, senses)
+    told, sent, true, own, playing = record(task, worlds, seed, senses)
     make = TIERS[tier]
     made = None if make is None else make(senses, Body.of(make_task(task)))
     if made is not None:
         made.reset(told[0])
-    places, speeds, densities = [], [], []
+    places, speeds, nears, densities = [], [], [], []
     for k, now in enumerate(told):
         there = playing[k] & (np.asarray(now["memory_age"])[:, 0] < MAX_AGE)
         ball = np.asarray((now if made is None else made.know(now, sent[k - 1] if k else None))["memory"])[:, 0]
         off = ball - true[k]
         places.append(np.hypot(off[there, 0], off[there, 1]))
         speeds.append(np.hypot(off[there, 2], off[there, 3]))
+        away = true[k][:, :2] - own[k]
+        close = there & (np.hypot(away[:, 0], away[:, 1]) < NEAR)
+        apart = ball[:, :2] - np.asarray(now["self"])[:, [SelfFeature.X, SelfFeature.Y]] - away
+        nears.append(np.hypot(apart[close, 0], apart[close, 1]))
         if made is not None and not any(senses.delays):
             densities.append(np.maximum(made.log_density(true[k][:, :2])[there], LEAST_DENSITY))
-    place, speed = np.concatenate(places), np.concatenate(speeds)
+    place, speed, near = (np.concatenate(errors) for errors in (places, speeds, nears))
     density = float(np.concatenate(densities).mean()) if densities else float("nan")
-    return BallError(float(np.sqrt((place**2).mean())), float(np.minimum(place, 3.0).mean()), float(np.sqrt((speed**2).mean())), density)
+    means = [float(np.minimum(errors, FAR).mean()) if len(errors) else float("nan") for errors in (place, near)]
+    return BallError(float(np.sqrt((place**2).mean())), *means, float(np.sqrt((speed**2).mean())), density)
 
 
 def main() -> None:
@@ -86,13 +99,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=777)
     options = parser.parse_args()
     print(
-        "| senses | tier | rms error, m | mean, each at most 3 m | rms velocity, m/cycle | log density, nats |\n|---|---|---|---|---|---|"
+        "| senses | tier | rms error, m | mean, each at most 3 m | from him, within 3 m | rms velocity, m/cycle | log density, nats |\n"
+        "|---|---|---|---|---|---|---|"
     )
     for name, senses in SENSES.items():
         for tier in TIERS:
             found = ball_error(tier, senses, options.worlds, options.seed)
             density = "" if np.isnan(found.log_density) else f"{found.log_density:.2f}"
-            print(f"| {name} | {tier} | {found.root_mean_square:.2f} | {found.capped:.3f} | {found.velocity:.2f} | {density} |", flush=True)
+            errors = f"{found.root_mean_square:.2f} | {found.capped:.3f} | {found.near:.3f} | {found.velocity:.2f}"
+            print(f"| {name} | {tier} | {errors} | {density} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from ..agents.knowledge.tracker import Tracker, TrackerConstants
 from ..agents.skills.constants import Constants
 from ..envs.controller import Action, Observation
 from ..envs.core import SoccerCore
+from ..envs.observations import SelfFeature
 from ..envs.players.senses import Senses
 from ..envs.tasks import make_task
 from .tuning import TUNING_SEED, check_search
@@ -46,6 +47,8 @@ class Record(NamedTuple):
     sent: tuple[Action, ...]
     true: np.ndarray
     """(T, W, 4) place and velocity of the ball."""
+    own: np.ndarray
+    """(T, W, 2) place of the player."""
     playing: np.ndarray
     """(T, W) bool: the episode goes on."""
 
@@ -91,24 +94,26 @@ def record(task: str, worlds: int, seed: int, senses: Senses) -> Record:
     core = SoccerCore(made, worlds, seed=seed, include=("memory",), senses=senses)
     observation = core.reset(seed)
     controllers = [player_of(task).on(RIVAL, senses)(made, agent) for agent in core.agents]
-    told, sent, true, playing = [], [], [], [np.ones(worlds, bool)]
+    told, sent, true, own, playing = [], [], [], [], [np.ones(worlds, bool)]
     for i, controller in enumerate(controllers):
         controller.reset({key: value[:, i] for key, value in observation.items()}, seed)
     for _ in range(min(CYCLES, made.max_cycles)):
         told.append({key: value[:, 0].copy() for key, value in core.observation.items()})
-        true.append(core.truth(core.agents[0])["memory"][:, 0])
+        truth = core.truth(core.agents[0])
+        true.append(truth["memory"][:, 0])
+        own.append(truth["self"][:, [SelfFeature.X, SelfFeature.Y]])
         actions = [
             controller.act({key: value[:, i] for key, value in core.observation.items()}) for i, controller in enumerate(controllers)
         ]
         sent.append({key: np.array(value) for key, value in actions[0].items()})
         step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
         playing.append(playing[-1] & ~(step.terminated | step.truncated))
-    return Record(tuple(told), tuple(sent), np.array(true), np.array(playing[:-1]))
+    return Record(tuple(told), tuple(sent), np.array(true), np.array(own), np.array(playing[:-1]))
 
 
 def error_of(task: str, worlds: int, seed: int, senses: Senses, constants: TrackerConstants) -> float:
     """Mean error of a tracker about the ball, m."""
-    told, sent, true, playing = record(task, worlds, seed, senses)
+    told, sent, true, _, playing = record(task, worlds, seed, senses)
     body = Body.of(make_task(task))
     tracker = Tracker(senses, body, constants)
     tracker.reset(told[0])

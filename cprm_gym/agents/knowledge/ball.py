@@ -10,6 +10,7 @@ Dissertation Fig. 2.25 has the same variables on ten bins; specification/simulat
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -110,16 +111,54 @@ def _look(name: str, lag: str, me: str, senses: Senses, constants: BallConstants
     """
     c, noise = constants, senses.noise * np.array(NOISE)
     v = "" if name in ("far", "aside") else "v"
+    far, aside = shares(senses, constants)
     dx, dy = f"({lag}{v}x - {me}_{v}x)", f"({lag}{v}y - {me}_{v}y)"
     along, across = f"{dx} * seen_cos + {dy} * seen_sin", f"{dy} * seen_cos - {dx} * seen_sin"
-    far, angle = float(np.hypot(2.0 * senses.gaussian, noise[0])), float(np.hypot(np.radians(c.turned), noise[1]))
     mean, sd = {
         "far": (along, f"hypot({number(c.placed)}, {number(far)} * told_far)"),
-        "aside": (across, f"hypot({number(c.placed)}, {number(angle)} * told_far)"),
+        "aside": (across, f"hypot({number(c.placed)}, {number(aside)} * told_far)"),
         "approach": (along, number(float(np.hypot(c.paced, noise[2])))),
         "swing": (across, f"hypot({number(c.paced)}, {number(float(noise[3]))} * told_far)"),
     }[name]
     return Noise(mean, sd=sd)
+
+
+def shares(senses: Senses, constants: BallConstants) -> tuple[float, float]:
+    """Deviations of a reading along the line of sight and across it, besides the steps of the eye, as shares of the distance."""
+    noise = senses.noise * np.array(NOISE)
+    return float(np.hypot(2.0 * senses.gaussian, noise[0])), float(np.hypot(np.radians(constants.turned), noise[1]))
+
+
+def misplaced(readings: Mapping[str, Any], away: np.ndarray, senses: Senses, constants: BallConstants) -> np.ndarray:
+    """By how much the ball is elsewhere in the player's own picture, because he is not where he believes to be.
+
+    What a reading leaves beside the belief is his own error by the share that this has in their variance: its expectation, as all is
+    a straight line with normal noise.
+
+    Parameters
+    ----------
+    readings : dict
+        Of `ball_readings`.
+    away : (N, 2) array
+        Where the ball is believed to be, from where he believes to be, m.
+    senses : Senses
+    constants : BallConstants
+
+    Returns
+    -------
+    (N, 2) array
+        m; 0 where nothing was read.
+    """
+    cos, sin, far = (np.asarray(readings[f"ball.{name}"]) for name in ("seen_cos", "seen_sin", "told_far"))
+    found = []
+    for name, at, share in zip(
+        ("far", "aside"), (away[:, 0] * cos + away[:, 1] * sin, away[:, 1] * cos - away[:, 0] * sin), shares(senses, constants)
+    ):
+        low, high = readings[f"ball.seen_{name}"].low, readings[f"ball.seen_{name}"].high
+        others = (share * far) ** 2 + (high - low) ** 2 / 12.0
+        found.append(np.nan_to_num((0.5 * (low + high) - at) * constants.placed**2 / (constants.placed**2 + others)))
+    along, across = found
+    return np.stack([along * cos - across * sin, along * sin + across * cos], axis=1)
 
 
 def ball_readings(observation: Observation, me: np.ndarray, senses: Senses, step: float) -> tuple[dict[str, Any], np.ndarray]:

@@ -1,4 +1,8 @@
-"""The belief: the ball from raw senses in a relational model of real numbers, in the place of the reckoned ball."""
+"""The belief: the ball from raw senses in a relational model of real numbers, in the place of the reckoned ball.
+
+A player acts on where the ball is from *him*, and errs about his own place. So the ball is told in his own picture: moved by as much as he
+is expected to be elsewhere, until he sees again where he is.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,10 @@ from ...architecture.prm.inference.engines.mixture import MixtureEngine
 from ...architecture.prm.inference.filter import Filter
 from ...architecture.prm.inference.posterior import Posterior
 from ...envs.controller import Action, Observation
-from ...envs.observations import SelfFeature
+from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
 from ..body import DEFAULT, Body
-from .ball import SELF, BallConstants, ball_model, ball_readings
+from .ball import SELF, BallConstants, ball_model, ball_readings, misplaced
 from .tracker import Tracker, TrackerConstants, normal_log_density
 
 COMPONENTS = 6
@@ -53,6 +57,7 @@ class BeliefTier(Tracker):
         self._engine = MixtureEngine(COMPONENTS, merge=1e-3)
         self._filter: Filter | None = None
         self._cycles = np.zeros(0, np.int64)
+        self._moved = np.zeros((0, 2))
         self.posterior: Posterior | None = None
         """What is believed of the ball as it was when it was seen."""
 
@@ -63,9 +68,9 @@ class BeliefTier(Tracker):
             self._filter = Filter(self._grounding, count, self._engine, on_impossible="restart")
         else:
             self._filter.reset(worlds)
-            self._cycles[worlds] = 0
+            self._cycles[worlds], self._moved[worlds] = 0, 0.0
         if len(self._cycles) != count or worlds is None:
-            self._cycles = np.zeros(count, np.int64)
+            self._cycles, self._moved = np.zeros(count, np.int64), np.zeros((count, 2))
         super().reset(observation, worlds)
 
     def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
@@ -103,6 +108,11 @@ class BeliefTier(Tracker):
         self.posterior = posterior = self._filter.step(readings)
         self._seen |= seen
         self._mean = np.stack([posterior.read(f"ball.{name}") for name in ("x", "y", "vx", "vy")], axis=1)
+        if not self._back:  # late news of the ball are of another look than that from which he now knows his place
+            looked = np.asarray(observation["body"])[:, BodyFeature.FRESH] > 0
+            away = self._mean[:, :2] - me[:, [SelfFeature.X, SelfFeature.Y]]
+            self._moved = np.where((seen | looked)[:, None], misplaced(readings, away, self.senses, self.ball), self._moved)
+            self._mean[:, :2] += self._moved
 
     def _given(self, me: np.ndarray) -> dict[str, np.ndarray]:
         """What he knows of himself, now and a cycle before, his kick, and whether somebody can have played the ball."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cprm_gym.agents.body import DEFAULT
-from cprm_gym.agents.knowledge.ball import BallConstants, ball_model, ball_readings
+from cprm_gym.agents.knowledge.ball import BallConstants, ball_model, ball_readings, misplaced, shares
 from cprm_gym.agents.knowledge.belief import BeliefTier
 from cprm_gym.architecture.prm import model_from_json, model_to_json
 from cprm_gym.benchmark.ball_error import ball_error
@@ -56,10 +56,37 @@ def test_it_knows_the_ball_better_than_the_tracker(senses):
     assert np.isnan(belief.log_density) if senses.late_ball else belief.log_density > tracker.log_density + 0.2
 
 
+@pytest.mark.parametrize("senses", [Senses(), Senses(asynchronous=True)], ids=str)
+def test_it_knows_where_the_ball_is_from_him_as_well_as_dead_reckoning_does(senses):
+    """What he reaches for is where the ball is from him, and memory tells that as it was seen, with his own error in both."""
+    belief, tracker, memory = (ball_error(tier, senses, 60, 31).near for tier in ("belief", "tracker", "memory"))
+    assert belief < 1.02 * min(tracker, memory)
+
+
+@pytest.mark.parametrize("known", [0.01, 0.3, 5.0])
+def test_his_own_error_has_its_share_of_what_a_reading_leaves(known):
+    """One dimension, by the normal distribution's own formula: E[error | reading] = variance of the error / of the reading * reading."""
+    constants, reading = BallConstants(), 0.4
+    told, me = seen_from(0.0, 0.0, 0.0, 9.0, 0.0)
+    readings, _ = ball_readings(told, me, Senses(), 0.1)
+    far = float(readings["ball.told_far"][0])
+    width = float(readings["ball.seen_aside"].high[0] - readings["ball.seen_aside"].low[0])
+    eye = (shares(Senses(), constants)[1] * far) ** 2 + width**2 / 12.0
+    total = known**2 + constants.placed**2 + eye
+    # the reading says 0 aside; the ball was believed to be at -reading, and is after the reading at what is left of that
+    after = -reading * (1.0 - known**2 / total)
+    found = misplaced(readings, np.array([[far, after]]), Senses(), constants)
+    assert found[0, 1] == pytest.approx(constants.placed**2 / total * reading)
+    assert abs(found[0, 0]) < 0.01
+    nothing, _ = ball_readings(told | {"level": np.zeros((1, 23))}, me, Senses(), 0.1)
+    assert misplaced(nothing, np.array([[far, after]]), Senses(), constants).tolist() == [[0.0, 0.0]]
+
+
 def test_a_kick_is_another_mode():
     """A ball that rolled and then is where no roll leads to: the mode of a changed way takes over."""
     tier = BeliefTier(Senses(view="narrow"))
     told, _ = seen_from(0.0, 0.0, 0.0, 9.0, 0.0)
+    told["body"] = np.ones((1, 15), np.float32)
     told |= {"self": np.zeros((1, len(SelfFeature)), np.float32), "memory": np.zeros((1, 23, 4), np.float32)}
     told["self"][0, SelfFeature.LOCATED] = 1.0
     told["memory_age"] = np.full((1, 23), 1000.0, np.float32)
