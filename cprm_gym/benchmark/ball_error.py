@@ -88,8 +88,8 @@ def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "G
             densities.append(np.maximum(made.log_density(true[k][:, :2])[there], LEAST_DENSITY))
     place, speed, near = (np.concatenate(errors) for errors in (places, speeds, nears))
     density = float(np.concatenate(densities).mean()) if densities else float("nan")
-    means = [float(np.minimum(errors, FAR).mean()) if len(errors) else float("nan") for errors in (place, near)]
-    return BallError(float(np.sqrt((place**2).mean())), *means, float(np.sqrt((speed**2).mean())), density)
+    capped, nearby = (float(np.minimum(errors, FAR).mean()) if len(errors) else float("nan") for errors in (place, near))
+    return BallError(float(np.sqrt((place**2).mean())), capped, nearby, float(np.sqrt((speed**2).mean())), density)
 
 
 def main() -> None:
