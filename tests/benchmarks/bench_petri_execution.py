@@ -3,16 +3,20 @@
     python tests/benchmarks/bench_petri_execution.py
 
 The 60-transition net holds ten behaviour modules of six transitions each. *Busy*: all of them run, so that in every cycle each
-emits a command, counts, and reads its inputs through math. *At work*: one of them runs. *Quiet*: all wait. The last lines run a
-token game without timing, for comparison with a library that does nothing else (SNAKES, when it is installed).
+emits a command, counts, and reads its inputs through math. *At work*: one of them runs. *Quiet*: all wait. *Large nets* have more such
+modules, all of them running, with inputs that stay or that change in every cycle; *before* is the cycle that looked at everything
+(`tests/helpers/scanning_cycle.py`), run in turn. The last lines run a token game without timing, for comparison with a library that
+does nothing else (SNAKES, when it is installed).
 """
 
 from __future__ import annotations
 
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +24,9 @@ from cprm_gym.architecture.expressions import Expression
 from cprm_gym.architecture.expressions.compiler import Assembler
 from cprm_gym.architecture.expressions.kernels import run_rows
 from cprm_gym.architecture.petri import Belief, Command, Executor, Input, Math, PetriNet, Place, Ports, Transition
+
+sys.path.append(str(Path(__file__).parents[1] / "helpers"))
+from scanning_cycle import ScanningExecutor
 
 ORIENT = PetriNet(
     "orient",
@@ -85,6 +92,36 @@ def bench_net(net: PetriNet, batch: int, cycles: int, as_names: bool = False) ->
     return cpu(work)
 
 
+def cycles_of(executor: Executor, changing: bool) -> Callable[[int], float]:
+    """CPU seconds of so many cycles, whose inputs change every time or never."""
+    ones = np.ones((executor.batch, len(executor.input_names)))
+    speed = executor.input_names.index("body.speed")
+    inputs = [ones.copy() for _ in range(2)]
+    for k, observed in enumerate(inputs):
+        observed[:, speed] = 0.1 + 0.01 * k * changing
+    beliefs = [np.full((executor.batch, len(executor.belief_names)), 40.0 + k * changing) for k in range(2)]
+    executor.step(inputs[0], beliefs=beliefs[0])
+
+    def run(cycles: int) -> float:
+        start = time.process_time()
+        for k in range(cycles):
+            executor.step(inputs[k % 2], beliefs=beliefs[k % 2])
+        return time.process_time() - start
+
+    return run
+
+
+def bench_large(modules: int, batch: int, cycles: int, repeat: int = 7) -> None:
+    """The cycle before and as it is, in turn, on a net of so many running modules."""
+    net = behaviours(modules, modules)
+    for changing in (False, True):
+        runs = [cycles_of(kind(net, batch, exclusive=[("turn",)]), changing) for kind in (ScanningExecutor, Executor)]
+        times = np.array([[run(cycles) for run in runs] for _ in range(repeat)])
+        before, now = (times.min(axis=0) / cycles / batch * 1e6).tolist()
+        what = f"{6 * modules} transitions, {batch} copies, inputs {'change' if changing else 'stay'}: before, now, ratio"
+        print(f"{what:76s} {before:8.2f} {now:8.2f} {now / before:6.3f}  us per cycle and copy", flush=True)
+
+
 LAPS = 200
 
 
@@ -130,6 +167,9 @@ def main() -> None:
         report(f"60 transitions, {state}, one copy, arrays", bench_net(net, 1, 1000), 1000, "cycle")
     report("60 transitions, busy, one copy, inputs by name", bench_net(behaviours(10, 10), 1, 1000, as_names=True), 1000, "cycle")
     report("6 transitions, busy, batch of 1000 copies", bench_net(behaviours(1, 1), 1000, 50), 50 * 1000, "cycle and copy")
+
+    for modules, batch in ((10, 1000), (100, 100), (333, 30), (10, 1)):
+        bench_large(modules, batch, 20 if batch > 1 else 1000)
 
     assembler = Assembler(["bearing", "speed"].index)
     assembler.add(Expression("clip(0.9 * bearing * (1 + 5 * speed), -180, 180)").tree)

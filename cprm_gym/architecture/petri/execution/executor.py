@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from ....errors import NetError, NotEnabled, unknown_name
 from ..net.net import PetriNet
 from ..net.places import Belief
-from . import kernels
 from .commands import Commands
 from .compiled_net import CompiledNet, compile_net
 from .failures import failure, missing_conditions, two_commands
+from .kernels import arrays
+from .kernels import cycle as kernels
+from .kernels.bit_sets import width_of, words_of
 from .program import build
 from .state import Conflict, Objects, Snapshot, Values
 from .surroundings import Surroundings
@@ -69,31 +71,35 @@ class Executor:
         self.strict = strict
         self._program, self._layout = build(self.net, objects or {}, exclusive)
         w, layout, t = self.batch, self._layout, self.net.n_transitions
-        self._state = kernels.State(
+        timed = int((self.net.delay > 0).sum())
+        self._state = arrays.State(
             row=np.zeros((w, layout.n_slots)),
             held=np.full((w, len(layout.objects)), -1, np.int32),
-            clock=np.full((w, layout.n_clocks), kernels.OFF, np.int32),
+            clock=np.full((w, layout.n_clocks), arrays.OFF, np.int32),
             random=np.zeros(w, np.uint64),
             cycle=np.zeros(w, np.int64),
             data=np.full((w, layout.n_columns), np.nan),
         )
-        self._out = kernels.Output(
+        self._out = arrays.Output(
             fired=np.zeros((w, len(layout.commands)), np.bool_),
             source=np.zeros((w, len(layout.commands)), np.int32),
             value=np.zeros((w, layout.n_parameters)),
             winner=np.full((w, len(layout.groups)), -1, np.int32),
             overruled=np.zeros((w, t), np.bool_),
         )
-        self._scratch = kernels.Scratch(
-            enabled=np.zeros(t, np.uint8),
+        self._scratch = arrays.Scratch(
             stack=np.zeros(layout.depth),
             score=np.zeros(max([1, *layout.sizes.values()])),
             conflict=np.zeros((256, 3), np.int64),
             counts=np.zeros(5, np.int64),
-            loop=np.zeros(kernels.LOOP, np.int32),
+            loop=np.zeros(arrays.LOOP, np.int32),
             event=np.zeros((0, 4), np.int64),
             event_enabled=np.zeros((0, t), np.uint8),
+            stale=np.zeros(words_of(len(layout.math)), np.int64),
+            unsure=np.zeros(words_of(t), np.int64),
+            due=np.zeros(width_of(timed), np.int64),
         )
+        self._cache = arrays.new_cache(self._state.row, t, timed)
         self._failed = np.zeros(2, np.int64)
         self._surroundings = Surroundings(self.net, layout, self._state, w, self._failed)
         self._commands = self._views()
@@ -158,7 +164,7 @@ class Executor:
     def conflicts(self) -> list[Conflict]:
         """Conflicts among transitions of equal priority met since the executor was made."""
         names = self.net.transition_names
-        found = self._scratch.conflict[: self._scratch.counts[kernels.CONFLICTS]].tolist()
+        found = self._scratch.conflict[: self._scratch.counts[arrays.CONFLICTS]].tolist()
         return [Conflict(names[t], names[u], times) for t, u, times in found]
 
     # -- the cycle ------------------------------------------------------------------------------------------------------------
@@ -218,12 +224,15 @@ class Executor:
         """The last part of `step`: selection, math, immediate transitions, clocks, timed transitions, commands."""
         if self.trace is not None:
             return self._run_traced(self.trace)
-        status = kernels.cycle(self._program, self._state, self._out, self._scratch, self._failed)
-        if status != kernels.OK:
+        status = self._cycle()
+        if status != arrays.OK:
             raise self._failure(status)
         if self.strict and self._out.overruled.any():
             raise two_commands(self.net, self._program, self._layout, self._state, self._out)
         return self._commands
+
+    def _cycle(self) -> int:
+        return int(kernels.cycle(self._program, self._state, self._cache, self._out, self._scratch, self._failed))
 
     def _trace_room(self, room: int) -> None:
         """Make room for the events of one cycle."""
@@ -234,18 +243,18 @@ class Executor:
         if not len(self._scratch.event):
             self._trace_room(1024)
         before = self.snapshot()
-        conflicts = self._scratch.conflict.copy(), int(self._scratch.counts[kernels.CONFLICTS])
+        conflicts = self._scratch.conflict.copy(), int(self._scratch.counts[arrays.CONFLICTS])
         while True:
-            self._scratch.counts[kernels.EVENTS] = 0
-            status = kernels.cycle(self._program, self._state, self._out, self._scratch, self._failed)
-            if status != kernels.FULL:
+            self._scratch.counts[arrays.EVENTS] = 0
+            status = self._cycle()
+            if status != arrays.FULL:
                 break
             self.restore(before)
-            self._scratch.conflict[:], self._scratch.counts[kernels.CONFLICTS] = conflicts
+            self._scratch.conflict[:], self._scratch.counts[arrays.CONFLICTS] = conflicts
             self._trace_room(2 * len(self._scratch.event))
-        count = self._scratch.counts[kernels.EVENTS]
+        count = self._scratch.counts[arrays.EVENTS]
         trace.add(before, self._scratch.event[:count], self._scratch.event_enabled[:count])
-        if status != kernels.OK:
+        if status != arrays.OK:
             raise self._failure(status)
         if self.strict and self._out.overruled.any():
             raise two_commands(self.net, self._program, self._layout, self._state, self._out)
@@ -293,7 +302,7 @@ class Executor:
         state.row[which, : self.net.n_places] = self.net.initial
         state.row[which, self.net.n_places :] = np.nan
         state.held[which] = -1
-        state.clock[which] = kernels.OFF
+        state.clock[which] = arrays.OFF
         state.cycle[which] = 0
         state.data[which] = np.nan
         for name in self._layout.sizes:
@@ -368,9 +377,9 @@ class Executor:
             raise NotEnabled(f"transition {transition!r} is not enabled: {'; '.join(reasons)}")
         scratch = self._scratch._replace(event=np.zeros((0, 4), np.int64))
         self._out.winner[copy] = -1
-        status = kernels.fire_one(self._program, self._state, self._out, scratch, copy, t)
-        if status != kernels.OK:
-            self._failed[:] = copy, self._scratch.counts[kernels.DETAIL]
+        status = kernels.fire_one(self._program, self._state, self._cache, self._out, scratch, copy, t)
+        if status != arrays.OK:
+            self._failed[:] = copy, self._scratch.counts[arrays.DETAIL]
             raise self._failure(status)
 
     def why_not(self, transition: str, copy: int = 0) -> list[str]:
@@ -399,7 +408,7 @@ class Executor:
         """
         span = self._program.transitions[self.net.transition(transition)]
         raw = self._state.clock[:, span["clock"] : span["clock_end"]]
-        return np.where(raw < kernels.OFF, -2 - raw, raw).astype(np.int32)
+        return np.where(raw < arrays.OFF, -2 - raw, raw).astype(np.int32)
 
     def _missing(self, t: int, copy: int) -> list[str]:
         return missing_conditions(self.net, self._program, self._state.row[copy], t)

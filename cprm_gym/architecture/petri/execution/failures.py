@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from ....errors import CommandError, CprmError, ExpressionError, LivelockError, NetError
 from ...expressions import Expression
 from ..net.places import ObjectPlace
-from . import kernels
 from .compiled_net import CompiledNet
+from .kernels import arrays
 from .program import Layout, Program, capacity_limit
 
 
 def failure(
-    net: CompiledNet, program: Program, layout: Layout, state: kernels.State, scratch: kernels.Scratch, status: int, copy: int, detail: int
+    net: CompiledNet, program: Program, layout: Layout, state: arrays.State, scratch: arrays.Scratch, status: int, copy: int, detail: int
 ) -> CprmError:
     """The error for what a kernel answered.
 
@@ -25,22 +25,22 @@ def failure(
     net, program, layout, state, scratch
         Of the executor.
     status : int
-        `kernels.LIVELOCK`, `kernels.CLOCKS` or `kernels.UNDEFINED`.
+        `arrays.LIVELOCK`, `arrays.CLOCKS` or `arrays.UNDEFINED`.
     copy : int
         Where it happened.
     detail : int
         The transition or math place.
     """
     where = f"net {net.net.name!r}, copy {copy}, cycle {state.cycle[copy]}"
-    if status == kernels.LIVELOCK:
+    if status == arrays.LIVELOCK:
         names = net.transition_names
-        loop = _period(scratch.loop[: scratch.counts[kernels.LOOPED]].tolist())
+        loop = _period(scratch.loop[: scratch.counts[arrays.LOOPED]].tolist())
         circle = " -> ".join(names[t] for t in [*loop, loop[0]])
         if len(loop) > 20:
             circle = f"among {', '.join(names[t] for t in dict.fromkeys(loop))}"
         most = net.net.semantics.max_firings
         return LivelockError(f"{where}: more than {most} immediate firings without becoming quiet: {circle}")
-    if status == kernels.CLOCKS:
+    if status == arrays.CLOCKS:
         name = net.transition_names[detail]
         return NetError(
             f"{where}: transition {name!r} has infinite servers and is enabled more often than it has clocks "
@@ -53,7 +53,7 @@ def failure(
     return ExpressionError(f"{where}: {what} has no finite value at {operands or 'no operands'}")
 
 
-def _operand(net: CompiledNet, layout: Layout, state: kernels.State, name: str, copy: int) -> float:
+def _operand(net: CompiledNet, layout: Layout, state: arrays.State, name: str, copy: int) -> float:
     """What an expression read under a name."""
     index = net.place_index.get(name)
     if index is not None:
@@ -65,7 +65,7 @@ def _operand(net: CompiledNet, layout: Layout, state: kernels.State, name: str, 
     return float(state.data[copy, layout.columns[owner.class_name, attribute] + held])
 
 
-def two_commands(net: CompiledNet, program: Program, layout: Layout, state: kernels.State, out: kernels.Output) -> CommandError:
+def two_commands(net: CompiledNet, program: Program, layout: Layout, state: arrays.State, out: arrays.Output) -> CommandError:
     """The error for two commands of one group in one cycle."""
     copy, loser = np.argwhere(out.overruled)[0]
     command, group = (int(program.transitions[key][loser]) for key in ("command", "group"))

@@ -21,6 +21,7 @@ from ..net.net import resolve_name
 from ..net.places import Input, ObjectPlace
 from ..net.transitions import Transition
 from .compiled_net import UNBOUNDED, CompiledNet, Memory, PlaceKind
+from .kernels.bit_sets import tops_of
 
 
 def _record(ints: str, reals: str = "") -> np.dtype[Any]:
@@ -48,10 +49,15 @@ TRANSITION = _record(
     "clock clock_end param param_end "
     "carrier "  # number of the object input whose object goes on, -1 for none
     "command group "  # -1 for none
-    "delay memory servers priority",
+    "delay memory servers priority "
+    "rank",  # its place in the order of firing of the immediate transitions, or of the timed ones
     "weight",
 )
-OPTIONS = _record("intermediate random most early immediate immediate_end timed timed_end resampler resampler_end math math_end")
+SLOT = _record("math math_end cond cond_end own")  # math places and transitions that read it; own: the math place that it is, -1
+OPTIONS = _record(
+    "intermediate random most early immediate immediate_end timed timed_end resampler resampler_end math math_end "
+    "ready_tops due_tops"  # of the sets of immediate and of timed transitions
+)
 
 
 class Program(NamedTuple):
@@ -65,6 +71,7 @@ class Program(NamedTuple):
     attributes: NDArray[Any]
     selections: NDArray[Any]
     parameters: NDArray[Any]
+    slots: NDArray[Any]
     lists: NDArray[np.int32]  # numbers of transitions and math places, and slots
     code: NDArray[np.int32]
     constants: NDArray[np.float64]
@@ -307,6 +314,7 @@ class _Builder:
         conditions, arcs, parameters, attributes = _Rows(), _Rows(), _Rows(), _Rows()
         transitions: list[tuple[Any, ...]] = []
         clock = 0
+        rank = {t: i for timed in (False, True) for i, t in enumerate(self.order(timed))}
         for t, (consequence, declared) in enumerate(zip(self.consequences(), net.net.transitions)):
             row: list[Any] = [*conditions.add((p, net.moved[p], low, high) for p, (low, high) in self.conditions[t].items())]
             for kind in (net.inputs, net.outputs, net.sets):
@@ -320,7 +328,7 @@ class _Builder:
             row.append(held[0] if held and any(p in self.object_number for p in declared.outputs) else -1)
             command = self.commands.index(declared.emits.name) if declared.emits else -1
             group = next((g for g, names in enumerate(self.groups) if command >= 0 and self.commands[command] in names), -1)
-            row += [command, group, net.delay[t], net.memory[t], net.servers[t], net.priority[t], net.weight[t]]
+            row += [command, group, net.delay[t], net.memory[t], net.servers[t], net.priority[t], rank[t], net.weight[t]]
             transitions.append(tuple(row))
         maths = self.math_rows()
         objects = []
@@ -328,6 +336,7 @@ class _Builder:
             mine = [(slot, self.columns[place.class_name, a]) for (p, a), slot in self.held_slots.items() if p == place.name]
             objects.append((net.place_index[place.name], *attributes.add(mine)))
         selections = self.selection_rows(attributes)
+        slots = self.slot_rows()
         options = self.option_row()
         program = Program(
             transitions=_records(transitions, TRANSITION),
@@ -338,6 +347,7 @@ class _Builder:
             attributes=_records(attributes.rows, ATTRIBUTE),
             selections=_records(selections, SELECTION),
             parameters=_records(parameters.rows, PARAMETER),
+            slots=_records(slots, SLOT),
             lists=np.array(self.lists.rows, np.int32),
             code=self.code.code,
             constants=self.code.constants,
@@ -367,9 +377,28 @@ class _Builder:
             rows.append((*row, -1.0 if select.minimize else 1.0))
         return rows
 
+    def order(self, timed: bool) -> list[int]:
+        """The timed or the immediate transitions in the order in which those that may fire do."""
+        net = self.net
+        return sorted((t for t in range(net.n_transitions) if (net.delay[t] > 0) == timed), key=lambda t: (-int(net.priority[t]), t))
+
+    def slot_rows(self) -> list[tuple[int, ...]]:
+        """Rows of SLOT: who reads a slot."""
+        maths: list[list[int]] = [[] for _ in range(self.slots)]
+        conditions: list[list[int]] = [[] for _ in range(self.slots)]
+        own = [-1] * self.slots
+        for m, place in enumerate(self.net.math):
+            own[self.net.place_index[place.name]] = m
+            for name in dict.fromkeys(Expression(place.expression).names):
+                maths[self.slot(name)].append(m)
+        for t, ranges in enumerate(self.conditions):
+            for p in ranges:
+                conditions[p].append(t)
+        return [(*self.lists.add(maths[k]), *self.lists.add(conditions[k]), own[k]) for k in range(self.slots)]
+
     def option_row(self) -> tuple[int, ...]:
         net, semantics = self.net, self.net.net.semantics
-        order = sorted(range(net.n_transitions), key=lambda t: (-int(net.priority[t]), t))
+        immediate, timed = self.order(False), self.order(True)
         maths = {p.name for p in net.math}
         texts = [text for place, _, _ in self.selections if place.select for text in (place.select.best, place.select.where) if text]
         early = any(name in maths for text in texts for name in Expression(text).names)
@@ -378,10 +407,11 @@ class _Builder:
             int(semantics.choice == "random"),
             semantics.max_firings,
             int(early),
-            *self.lists.add(t for t in order if net.delay[t] == 0),
-            *self.lists.add(t for t in order if net.delay[t] > 0),
-            *self.lists.add(t for t in order if net.delay[t] > 0 and net.memory[t] == Memory.RESAMPLING),
+            *self.lists.add(immediate),
+            *self.lists.add(timed),
+            *self.lists.add(t for t in timed if net.memory[t] == Memory.RESAMPLING),
             *self.lists.add(range(len(net.math))),
+            *(tops_of(n) for n in (len(immediate), len(timed))),
         )
 
     def layout(self, n_clocks: int) -> Layout:

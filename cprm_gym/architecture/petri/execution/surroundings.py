@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from ....errors import NetError, UnknownName, did_you_mean, unknown_name
 from ..net.checks import shown
 from ..net.places import ObjectPlace
-from . import kernels
 from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind
+from .kernels import arrays
+from .kernels import cycle as kernels
 from .program import Layout
 from .state import Objects, Values
 
@@ -46,14 +47,14 @@ class Surroundings:
     net : CompiledNet
     layout : Layout
         Where everything stands.
-    state : kernels.State
+    state : arrays.State
         Written in place.
     batch : int
     failed : (2,) int64
         Where a kernel leaves what was wrong.
     """
 
-    def __init__(self, net: CompiledNet, layout: Layout, state: kernels.State, batch: int, failed: NDArray[np.int64]) -> None:
+    def __init__(self, net: CompiledNet, layout: Layout, state: arrays.State, batch: int, failed: NDArray[np.int64]) -> None:
         self.net = net
         self.layout = layout
         self.state = state

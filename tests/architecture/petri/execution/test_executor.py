@@ -506,11 +506,11 @@ def test_marking_is_a_view_that_cannot_be_written():
 
 def test_cycle_compiles_once():
     """One kernel for every net: a second net must not compile another."""
-    from cprm_gym.architecture.petri.execution import kernels
+    from cprm_gym.architecture.petri.execution.kernels.cycle import cycle
 
     Executor(FIG_2_5).step()
     Executor(WATCH, batch=3).step()
-    assert len(kernels.cycle.signatures) == 1
+    assert len(cycle.signatures) == 1
 
 
 # -- traces -------------------------------------------------------------------------------------------------------------------------

@@ -1,10 +1,7 @@
-"""The cycle of a net, for many copies at once.
+"""The cycle as it was before it looked at changes only: every condition of every cycle, and lists from the start for every firing.
 
-`cycle` runs the rule that stands in words at the top of this package. One copy is one row of every state array. Between calls
-the state arrays are all there is; the scratch arrays hold nothing of worth.
-
-Compiled without numba's reference counts (``_nrt=False``): nothing is allocated here, and counting the views of rows cost four
-times the work itself.
+The executor is held against it (`ScanningExecutor`), and the benchmark of execution tells both times. Nothing of it is shared with the
+cycle that runs, but the records of the program.
 """
 
 from __future__ import annotations
@@ -13,53 +10,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....compilation import kernel_group
-from ...expressions import kernels as expression_kernels
+from cprm_gym.architecture.expressions import kernels as expression_kernels
+from cprm_gym.architecture.petri import Executor
+from cprm_gym.compilation import kernel_group
 
 kernel = kernel_group(_nrt=False)
-inner = kernel_group(_nrt=False, no_cpython_wrapper=True)  # called by other kernels only
-inlined = kernel_group(_nrt=False, no_cpython_wrapper=True, forceinline=True)  # too short for the cost of a call
+inner = kernel_group(_nrt=False, no_cpython_wrapper=True)
+inlined = kernel_group(_nrt=False, no_cpython_wrapper=True, forceinline=True)
 run, run_inlined = expression_kernels.run, expression_kernels.run_inlined
 
-OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4  # what a phase answers; FULL: no room left in the trace
-OFF = -1  # a clock that is not running; -2 - c: an age clock paused at c
-AGE = 1  # Memory.AGE
-CONFLICTS, EVENTS, DETAIL, START, LOOPED = 0, 1, 2, 3, 4  # places in Scratch.counts
-LOOP = 512  # firings kept of a livelock
+OK, LIVELOCK, UNDEFINED, CLOCKS, FULL = 0, 1, 2, 3, 4
+OFF = -1
+AGE = 1
+CONFLICTS, EVENTS, DETAIL, START, LOOPED = 0, 1, 2, 3, 4
+LOOP = 512
 
 
-class State(NamedTuple):
-    """What a copy remembers from cycle to cycle; W copies."""
-
-    row: np.ndarray  # (W, S) marking of the P places, then attributes of held objects, then of the candidate looked at
-    held: np.ndarray  # (W, O) int32 index of the object in each object place, -1 for none
-    clock: np.ndarray  # (W, K) int32
-    random: np.ndarray  # (W,) uint64 state of the copy's random stream
-    cycle: np.ndarray  # (W,) int64 cycles run
-    data: np.ndarray  # (W, N) attributes of all objects
-
-
-class Output(NamedTuple):
-    """What a cycle sends out."""
-
-    fired: np.ndarray  # (W, commands) bool
-    source: np.ndarray  # (W, commands) int32 transition that emitted it
-    value: np.ndarray  # (W, parameters)
-    winner: np.ndarray  # (W, groups) int32 command that goes out, -1 for none
-    overruled: np.ndarray  # (W, T) bool emitted a command that gave way to another of its group
-
-
-class Scratch(NamedTuple):
+class Found(NamedTuple):
     """Working memory and findings."""
 
-    enabled: np.ndarray  # (T,) uint8 of the copy at work
-    stack: np.ndarray  # of expressions
-    score: np.ndarray  # (objects,)
-    conflict: np.ndarray  # (n, 3) int64 transition fired, transition it disabled, how often
-    counts: np.ndarray  # conflicts found; events in the trace; detail of an error; whether clocks may start; firings in the loop
-    loop: np.ndarray  # (LOOP,) int32 firings of a livelock
-    event: np.ndarray  # (E, 4) int64 copy, cycle, transition, timed; no rows: no trace
-    event_enabled: np.ndarray  # (E, T) uint8 what was enabled
+    enabled: np.ndarray
+    stack: np.ndarray
+    score: np.ndarray
+    conflict: np.ndarray
+    counts: np.ndarray
+    loop: np.ndarray
+    event: np.ndarray
+    event_enabled: np.ndarray
 
 
 @inlined
@@ -333,9 +310,9 @@ def fire(p, s, out, x, w, t):
         x.enabled[u] = now
         if rival and (p.transitions[u].delay > 0) == timed and (not timed or is_due(p, s, w, u)):
             note_conflict(x, t, u)
-        if p.transitions[u].delay > 0 and (was or now) and not clocks_fit(p, s, x, w, u, now):
-            if adjust_clocks(p, s, x, w, u, now) != OK:
-                return CLOCKS
+        unfit = p.transitions[u].delay > 0 and (was or now) and not clocks_fit(p, s, x, w, u, now)
+        if unfit and adjust_clocks(p, s, x, w, u, now) != OK:
+            return CLOCKS
     for i in range(p.options[0].resampler, p.options[0].resampler_end):
         u = p.lists[i]
         for k in range(p.transitions[u].clock, p.transitions[u].clock_end):
@@ -457,24 +434,10 @@ def cycle(p, s, out, x, failed):
     return first
 
 
-@kernel
-def fire_one(p, s, out, x, w, t):
-    """Fire `t` of copy `w` by hand."""
-    for u in range(x.enabled.shape[0]):
-        x.enabled[u] = meets(p, s.row[w], u)
-    x.counts[START] = 0
-    return fire(p, s, out, x, w, t)
+class ScanningExecutor(Executor):
+    """An executor whose cycle scans."""
 
-
-@kernel
-def write(row, slots, columns, data, failed):
-    """Copy columns of `data` into slots of every copy; False at the first number that is not finite, said in `failed`."""
-    for w in range(row.shape[0]):
-        for i in range(slots.shape[0]):
-            value = data[w, columns[i]]
-            if not np.isfinite(value):
-                failed[0] = w
-                failed[1] = i
-                return False
-            row[w, slots[i]] = value
-    return True
+    def _cycle(self) -> int:
+        rest = {name: getattr(self._scratch, name) for name in Found._fields[1:]}
+        found = Found(np.zeros(self.net.n_transitions, np.uint8), **rest)
+        return int(cycle(self._program, self._state, self._out, found, self._failed))

@@ -1,0 +1,1 @@
+"""The cycle of a net, compiled: arrays, sets, clocks, objects, what follows from a marking, firings."""
