@@ -6,7 +6,6 @@ is expected to be elsewhere, until he sees again where he is.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +14,7 @@ from ...architecture.prm.grounding.grounding import Grounding
 from ...architecture.prm.inference.engines.mixture import MixtureEngine
 from ...architecture.prm.inference.filter import Filter
 from ...architecture.prm.inference.posterior import Posterior
-from ...envs.controller import Action, Observation
+from ...envs.controller import Observation
 from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
 from ..body import DEFAULT, Body
@@ -56,7 +55,6 @@ class BeliefTier(Tracker):
         self._grounding = Grounding(ball_model(body, self.senses, self.ball), {"ball": "Ball"})
         self._engine = MixtureEngine(COMPONENTS, merge=1e-3)
         self._filter: Filter | None = None
-        self._cycles = np.zeros(0, np.int64)
         self._moved = np.zeros((0, 2))
         self.posterior: Posterior | None = None
         """What is believed of the ball as it was when it was seen."""
@@ -68,26 +66,13 @@ class BeliefTier(Tracker):
             self._filter = Filter(self._grounding, count, self._engine, on_impossible="restart")
         else:
             self._filter.reset(worlds)
-            self._cycles[worlds], self._moved[worlds] = 0, 0.0
-        if len(self._cycles) != count or worlds is None:
-            self._cycles, self._moved = np.zeros(count, np.int64), np.zeros((count, 2))
+            self._moved[worlds] = 0.0
+        if worlds is None or len(self._moved) != count:
+            self._moved = np.zeros((count, 2))
         super().reset(observation, worlds)
 
-    def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
-        """What is expected, carried on to now."""
-        me = np.array(observation["self"], np.float64)
-        if sent is not None:
-            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
-            self._cycles += 1
-        self._selves = [me, *self._selves[:-1]] if self._back else [me]
-        self._take(observation, self._selves[self._back])
-        memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])
-        ball = self._mean.copy()
-        for k in range(self._late, 0, -1):  # the first news are told until others come
-            ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
-        memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
-        self._follow(memory, age, me, started=sent is None)
-        return {"memory": memory.astype(np.float32)}
+    def _predict(self) -> None:
+        """Nothing: the filter goes on when it is told."""
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """As the tracker's, of all modes together."""

@@ -1,7 +1,8 @@
 """The tracker: a Kalman filter for the ball and one for each other player, which know the noise of the senses.
 
 What it is told: the readings (distance, direction, their changes) with the noise that `Senses` states, his own commands, and how late
-news are. The ball rolls and slows down; whoever is near it may change its way, and a reading that cannot be explained opens the filter.
+news are; himself he carries on by what he has sent since. The ball rolls and slows down; whoever is near it may change its way, and a
+reading that cannot be explained opens the filter.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ import numpy as np
 
 from ...envs.actions import PARAMETER_SCALES
 from ...envs.controller import Action, Observation
-from ...envs.observations import SelfFeature
+from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import NOISE, Senses
 from ...simulator.senses import BallLevel
 from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
 from ..skills.constants import Constants, between
+from .own_motion import carried_on
 
 VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
 """Steps in which the changes of distance, as a share of it, and of direction are told (specification/simulator.md 6.1.5)."""
@@ -81,11 +83,14 @@ class Tracker:
     def __init__(self, senses: Senses | None = None, body: Body = DEFAULT, constants: TrackerConstants | None = None) -> None:
         self.senses, self.body = senses or Senses(), body
         self.constants = TrackerConstants.tuned("Goalie") if constants is None else constants
-        self._late, self._late_others, everything = self.senses.delays
+        self._late, self._late_others, self._everything = self.senses.delays
         # of what he believes of himself when the ball was seen, counted from what he is told now
-        self._back = self._late - everything
+        self._back = self._late - self._everything
         self._mean = self._cov = self._others = self._spread = np.zeros(0)
+        self._cycles = np.zeros(0, np.int64)
         self._selves: list[np.ndarray] = []
+        self._sent: list[Action] = []
+        self._last = np.zeros(0), np.zeros(0)  # himself and the ball as they were thought to be a cycle ago
         self._pushes: list[np.ndarray] = []
 
     def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
@@ -99,8 +104,10 @@ class Tracker:
             self._known = np.zeros((count, 22), bool)
             self._selves = [me.copy() for _ in range(self._back + 1)]
             self._pushes = [np.zeros((count, 2)) for _ in range(self._late + 1)]
+            self._sent, self._cycles = [], np.zeros(count, np.int64)
+            self._last = me, self._mean
             return
-        self._seen[worlds], self._known[worlds] = False, False
+        self._seen[worlds], self._known[worlds], self._cycles[worlds] = False, False, 0
         for past in self._selves:
             past[worlds] = me[worlds]
         for push in self._pushes:
@@ -111,16 +118,33 @@ class Tracker:
         me = np.array(observation["self"], np.float64)
         if sent is not None:
             self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+            self._sent = [sent, *self._sent][: self._everything]
+            self._cycles += 1
             self._predict()
         self._selves = [me, *self._selves[:-1]] if self._back else [me]
         self._take(observation, self._selves[self._back])
         memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])
         ball = self._mean.copy()
-        for push in self._pushes[: self._late][::-1]:
-            ball = self._rolled(ball, push)
+        for k in range(self._late, 0, -1):  # the first news are told until others come
+            ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
         memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
         self._follow(memory, age, me, started=sent is None)
-        return {"memory": memory.astype(np.float32)}
+        now = self._himself(observation, me)
+        self._last = now, ball
+        told = {"memory": memory.astype(np.float32)}
+        return {**told, "self": now.astype(np.float32)} if self._everything else told
+
+    def _himself(self, observation: Observation, me: np.ndarray) -> np.ndarray:
+        """Himself as he is now: what he is told of himself, carried on by what he has done since."""
+        if not self._sent:
+            return me
+        felt = np.asarray(observation["body"], np.float64)
+        locked = np.maximum(felt[:, BodyFeature.TACKLE_EXPIRES], felt[:, BodyFeature.FOUL_CHARGED])
+        for k in range(len(self._sent), 0, -1):
+            later, after = carried_on(me, self._sent[k - 1], self.body, felt[:, BodyFeature.EFFORT], locked)
+            since = self._cycles >= k
+            me, locked = np.where(since[:, None], later, me), np.where(since, after, locked)
+        return me
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """Log density of places (N, 2) of the ball, of the time of which the last news were: how well it knows what it says."""
@@ -130,7 +154,7 @@ class Tracker:
 
     def _own_kick(self, sent: Action) -> np.ndarray:
         """(N, 2) acceleration of the ball by the own kick of the cycle before, as far as he knows where it was."""
-        me, ball = self._selves[0], self._mean
+        me, ball = self._last
         kicking = np.asarray(sent["type"]) == CommandKind.KICK
         dx, dy = ball[:, 0] - me[:, SelfFeature.X], ball[:, 1] - me[:, SelfFeature.Y]
         distance = np.hypot(dx, dy)
@@ -152,7 +176,8 @@ class Tracker:
         return np.concatenate([ball[:, :2] + velocity, self.body.server.ball_decay * velocity], axis=1)
 
     def _predict(self) -> None:
-        """One cycle of the ball."""
+        """One cycle of the ball; none while the first news are told again."""
+        kept = self._mean.copy(), self._cov.copy()
         push, decay = self._pushes[self._late], self.body.server.ball_decay
         self._mean = self._rolled(self._mean, push)
         move = np.eye(4)
@@ -166,6 +191,8 @@ class Tracker:
         noise = noise + np.where(played, self.constants.live**2, 0.0)
         for k in range(4):
             self._cov[:, k, k] += noise
+        again = self._cycles <= self._late
+        self._mean[again], self._cov[again] = kept[0][again], kept[1][again]
 
     def _reading(self, observation: Observation, me: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Place and velocity that the reading means, (N, 4), and its covariance (N, 4, 4)."""
@@ -195,6 +222,7 @@ class Tracker:
     def _take(self, observation: Observation, me: np.ndarray) -> None:
         """The ball as it was seen from `me`."""
         seen = (np.asarray(observation["level"])[:, 0] > 0) & (me[:, SelfFeature.LOCATED] > 0)
+        seen &= (self._cycles == 0) | (self._cycles > self._late)
         if not seen.any():
             return
         told, noise = self._reading(observation, me)
