@@ -5,9 +5,11 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from cprm_gym.architecture.analysis.markov.absorption import absorption
+from cprm_gym.architecture.analysis.product.explore import product
 from cprm_gym.benchmark.behaviours import report as reports
 from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
-from cprm_gym.benchmark.behaviours.worlds import BEHAVIOURS
+from cprm_gym.benchmark.behaviours.worlds import BEHAVIOURS, learn_world, simulate
 from cprm_gym.cli import app
 from cprm_gym.errors import ModelError, NetError, UnknownName
 
@@ -37,6 +39,20 @@ def test_the_methods_agree_on_going_to_the_ball(seeking):
     assert seeking.verdict is True
     assert seeking.exact.probability("at_ball").value > 0.98
     assert seeking.sampled.properties["one thing at a time"].true == 300
+
+
+@pytest.mark.parametrize(("name", "done"), [("approach", "arrived"), ("pass_ball", "passed")])
+def test_a_world_that_heeds_how_far_the_behaviour_is_comes_nearer_to_the_simulator(name, done):
+    """Cells that forget it let a player fail who turns in one direction until he sees the ball, or counts his looks."""
+    real, _ = simulate(name, 500, 77)
+
+    def chance(heed):
+        net, outcomes, world = learn_world(name, 500, heed=heed)
+        return absorption(product(net, world, outcomes).chain).probability(done).value
+
+    aside = {heed: abs(chance(heed) - real[done] / 500) for heed in ("nothing", "all")}
+    assert aside["all"] < 0.7 * aside["nothing"]
+    assert aside["all"] < 0.006
 
 
 @pytest.mark.slow

@@ -62,6 +62,8 @@ if TYPE_CHECKING:
     from .certificates.slow_approach import SlowParams as SlowParams
     from .high_level.analysis import high_level_analysis as high_level_analysis
     from .high_level.analysis import high_level_concurrent_analysis as high_level_concurrent_analysis
+    from .high_level.automatic import Automatic as Automatic
+    from .high_level.automatic import automatic_analysis as automatic_analysis
     from .high_level.modules import Outcome as Outcome
     from .high_level.modules import Summary as Summary
     from .high_level.modules import summarise as summarise
@@ -152,6 +154,7 @@ else:
             "certificates.error_metric": "Action ErrorMetricProof",
             "certificates.slow_approach": "Certificate SlowParams",
             "high_level.analysis": "high_level_analysis high_level_concurrent_analysis",
+            "high_level.automatic": "Automatic automatic_analysis",
             "high_level.modules": "Outcome Summary summarise wiring",
             "logic.implication": "Implication implies",
             "markov.absorption": "Absorption NEVER absorption",

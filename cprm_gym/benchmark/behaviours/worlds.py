@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from ...agents.body import Body
 from ...agents.play import BODY_COMMANDS, SoccerAgent
 from ...architecture.analysis.product.learned_world import LearnedWorld, thresholds_of
 from ...architecture.cprm import CPRMRunner
-from ...architecture.petri import PetriNet, compile_net
+from ...architecture.petri import PetriNet, Place, compile_net
+from ...architecture.petri.net.modules import instances
 from ...envs.core import SoccerCore
 from ...errors import unknown_name
 from ...simulator.parameters import Rules
@@ -135,8 +136,25 @@ def edges_of(name: str, net: PetriNet) -> dict[str, tuple[float, ...]]:
     }
 
 
+def heeds_of(net: PetriNet, parts: bool = False) -> tuple[str, ...]:
+    """Places that say how far a behaviour is: what its modules (its innermost `parts` alone) count, and which of them are at work."""
+    found = []
+    for path, instance in instances(net).items():
+        if not path or (parts and instance.net.modules):
+            continue
+        names = [p.name for p in instance.net.places if isinstance(p, Place) and (p.capacity or 2) > 1]
+        found += [instance.places[n] for n in (*names, *filter(None, (instance.net.ports.ongoing,)))]
+    return tuple(dict.fromkeys(found))
+
+
 def learn_world(
-    name: str, episodes: int = 2000, seed: int = 0, *, net: Any = None, confidence: float = 0.95
+    name: str,
+    episodes: int = 2000,
+    seed: int = 0,
+    *,
+    net: Any = None,
+    confidence: float = 0.95,
+    heed: Literal["all", "parts", "nothing"] = "all",
 ) -> tuple[PetriNet, dict[str, str], LearnedWorld]:
     """The world of a behaviour, from episodes in the simulator.
 
@@ -149,19 +167,24 @@ def learn_world(
         A broken version, as for `Stage`.
     confidence : float
         Of the intervals, all at once.
+    heed : {"all", "parts", "nothing"}
+        How far the world is told where the behaviour is (`heeds_of`): all it counts and all that is at work; only that of its innermost
+        modules, which can then be analysed apart; or nothing, so that cells forget all but themselves.
 
     Returns
     -------
     (PetriNet, outcomes, LearnedWorld)
     """
     stage = Stage(name, episodes, seed, net)
-    world = LearnedWorld(edges_of(name, stage.net), confidence, tuple(BODY_COMMANDS))
+    heeds = heeds_of(stage.net, parts=heed == "parts") if heed != "nothing" else ()
+    world = LearnedWorld(edges_of(name, stage.net), confidence, tuple(BODY_COMMANDS), heeds)
     before: list[tuple[int, ...] | None] = [None] * episodes
     commands: list[tuple[str, ...]] = [()] * episodes
     going = np.ones(episodes, bool)
     for seen, sent, marks, runner in stage.play():
         cells = world.cells({place: runner.executor.read(place) for place in world.edges})
         rows = [tuple(row) for row in cells.tolist()]
+        tokens = {place: runner.executor.read(place) for place in heeds}
         for w in np.flatnonzero(going).tolist():
             last = before[w]
             if last is None:
@@ -170,7 +193,8 @@ def learn_world(
                 world.saw(last, commands[w], rows[w], {})
             else:
                 world.saw(last, commands[w], rows[w], _reading(seen, w))
-            before[w], commands[w] = rows[w], sent[w]
+            before[w] = rows[w]
+            commands[w] = sent[w] + tuple(f"{place}={held[w]:g}" for place, held in tokens.items() if held[w])
         for marked in marks.values():
             going &= ~marked
         if not going.any():

@@ -62,9 +62,12 @@ class Absorption:
         """
         k = self._column(outcome)
         if state is not None:
-            return Certified(float(self.probabilities[k, state]), float(self.ratios[k] * self.time[state]) if self.time[state] else 0.0)
-        start = self.chain.initial
-        return Certified(*_mean(start, self.probabilities[k], self.ratios[k] * self.time if np.isfinite(self.ratios[k]) else None))
+            value, error = float(self.probabilities[k, state]), float(self.ratios[k] * self.time[state]) if self.time[state] else 0.0
+        else:
+            value, error = _mean(
+                self.chain.initial, self.probabilities[k], self.ratios[k] * self.time if np.isfinite(self.ratios[k]) else None
+            )
+        return Certified(min(max(value, 0.0), 1.0), error)  # what rounding takes beyond is no probability
 
     @property
     def expected_time(self) -> Certified:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from ...petri.execution.state import Snapshot
 from ..bounded.interval_chain import IntervalChain
 from ..budget import Budget
 from ..markov.chain import MarkovChain
-from .worlds import World
+from .worlds import World, heeded
 
 UNEXPLORED = "unexplored"
 """The outcome of runs that come to where the budget ended."""
@@ -42,6 +42,8 @@ class Product:
         What goes out in each state.
     complete : bool
         Whether all reachable states are there.
+    ended : mapping of int to int
+        State in whose cycle the net comes to an outcome -> the net state (row of `markings`) in which it then is.
     """
 
     chain: MarkovChain
@@ -50,6 +52,7 @@ class Product:
     markings: tuple[Mapping[str, float], ...]
     commands: tuple[tuple[str, ...], ...]
     complete: bool
+    ended: Mapping[int, int] = field(default_factory=dict)
 
     def tell(self, run: Sequence[int]) -> list[str]:
         """A run of the chain in words, cycle by cycle."""
@@ -59,7 +62,10 @@ class Product:
         ]
 
 
-def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, str], *, budget: Budget | None = None) -> Product:
+def product(
+    net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, str], *, budget: Budget | None = None,
+    begun: Sequence[tuple[Mapping[str, float], Hashable]] = (),
+) -> Product:  # fmt: skip
     """Run a net from every state that it can reach in a world.
 
     Parameters
@@ -71,6 +77,8 @@ def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, st
         Outcome -> the place whose mark ends the run; the first that is marked counts.
     budget : Budget, optional
         Its states (default `STATES`) and seconds; where they end the chain has the outcome `UNEXPLORED`.
+    begun : sequence of (marking, world state), optional
+        Where it begins, all equally likely, instead of with the net's own marking where the world does; a marking names the tokens.
 
     Raises
     ------
@@ -78,7 +86,7 @@ def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, st
         For a place that is not there, a percept that the world does not give, or random choices.
     """
     limits, clock = (budget or Budget(states=STATES)).start()
-    runner = NetStates(net, outcomes)
+    runner, heeds = NetStates(net, outcomes), heeded(world)
     index: dict[tuple[int, Hashable], int] = {}
     ends = {name: k for k, name in enumerate(outcomes)}
     states: list[tuple[int, Hashable]] = [(-1, name) for name in outcomes]
@@ -101,10 +109,11 @@ def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, st
         return index[key]
 
     initial: dict[int, float] = {}
-    for state, p in world.start():
-        i = number((0, state))
+    starts = [(0, s, p) for s, p in world.start()] if not begun else [(runner.number(m), s, 1.0 / len(begun)) for m, s in begun]
+    for m, state, p in starts:
+        i = number((m, state))
         initial[i] = initial.get(i, 0.0) + p
-    done = len(outcomes)
+    done, came = len(outcomes), dict[int, int]()
     while done < len(states) and len(states) < limits.states and not clock.spent():
         last = min(done + BATCH, len(states))
         chunk = [i for i in range(done, last) if states[i][0] >= 0]
@@ -114,9 +123,10 @@ def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, st
             commands[i] = fired[k]
             if ended[k] is not None:
                 rows[i] = [(ends[str(ended[k])], 1.0, 1.0, 1.0)]
+                came[i] = after[k]
                 continue
             merged: dict[int, tuple[float, float, float]] = {}
-            for step in world.next(at, fired[k]):
+            for step in world.next(at, fired[k] + runner.marks(after[k], heeds)):
                 j = number((after[k], step.state))
                 a, b, c = merged.get(j, (0.0, 0.0, 0.0))
                 merged[j] = (a + step.chance, b + step.low, min(1.0, c + step.high))
@@ -126,7 +136,7 @@ def product(net: PetriNet | CompiledNet, world: World, outcomes: Mapping[str, st
     final = {name: [k] for name, k in ends.items()}
     if not complete:
         final[UNEXPLORED] = [i for i in range(done, len(states)) if states[i][0] >= 0]
-    return _assembled(rows, final, initial, states, runner.markings, commands, world, complete)
+    return replace(_assembled(rows, final, initial, states, runner.markings, commands, world, complete), ended=came)
 
 
 def _assembled(
@@ -191,6 +201,14 @@ class NetStates:
         """Marked places of each net state; state 0 is the initial one."""
         self._number(self._first.row[0], self._first.clock[0])
 
+    def number(self, marking: Mapping[str, float]) -> int:
+        """The net state with these tokens, no others, and no clock running."""
+        row, names = self._first.row[0].copy(), self.net.place_names
+        row[self._shown] = 0.0
+        for k in self._shown:
+            row[k] = marking.get(names[k], 0.0)
+        return self._number(row, self._first.clock[0])
+
     def _number(self, row: NDArray[np.float64], clock: NDArray[np.int32]) -> int:
         key = row[self._kept].tobytes() + clock.tobytes()
         if key not in self._index:
@@ -234,6 +252,11 @@ class NetStates:
         fired = [tuple(c for c in self.executor.command_names if sent.fired[c][k]) for k in range(count)]
         ended = [next((o for o, place in self._ends if found.row[k, place] > 0), None) for k in range(count)]
         return [self._number(found.row[k], found.clock[k]) for k in range(count)], fired, ended
+
+    def marks(self, number: int, heeds: Sequence[str]) -> tuple[str, ...]:
+        """What a world is told that heeds some places: ``"turns=2"`` for each that is marked in a net state."""
+        marking = self.markings[number]
+        return tuple(f"{place}={marking[place]:g}" for place in heeds if place in marking)
 
     def _column(self, name: str, percepts: Sequence[Mapping[str, float]]) -> NDArray[np.float64]:
         if percepts and name not in percepts[0]:

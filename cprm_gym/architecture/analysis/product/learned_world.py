@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -48,11 +48,14 @@ class LearnedWorld:
         With which all intervals hold at once (Clopper-Pearson, Bonferroni).
     acts : tuple of str
         Commands that are told apart, others are not looked at; empty: all.
+    heeds : tuple of str
+        Places of the net whose tokens are told apart too: how far the behaviour is stands for what else the past has left.
     """
 
     edges: Mapping[str, tuple[float, ...]]
     confidence: float = 0.95
     acts: tuple[str, ...] = ()
+    heeds: tuple[str, ...] = ()
     counts: dict[tuple[tuple[int, ...], tuple[str, ...]], dict[tuple[int, ...], int]] = field(default_factory=dict)
     begins: dict[tuple[int, ...], int] = field(default_factory=dict)
     readings: dict[tuple[int, ...], dict[str, float]] = field(default_factory=dict)
@@ -103,7 +106,8 @@ class LearnedWorld:
 
     def next(self, state: Hashable, commands: tuple[str, ...]) -> Sequence[Step]:
         """Cells that followed, with intervals; a command that was never seen here leads to `UNSEEN`."""
-        key: Any = (state, tuple(c for c in commands if c in self.acts) if self.acts else commands)
+        told = tuple(c for c in commands if c in self.acts or c.partition("=")[0] in self.heeds) if self.acts else commands
+        key: Any = (state, told)
         if key not in self._steps:
             row = self.counts.get(key)
             if not row:
@@ -133,12 +137,24 @@ class LearnedWorld:
                 parts.append(f"{cut[k - 1]:g} <= {place} < {cut[k]:g}")
         return ", ".join(parts)
 
+    def hull(self, cells: Collection[Hashable]) -> str:
+        """The least box of cells around the given ones, as an expression over the places that are cut."""
+        terms = []
+        for k, (place, cut) in enumerate(self.edges.items()):
+            own = [cell[k] for cell in cells if cell != UNSEEN]  # type: ignore[index]
+            if own and min(own) > 0:
+                terms.append(f"{place} >= {cut[min(own) - 1]!r}")
+            if own and max(own) < len(cut):
+                terms.append(f"{place} < {cut[max(own)]!r}")
+        return " and ".join(terms) or "1"
+
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
         return {
             "edges": {k: list(v) for k, v in self.edges.items()},
             "confidence": self.confidence,
             "acts": list(self.acts),
+            "heeds": list(self.heeds),
             "begins": [[list(c), n] for c, n in self.begins.items()],
             "counts": [[list(c), list(a), [[list(t), n] for t, n in row.items()]] for (c, a), row in self.counts.items()],
             "readings": [[list(c), r] for c, r in self.readings.items()],
@@ -161,7 +177,7 @@ def load_world(path: str | os.PathLike[str]) -> LearnedWorld:
     try:
         data = json.loads(read_bounded(file, MAX_BYTES))
         edges = {str(k): tuple(map(float, v)) for k, v in data["edges"].items()}
-        world = LearnedWorld(edges, float(data["confidence"]), tuple(map(str, data["acts"])))
+        world = LearnedWorld(edges, float(data["confidence"]), tuple(map(str, data["acts"])), tuple(map(str, data.get("heeds", ()))))
         for cell, n in data["begins"]:
             world.begins[tuple(map(int, cell))] = int(n)
         for cell, commands, row in data["counts"]:

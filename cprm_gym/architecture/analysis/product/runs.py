@@ -10,7 +10,7 @@ import numpy as np
 from ...petri import PetriNet
 from ..sampling.runs import UNFINISHED, Run
 from .explore import NetStates
-from .worlds import World
+from .worlds import World, heeded
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class ProductRuns:
         chances = np.cumsum([p for _, p in start])
         at: list[Hashable] = [start[min(int(np.searchsorted(chances, rng.random(), "right")), len(start) - 1)][0] for rng in rngs]
         nets = NetStates(self.net, self.outcomes_, max(count, 1))
-        marks = [0] * count
+        marks, heeds = [0] * count, heeded(self.world)
         silent = dict.fromkeys(nets.executor.command_names, 0.0)
         seen: list[list[dict[str, float]]] = [[] for _ in range(count)]
         runs: list[Run | None] = [None] * count
@@ -63,7 +63,7 @@ class ProductRuns:
                 if ended[place] is not None:
                     runs[k] = Run(str(ended[place]), cycle, _columns(seen[k]))
                     continue
-                steps = self.world.next(at[k], fired[place])
+                steps = self.world.next(at[k], fired[place] + nets.marks(marks[k], heeds))
                 u, total = rngs[k].random(), 0.0
                 for step in steps:
                     total += step.chance

@@ -16,7 +16,11 @@ class Step(NamedTuple):
 
 
 class World(Protocol):
-    """A world of finitely many states that a net perceives and acts on."""
+    """A world of finitely many states that a net perceives and acts on.
+
+    One that also says which places it `heeds` (a tuple of names) is told with the commands how many tokens these hold, ``"turns=2"``: where
+    what comes next depends on how far the behaviour is.
+    """
 
     def start(self) -> Sequence[tuple[Hashable, float]]:
         """States at the beginning and their probabilities."""
@@ -40,3 +44,8 @@ class World(Protocol):
     def name(self, state: Hashable) -> str:
         """What a state is called."""
         ...
+
+
+def heeded(world: World) -> tuple[str, ...]:
+    """Places of the net whose tokens a world is told of."""
+    return tuple(getattr(world, "heeds", ()))
