@@ -76,13 +76,14 @@ def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "G
     places, speeds, nears, densities = [], [], [], []
     for k, now in enumerate(told):
         there = playing[k] & (np.asarray(now["memory_age"])[:, 0] < MAX_AGE)
-        ball = np.asarray((now if made is None else made.know(now, sent[k - 1] if k else None))["memory"])[:, 0]
+        known = now if made is None else {**now, **made.know(now, sent[k - 1] if k else None)}
+        ball = np.asarray(known["memory"])[:, 0]
         off = ball - true[k]
         places.append(np.hypot(off[there, 0], off[there, 1]))
         speeds.append(np.hypot(off[there, 2], off[there, 3]))
         away = true[k][:, :2] - own[k]
         close = there & (np.hypot(away[:, 0], away[:, 1]) < NEAR)
-        apart = ball[:, :2] - np.asarray(now["self"])[:, [SelfFeature.X, SelfFeature.Y]] - away
+        apart = ball[:, :2] - np.asarray(known["self"])[:, [SelfFeature.X, SelfFeature.Y]] - away
         nears.append(np.hypot(apart[close, 0], apart[close, 1]))
         if made is not None and not any(senses.delays):
             densities.append(np.maximum(made.log_density(true[k][:, :2])[there], LEAST_DENSITY))

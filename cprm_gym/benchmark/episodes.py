@@ -9,7 +9,7 @@ import numpy as np
 
 from ..agents.knowledge import Informed
 from ..envs.controller import Controller, check_action
-from ..envs.core import SoccerCore
+from ..envs.core import SoccerCore, select_agents
 from ..envs.players.senses import Senses
 from ..envs.tasks import Task
 
@@ -53,8 +53,9 @@ def play_episodes(
         At least 1.
     """
     slots = min(slots, count)
-    core = SoccerCore(task, slots, seed=seed, first_world=first_world, include=("memory",), senses=senses or Senses())
-    controllers = [make(task, agent) for agent in core.agents]
+    controllers = [make(task, agent) for agent in select_agents(task.controlled, task.left, task.right)]
+    needs = tuple(dict.fromkeys(part for controller in controllers for part in getattr(controller, "needs", ())))
+    core = SoccerCore(task, slots, seed=seed, first_world=first_world, include=needs, senses=senses or Senses())
     observation = core.reset(seed)
     for i, (agent, controller) in enumerate(zip(core.agents, controllers)):
         if isinstance(controller, Informed):

@@ -91,7 +91,7 @@ class TrackingPlan:
 def record(task: str, worlds: int, seed: int, senses: Senses) -> Record:
     """What the task's player is told and sends on the tier `RIVAL`, and where the ball is."""
     made = make_task(task)
-    core = SoccerCore(made, worlds, seed=seed, include=("memory",), senses=senses)
+    core = SoccerCore(made, worlds, seed=seed, include=("memory", "landmarks", "lines"), senses=senses)
     observation = core.reset(seed)
     controllers = [player_of(task).on(RIVAL, senses)(made, agent) for agent in core.agents]
     told, sent, true, own, playing = [], [], [], [], [np.ones(worlds, bool)]

@@ -1,4 +1,7 @@
-"""The belief: the ball from raw senses in a relational model of real numbers, in the place of the reckoned ball.
+"""The belief: self, ball, mates and opponents from raw senses, in relational models of real numbers.
+
+Nothing of the environment's dead reckoning is read: the own pose comes from landmarks and lines (`scene.pose`), the others from what the
+eye tells of them, with or without numbers (`scene.others`), the ball from `ball`.
 
 A player acts on where the ball is from *him*, and errs about his own place. So the ball is told in his own picture: moved by as much as he
 is expected to be elsewhere, until he sees again where he is.
@@ -6,6 +9,8 @@ is expected to be elsewhere, until he sees again where he is.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -14,19 +19,30 @@ from ...architecture.prm.grounding.grounding import Grounding
 from ...architecture.prm.inference.engines.mixture import MixtureEngine
 from ...architecture.prm.inference.filter import Filter
 from ...architecture.prm.inference.posterior import Posterior
-from ...envs.controller import Observation
+from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
+from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
+from ..percepts import NEVER
 from .ball import SELF, BallConstants, ball_model, ball_readings, misplaced
+from .scene.constants import PlayerConstants, PoseConstants
+from .scene.others import PlayersFilter
+from .scene.pose import PoseFilter
 from .tracker import Tracker, TrackerConstants, normal_log_density
 
 COMPONENTS = 6
 """Modes that are kept of the ball of one agent."""
+RECKONED = 0.1**2, np.radians(0.44) ** 2
+"""Variances of a place (m^2) and a face (rad^2) that are dead reckoning's."""
+PLACED = replace(BallConstants(), placed=0.03, turned=0.1)
+"""The ball's constants where the own pose is as good as the model's, not as dead reckoning's."""
 
 
 class BeliefTier(Tracker):
-    """A filter of the model `ball_model` for one agent in each of N worlds; the others are followed as by the tracker.
+    """Filters of the models for one agent in each of N worlds.
+
+    An observation without landmarks, as of recordings, has to have the part ``self``, which is then believed.
 
     Parameters
     ----------
@@ -35,13 +51,21 @@ class BeliefTier(Tracker):
     body : Body
         His own.
     constants : BallConstants, optional
-        Those tuned if not given.
+        `PLACED` if not given.
     tracker : TrackerConstants, optional
-        For the others.
+        For who can have played the ball.
+    pose : PoseConstants, optional
+    others : PlayerConstants, optional
+
+    Attributes
+    ----------
+    pose : PoseFilter
+    others : PlayersFilter
     """
 
     name: ClassVar[str] = "belief"
     oracle: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = ("landmarks", "lines")
 
     def __init__(
         self,
@@ -49,30 +73,71 @@ class BeliefTier(Tracker):
         body: Body = DEFAULT,
         constants: BallConstants | None = None,
         tracker: TrackerConstants | None = None,
+        pose: PoseConstants | None = None,
+        others: PlayerConstants | None = None,
     ) -> None:
         super().__init__(senses, body, tracker)
-        self.ball = constants or BallConstants()
+        self.ball = constants or PLACED
+        self.pose, self.others = PoseFilter(self.senses, body, pose), PlayersFilter(self.senses, body, others)
         self._grounding = Grounding(ball_model(body, self.senses, self.ball), {"ball": "Ball"})
         self._engine = MixtureEngine(COMPONENTS, merge=1e-3)
         self._filter: Filter | None = None
-        self._moved = np.zeros((0, 2))
+        self._ball_age, self._moved = np.zeros(0), np.zeros((0, 2))
+        self._done: list[Action] = []
+        self._past: list[tuple[np.ndarray, np.ndarray]] = []
         self.posterior: Posterior | None = None
         """What is believed of the ball as it was when it was seen."""
 
     def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
         """Forget."""
         count = len(observation["level"])
+        if worlds is not None and len(self._cycles) != count:
+            worlds = None
         if worlds is None or self._filter is None or self._filter.batch != count:
             self._filter = Filter(self._grounding, count, self._engine, on_impossible="restart")
         else:
             self._filter.reset(worlds)
-            self._moved[worlds] = 0.0
-        if worlds is None or len(self._moved) != count:
-            self._moved = np.zeros((count, 2))
-        super().reset(observation, worlds)
+        if worlds is None:
+            self._ball_age, self._moved, self._done, self._past = np.full(count, NEVER), np.zeros((count, 2)), [], []
+        else:
+            self._ball_age[worlds], self._moved[worlds] = NEVER, 0.0
+        self.pose.reset(count, worlds)
+        self.others.reset(count, worlds)
+        super().reset({"self": np.zeros((count, len(SelfFeature))), "level": observation["level"]}, worlds)
 
-    def _predict(self) -> None:
-        """Nothing: the filter goes on when it is told."""
+    def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
+        """What is expected, carried on to now."""
+        if sent is not None:
+            self._cycles += 1
+            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+        me = self._locate(observation, sent)
+        late, others = self._late - self._everything, self._late_others - self._everything
+        unsure = np.stack([0.5 * (self.pose.cov[:, 1, 1] + self.pose.cov[:, 2, 2]), self.pose.cov[:, 0, 0]], axis=1)
+        if "landmarks" not in observation:
+            unsure[:] = RECKONED
+        begun = self._cycles == 0
+        for was, doubt in self._past:
+            was[begun], doubt[begun] = me[begun], unsure[begun]
+        self._past = [(me, unsure), *self._past[: max(late, others) + 1]]
+        self._meet(observation, others)
+        self._take(observation, self._past[min(late, len(self._past) - 1)][0])
+        ball = self._mean.copy()
+        for k in range(self._late, 0, -1):  # the first news are told until others come
+            ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
+        now = self._himself(observation, me)
+        self._last = now, ball
+        own = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64)
+        memory, age = np.zeros((len(me), 23, 4)), np.full((len(me), 23), NEVER)
+        memory[:, 0] = np.where(self._seen[:, None], ball, 0.0)
+        memory[:, 1:, :2] = self.others.places(self._late_others)[..., :2]
+        news = np.minimum(self._cycles, self._late_others)[:, None]
+        age[:, 0] = np.where(self._seen, self._ball_age + np.minimum(self._cycles, self._late), NEVER)
+        age[:, 1:] = np.where(self.others.known, self.others.tracks.age + news, NEVER)
+        rows = np.arange(len(me))
+        memory[rows, own, :2], age[rows, own] = now[:, :2], 0.0
+        return {
+            "self": now.astype(np.float32), "memory": memory.astype(np.float32), "memory_age": np.minimum(age, NEVER).astype(np.float32),
+        }  # fmt: skip
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """As the tracker's, of all modes together."""
@@ -81,6 +146,31 @@ class BeliefTier(Tracker):
         parts = normal_log_density(np.asarray(place, np.float64)[:, None] - means, covs)
         with np.errstate(divide="ignore"):
             return np.asarray(np.logaddexp.reduce(np.log(weights) + parts, axis=1))
+
+    # ------------------------------------------------------------------ the parts
+
+    def _locate(self, observation: Observation, sent: Action | None) -> np.ndarray:
+        """Where he was when he was told what he is told, (N, 8)."""
+        if "landmarks" not in observation:
+            return np.array(observation["self"], np.float64)
+        # the newest first; what a world did before its episode began is not its own
+        if sent is not None:
+            begun = self._cycles <= 1
+            old = [{**action, "type": np.where(begun, CommandKind.NONE, action["type"])} for action in self._done]
+            self._done = [sent, *old[: self._everything]]
+            self._sent = self._done[: self._everything]
+        done = self._done[self._everything] if len(self._done) > self._everything else None
+        young = (self._cycles > 0) & (self._cycles <= self._everything)
+        return self.pose.step(observation, done, young if self._everything else None)
+
+    def _meet(self, observation: Observation, back: int) -> None:
+        """Mates and opponents, as they were seen `back` cycles before the rest."""
+        me, unsure = self._past[min(back, len(self._past) - 1)]
+        before = self.pose.late > 0.5
+        if before.any():
+            me = np.where(before[:, None], self._past[min(back + 1, len(self._past) - 1)][0], me)
+        young = (self._cycles > 0) & (self._cycles <= self._late_others)
+        self.others.step(observation, me, unsure, before, young)
 
     def _take(self, observation: Observation, me: np.ndarray) -> None:
         """The ball as it was seen from `me`."""
@@ -92,8 +182,9 @@ class BeliefTier(Tracker):
             self._filter.reset(young)
         self.posterior = posterior = self._filter.step(readings)
         self._seen |= seen
+        self._ball_age = np.where(seen, 0.0, np.where(young, self._ball_age, self._ball_age + 1.0))
         self._mean = np.stack([posterior.read(f"ball.{name}") for name in ("x", "y", "vx", "vy")], axis=1)
-        if not self._back:  # late news of the ball are of another look than that from which he now knows his place
+        if self._late == self._everything:  # late news of the ball are of another look than that from which he now knows his place
             looked = np.asarray(observation["body"])[:, BodyFeature.FRESH] > 0
             away = self._mean[:, :2] - me[:, [SelfFeature.X, SelfFeature.Y]]
             self._moved = np.where((seen | looked)[:, None], misplaced(readings, away, self.senses, self.ball), self._moved)
@@ -101,15 +192,17 @@ class BeliefTier(Tracker):
 
     def _given(self, me: np.ndarray) -> dict[str, np.ndarray]:
         """What he knows of himself, now and a cycle before, his kick, and whether somebody can have played the ball."""
-        columns = (SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY)
         push = self._pushes[self._late]
-        gap = np.hypot(*(self._others[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
-        played = (self._known & (gap < self.body.reach + self.constants.near)).any(axis=1)
+        tracks = self.others.tracks
+        who = self.others.known & (tracks.age <= self.constants.recent)
+        places = self.others.places(max(0, self._late_others - self._late))
+        gap = np.hypot(*(places[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
+        played = (who & (gap < self.body.reach + self.constants.near)).any(axis=1)
         told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": np.asarray(played, np.int64)}
         before = self._before if self.senses.asynchronous and len(self._before) == len(me) else me
-        for who, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:
-            for name, column in zip(SELF, columns):
-                told[f"ball.{who}_{name}"] = values[:, column].astype(np.float64)
+        for whose, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:
+            for name, column in zip(SELF, (SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY)):
+                told[f"ball.{whose}_{name}"] = values[:, column].astype(np.float64)
         self._before = me.copy()
         return told
 

@@ -27,7 +27,10 @@ class Tier(Protocol):
 
     name: ClassVar[str]
     oracle: ClassVar[bool]
-    """Whether it reads the truth: `Oracle.connect` before its first use."""
+    """Whether it reads the truth: `Oracle.connect` before its first use.
+
+    A tier that reads other parts of an observation than ``memory`` names them in ``needs``.
+    """
 
     def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
         """Begin episodes, as for a controller."""
@@ -104,7 +107,10 @@ class Informed:
 
     def __init__(self, controller: Controller, tier: Tier) -> None:
         self.controller, self.tier = controller, tier
-        self.needs: tuple[str, ...] = tuple(dict.fromkeys(("memory", *getattr(controller, "needs", ()))))
+        needs: tuple[str, ...] = getattr(tier, "needs", ("memory",))
+        wanted = tuple(part for part in getattr(controller, "needs", ()) if part != "memory")
+        self.needs: tuple[str, ...] = tuple(dict.fromkeys((*needs, *wanted)))
+        """Parts of the observation: those that the tier reads, and what the controller reads besides what the tier says."""
         self._sent: Action | None = None
 
     def connect(self, core: SoccerCore, agent: str) -> None:

@@ -8,7 +8,7 @@ from cprm_gym.agents.knowledge.ball import BallConstants, ball_model, ball_readi
 from cprm_gym.agents.knowledge.belief import BeliefTier
 from cprm_gym.architecture.prm import model_from_json, model_to_json
 from cprm_gym.benchmark.ball_error import ball_error
-from cprm_gym.envs.observations import SelfFeature
+from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.players.senses import Senses
 
 
@@ -89,6 +89,9 @@ def test_a_kick_is_another_mode():
     told["body"] = np.ones((1, 15), np.float32)
     told |= {"self": np.zeros((1, len(SelfFeature)), np.float32), "memory": np.zeros((1, 23, 4), np.float32)}
     told["self"][0, SelfFeature.LOCATED] = 1.0
+    told["level"][:, 1:] = 0.0
+    told |= {"body": np.zeros((1, len(BodyFeature)), np.float32), "players": np.zeros((1, 22, 7), np.float32)}
+    told["body"][0, [BodyFeature.FRESH, BodyFeature.SIDE, BodyFeature.UNUM]] = 1.0
     told["memory_age"] = np.full((1, 23), 1000.0, np.float32)
     tier.reset(told)
     still = {"type": np.zeros(1, np.int64), "params": np.zeros((1, 4))}

@@ -23,6 +23,9 @@ from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
 from cprm_gym.simulator.state import Count
 
+PARTS = ("memory", "landmarks", "lines")
+"""Of an observation, for all tiers."""
+
 
 def of_agent(core, k=0):
     return {key: value[:, k].copy() for key, value in core.observation.items()}
@@ -31,7 +34,7 @@ def of_agent(core, k=0):
 def play(factory, worlds=6, cycles=40, senses=None, task="Goalie", seed=3, first=0):
     """(core, observations, actions) of the first agent's episodes; the others are idle."""
     made = make_task(task)
-    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=("memory",), senses=senses or Senses())
+    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=PARTS, senses=senses or Senses())
     core.reset(seed)
     agent = core.agents[0]
     controller = factory(made, agent)
@@ -94,7 +97,7 @@ def test_a_world_is_known_alone_as_in_a_batch(tier):
 def knowledge(name, senses, cycles=30, worlds=60, seed=5):
     """Places of the ball and of the opponents as told by a tier and as they are: (T, W, 4), (T, W, 2, 2) each; the agent is idle."""
     task = make_task("Goalie")
-    core = SoccerCore(task, worlds, seed=seed, include=("memory",), senses=senses)
+    core = SoccerCore(task, worlds, seed=seed, include=PARTS, senses=senses)
     core.reset(seed)
     tier = make_tier(name, task, "left_1", senses)
     if name in ORACLES:
@@ -224,7 +227,7 @@ def reads_only_observations(factory, senses=None, task="Goalie", cycles=25):
     """Whether the same observations, with other worlds behind them, give the same actions."""
     _, seen, actions = play(factory, senses=senses, cycles=cycles, task=task)
     made = make_task(task)
-    elsewhere = SoccerCore(made, 6, seed=77, include=("memory",))
+    elsewhere = SoccerCore(made, 6, seed=77, include=PARTS)
     elsewhere.reset(77)
     controller = factory(made, elsewhere.agents[0])
     if isinstance(controller, Informed):

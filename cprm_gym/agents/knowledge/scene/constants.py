@@ -60,7 +60,7 @@ class PlayerConstants(Constants):
     """Degrees by which a direction is off."""
     paced: float = between(0.01, 0.001, 0.2)
     """m / cycle by which a change is off."""
-    seen: float = between(0.98, 0.5, 0.999)
+    seen: float = between(0.97, 0.5, 0.999)
     """Probability of seeing somebody who is in view."""
     speed: float = between(0.25, 0.05, 1.0)
     """m / cycle of one of whom nothing is known."""

@@ -1,7 +1,7 @@
 """Mates and opponents from raw senses: a relational model of real numbers with modes, and identities that are uncertain.
 
-`players_model` is the model: players who rest, run on or change their way, and sights of them. `PlayersFilter` is what runs: kernels that do
-for it what the engine ``"mixture"`` does (tested), for N agents at once, with at most `HYPOTHESES` assignments of nameless readings.
+`players_model` is the model: players who rest, run on or change their way, and sights of them. `PlayersFilter` is what runs: kernels that
+do for it what the engine ``"mixture"`` does (tested), for N agents at once, with at most `HYPOTHESES` assignments of nameless readings.
 
 References
 ----------
@@ -98,8 +98,9 @@ def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None
             Attribute("missed", BOOL, Chance(f"{number(1.0 - c.seen)} if abs(off) < half else 1", points=8), ("off", "half")),
         ),
         given=numbers(
-            "start_x", "start_y", "start_vx", "start_vy", "start_speed", "start_spread", "me_x", "me_y", "me_vx", "me_vy", "seen_cos", "seen_sin", "far_sd",
-            "aside_sd", "approach_sd", "swing_sd", "about", "about_x", "about_y", "side_x", "side_y", "turned", "half",
+            "start_x", "start_y", "start_vx", "start_vy", "start_speed", "start_spread", "me_x", "me_y", "me_vx", "me_vy",
+            "seen_cos", "seen_sin", "far_sd", "aside_sd", "approach_sd", "swing_sd",
+            "about", "about_x", "about_y", "side_x", "side_y", "turned", "half",
         ),
     )  # fmt: skip
     if not sights:
@@ -253,7 +254,7 @@ class PlayersFilter:
         return np.where(self.known[..., None], np.einsum("nkm,nkmi->nki", t.w, mu), 0.0)
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
-        """(N, 22) log density of places (N, 22, 2) at the time of the last news, of all modes together; minus infinity of those not known."""
+        """(N, 22) log density of places (N, 22, 2) at the time of the last news, of all modes together; -inf of those not known."""
         t = self.tracks
         off, cov = np.asarray(place, np.float64)[:, :, None] - t.mu[..., :2], t.cv[..., :2, :2]
         xx, yy, xy = cov[..., 0, 0] + LEAST, cov[..., 1, 1] + LEAST, cov[..., 0, 1]

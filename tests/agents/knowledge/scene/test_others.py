@@ -98,7 +98,8 @@ def test_the_kernels_are_the_filter_of_the_model():
     engine.step({f"p.{n}": v for n, v in started(15.0, 4.0, 0.2, 0.1).items()})
     own, unsure = at_origin(X=me[0], Y=me[1], VX=me[2], VY=me[3], FACE=me[4])
     for rows in (
-        (14.4, 0.24, 0.02, 0.01, 0.3, 0.3, 0.0), None, (15.0, 0.27, 0.2, 0.004, 0.3, 0.3, 0.0), None, (14.8, 0.4, -0.3, 0.02, 1.3, 1.3, 0.0),
+        (14.4, 0.24, 0.02, 0.01, 0.3, 0.3, 0.0), None, (15.0, 0.27, 0.2, 0.004, 0.3, 0.3, 0.0),
+        None, (14.8, 0.4, -0.3, 0.02, 1.3, 1.3, 0.0),
     ):  # fmt: skip
         filter.step(observed(*([] if rows is None else [(13, 3.0, rows)]), fresh=float(rows is not None)), own, unsure)
         told = {} if rows is None else readings_for(rows, terms, me)

@@ -1,4 +1,4 @@
-"""The own pose from landmarks and lines: the kernel is the model's filter, each reading tells what it should, and it beats dead reckoning."""
+"""The own pose from landmarks and lines: the kernel is the model's filter, each reading tells its share, it beats dead reckoning."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ TERMS = PoseFilter(Senses()).terms
 
 
 def look_from(x, y, face, cone=60.0):
-    """Landmarks, levels and lines as the eye tells them in steps to the left team's player there; direction and distance as it rounds them."""
+    """Landmarks, levels and lines as the eye of a player of the left team rounds them."""
     marks, levels = np.zeros((55, 4)), np.zeros(55)
     dx, dy = MARKS[:, 0] - x, MARKS[:, 1] - y
     away = np.maximum(np.hypot(dx, dy), 0.01)

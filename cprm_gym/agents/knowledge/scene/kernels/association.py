@@ -47,7 +47,7 @@ PLAYERS = 22
 NOBODY, NEWCOMER = -1, -2
 """A reading that nobody caused, and, less the number, one of somebody who was not known."""
 BELIEVED, GONE, CONFIRMED = 0.9, 0.02, 0.3
-"""Share to which a nameless player is believed in at first, below which he is forgotten, and of the doubt that is left when he is seen again."""
+"""Share to which a nameless player is believed in at first, below which he is forgotten, and of the doubt that is left when he is seen."""
 
 
 class Tracks(NamedTuple):

@@ -212,7 +212,7 @@ def unseen_paths(w, mu, cv, me, face, half, turned, p, to_w, to_mu, to_cv, work_
 
 @kernel
 def add_paths(share, w, mu, cv, sums, means, spreads):
-    """Add paths of weight `share` to sums by mode: weights, weighted means, weighted second moments around the means of mode `sums` began with.
+    """Add paths of weight `share` to sums by mode: weights, weighted means, weighted second moments around the place that each began with.
 
     sums : (MODES,); means : (2, MODES, STATE), row 1 the place that all is told from; spreads : (MODES, STATE, STATE)
     """
