@@ -231,6 +231,9 @@ def tune(
     elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
     generations: Annotated[int, typer.Option(help="When it ends.")] = 8,
     seed: Annotated[int, typer.Option(help="Decides every random number.")] = 0,
+    others: Annotated[
+        str, typer.Option(help="Policies of the scripted players, LEFT,RIGHT.", show_default="those that he is measured against")
+    ] = "",
 ) -> None:
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
     import json
@@ -249,7 +252,11 @@ def tune(
         tier = "memory" if tier is None else tier
         sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
         sizes |= {} if worlds is None else {"worlds": worlds}
-        plan: Search = TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], **sizes)  # type: ignore[arg-type]
+        if tracker and others:
+            raise CprmError(f"--others {others}: the tracker's own constants are tuned for all; leave out --others or --tracker")
+        plan: Search = (
+            TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], others=others, **sizes)  # type: ignore[arg-type]
+        )
         place = Path(f"{'tracker_' + task if tracker else task + '_' + tier}.jsonl") if journal is None else journal
         check_place(place, "--journal")
         found = None

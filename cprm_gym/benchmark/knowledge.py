@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -105,11 +106,12 @@ class KnowledgePlan:
         return sum(b.count / 1000 * PLAYERS[b.task].seconds * COSTS.get(b.controller.rsplit("/", 1)[1], 1.0) for b in self.blocks())
 
     def constants(self) -> dict[str, dict[str, dict[str, float]]]:
-        """What everybody plays with: task -> tier -> name -> number."""
-        pairs = {(task, tier): PLAYERS[task].numbers(tier) for task in self.tasks for tier in self.tiers if tier in PLAYERS[task].tiers}
+        """What everybody plays with: task -> ``senses/tier`` -> name -> number."""
         found: dict[str, dict[str, dict[str, float]]] = {task: {} for task in self.tasks}
-        for (task, tier), numbers in pairs.items():
-            found[task][tier] = {} if numbers is None else numbers.to_dict()
+        for task, senses, tier in product(self.tasks, self.senses, self.tiers):
+            if tier in PLAYERS[task].tiers:
+                numbers = PLAYERS[task].numbers(tier, SENSES[senses])
+                found[task][f"{senses}/{tier}"] = {} if numbers is None else numbers.to_dict()
         return found
 
     def write(self, folder: Path) -> None:
@@ -138,9 +140,9 @@ class KnowledgePlan:
         except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
             raise CprmError(f"{path}: not the plan of a run of the suite 'knowledge': {error}") from None
         now = plan.constants()
-        for task, tier in [(name, tier) for name in now for tier in now[name]]:
-            if constants.get(task, {}).get(tier) != now[task][tier]:
-                raise CprmError(f"{path}: the constants of {task} on {tier} are others by now; begin anew without --resume")
+        for task, where in [(name, where) for name in now for where in now[name]]:
+            if constants.get(task, {}).get(where) != now[task][where]:
+                raise CprmError(f"{path}: the constants of {task} on {where} are others by now; begin anew without --resume")
         return plan
 
 
@@ -245,7 +247,7 @@ def summarise(plan: KnowledgePlan, results: list[BlockResult]) -> KnowledgeRepor
     for (task, senses, tier), good in success.items():
         low, high = wilson_interval(int(good.sum()), len(good))
         rival = success.get((task, senses, RIVAL))
-        row = Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high, PLAYERS[task].origin(tier))
+        row = Row(task, senses, tier, len(good), int(good.sum()), float(good.mean()), low, high, PLAYERS[task].origin(tier, SENSES[senses]))
         if tier != RIVAL and rival is not None and len(rival) == len(good):
             mean, least, most, p = paired_difference(good, rival)
             row = replace(row, difference=mean, difference_low=least, difference_high=most, p=p)

@@ -17,8 +17,9 @@ import numpy as np
 
 from ..agents.knowledge.players import Player, player_of
 from ..agents.skills.constants import Constants
+from ..envs.core import SoccerCore
 from ..envs.players.senses import Senses
-from ..envs.tasks import make_task
+from ..envs.tasks import Task, make_task
 from ..errors import CprmError, ParameterError, unknown_name
 from .episodes import play_episodes
 
@@ -90,6 +91,8 @@ class Plan:
     population, elite, generations, seed : int
         As for `Search`.
     senses : Senses
+    others : str
+        Policies of the scripted players, ``left,right``, if they are not those that the player is measured against.
 
     Raises
     ------
@@ -105,6 +108,7 @@ class Plan:
     generations: int = 8
     seed: int = 0
     senses: Senses = Senses()  # noqa: RUF009
+    others: str = ""
 
     def __post_init__(self) -> None:
         player = player_of(self.task)
@@ -113,6 +117,12 @@ class Plan:
         if player.constants is None:
             raise ParameterError(f"tuning: the player of {self.task} has no constants")
         check_search(self, worlds=1)
+        SoccerCore(self.played())  # refuses policies that there are not
+
+    def played(self) -> Task:
+        """The task as it is played."""
+        others = {"others": tuple(self.others.split(","))} if self.others else {}
+        return make_task(self.task, **{**self.player.options, **others})
 
     @property
     def player(self) -> Player:
@@ -130,7 +140,7 @@ class Plan:
         """Share of a generation's worlds in which the task is done with these constants."""
         make = self.player.on(self.tier, self.senses, constants)
         seed = TUNING_SEED + 1000 * self.seed + generation
-        return float(play_episodes(make_task(self.task, **self.player.options), make, self.worlds, seed, senses=self.senses).success.mean())
+        return float(play_episodes(self.played(), make, self.worlds, seed, senses=self.senses).success.mean())
 
 
 @dataclass(frozen=True)
@@ -201,7 +211,7 @@ def read_journal(plan: Search, journal: Path | None) -> list[Generation]:
     """The generations that a journal holds; begins it, with the plan, if there is none. A last line cut short is removed."""
     if journal is None:
         return []
-    head = {**asdict(plan), "generations": None}
+    head = {name: value for name, value in {**asdict(plan), "generations": None}.items() if name != "others" or value}
     if not journal.exists():
         journal.write_text(json.dumps(head) + "\n", encoding="utf-8")
         return []

@@ -134,7 +134,7 @@ def test_plans_that_make_no_sense_are_refused(tmp_path):
     SMALL.write(tmp_path)
     assert KnowledgePlan.read(tmp_path) == SMALL
     text = (tmp_path / "plan.json").read_text()
-    haste = f'"haste": {SMALL.constants()["Goalie"]["memory"]["haste"]}'
+    haste = f'"haste": {SMALL.constants()["Goalie"]["default/memory"]["haste"]}'
     (tmp_path / "plan.json").write_text(text.replace(haste, '"haste": 2.5', 1))
     with pytest.raises(CprmError, match=r"constants of Goalie on .* are others by now"):
         KnowledgePlan.read(tmp_path)

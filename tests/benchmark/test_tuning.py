@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
 from cprm_gym.agents.knowledge.players import PLAYERS, Player
+from cprm_gym.agents.knowledge.studies import studies
 from cprm_gym.agents.knowledge.tracker import Tracker, TrackerConstants
 from cprm_gym.agents.skills.constants import FIRST, STUDIES, GoalieConstants, last_mean
 from cprm_gym.benchmark import tuning
@@ -59,6 +60,17 @@ def test_plans_that_make_no_sense_are_refused():
         Plan(population=4, elite=9)
     with pytest.raises(ParameterError, match="worlds"):
         Plan(worlds=0)
+    with pytest.raises(UnknownName, match="strong"):
+        Plan(task="KickOffShot2v2", others="medium,stong")
+
+
+def test_a_study_may_be_of_other_opponents_and_its_journal_says_so(tmp_path):
+    plan = Plan(task="KickOffShot2v2", tier="state", worlds=2, population=2, elite=1, generations=1, others="hold,strong")
+    assert (plan.played().others, Plan(task="KickOffShot2v2").played().others) == (("hold", "strong"), ("medium", "weak"))
+    next(study(plan, tmp_path / "x.jsonl"))
+    assert json.loads((tmp_path / "x.jsonl").read_text().splitlines()[0])["others"] == "hold,strong"
+    next(study(Plan(worlds=2, population=2, elite=1, generations=1), tmp_path / "y.jsonl"))
+    assert "others" not in json.loads((tmp_path / "y.jsonl").read_text().splitlines()[0])
 
 
 def test_constants_are_refused_outside_their_extent_or_by_another_name():
@@ -78,19 +90,29 @@ def test_every_constant_stands_in_the_net():
     assert goalie_net(RECKONED, 0) == goalie_net(RECKONED, 0, constants=FIRST)
 
 
+def studied():
+    """(task, study) of every study of every player."""
+    folders = {task: player.study or player.constants.whose for task, player in PLAYERS.items() if player.constants}
+    return [(task, found) for task, folder in folders.items() for found in studies(folder)]
+
+
+def journal(path):
+    """Head and generations."""
+    head, *generations = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    return head, generations
+
+
 def test_every_study_is_whole_and_of_a_tier_and_its_end_is_what_players_play_with():
-    studied = [(task, tier) for task, player in PLAYERS.items() if player.constants for tier in player.constants.studied(player.study)]
-    assert ("Goalie", "memory") in studied
-    for task, tier in studied:
-        player = PLAYERS[task]
-        journal = STUDIES / (player.study or player.constants.whose) / f"{tier}.jsonl"
-        head, *generations = (json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines())
+    assert ("Goalie", "memory") in {(task, found.tier) for task, found in studied()}
+    for task, found in studied():
+        player, (head, generations) = PLAYERS[task], journal(found.path)
         whose = PLAYERS[head["task"]]  # tasks may share a study of one of them
-        assert (whose.constants, whose.study, head["tier"]) == (player.constants, player.study, tier)
+        assert (whose.constants, whose.study, head["tier"]) == (player.constants, player.study, found.tier)
         assert whose is player or player.study
+        assert Senses(**head["senses"]) == found.senses
         assert [g["number"] for g in generations] == list(range(len(generations)))
-        assert player.numbers(tier) == player.constants.of(generations[-1]["mean"])
-        assert player.origin(tier) == f"study {tier}"
+        assert player.numbers(found.tier, found.senses) == player.constants.of(generations[-1]["mean"])
+        assert player.origin(found.tier, found.senses) == f"study {found.tier}"
     assert tuning.TUNING_SEED > 10_000, "no measurement meets these worlds"
 
 
@@ -101,6 +123,18 @@ def test_a_tier_without_a_study_plays_with_the_rivals_numbers_and_without_any_by
     (tmp_path / "goalie").mkdir()
     (tmp_path / "goalie" / "memory.jsonl").write_text('{}\n{"mean": {"haste": 2.0}}\n')
     assert (player.origin("state"), player.numbers("state")) == ("study memory", GoalieConstants(haste=2.0))
+    (tmp_path / "goalie" / "deaf").mkdir()
+    deaf = Senses(lost=0.8)
+    for tier, haste in (("memory", 1.5), ("tracker", 0.5), ("state", 0.25)):
+        text = json.dumps({"senses": {"lost": 0.8}}) + f'\n{{"mean": {{"haste": {haste}}}}}\n'
+        (tmp_path / "goalie" / "deaf" / f"{tier}.jsonl").write_text(text)
+    expected = {
+        ("memory", Senses()): ("study memory", 2.0), ("memory", deaf): ("study memory", 1.5),
+        ("tracker", deaf): ("study tracker", 0.5), ("belief", deaf): ("study memory", 1.5),
+        ("tracker", Senses()): ("study memory", 2.0), ("memory", Senses(lost=0.3)): ("study memory, other senses", 2.0),
+        ("tracker", Senses(lost=0.3)): ("study tracker, other senses", 0.5), ("state", Senses()): ("study state", 0.25),
+    }  # fmt: skip
+    assert {key: (player.origin(*key), player.numbers(*key).haste) for key in expected} == expected
     with pytest.raises(UnknownName, match=r"study of goalie for the tier 'state'.*memory"):
         GoalieConstants.tuned("state")
     assert Player(lambda *_: None).origin("memory") == "none"
@@ -147,6 +181,8 @@ def test_the_command_tunes_and_goes_on(tmp_path):
         (["--tracker", "--tier", "tracker"], "leave out"),
         (["--senses", "lost 8"], "lost .8"),
         (["--tracker", "--senses", "wide"], "leave out"),
+        (["--task", "KickOffShot2v2", "--others", "medium,mediun"], "medium"),
+        (["--tracker", "--others", "hold,weak"], "leave out"),
     ):
         refused = CliRunner().invoke(app, ["tune", *wrong])
         assert refused.exit_code == 2

@@ -5,7 +5,8 @@ The suite ``knowledge`` and the tuning read `PLAYERS`; a new entry is measured a
     "MyTask": Player(make_my_player, MyConstants)
 
 where ``make_my_player(task, agent, constants)`` returns a controller that reads the parts `PARTS` of an observation, and ``MyConstants``
-is a `Constants`, or is left out where there is nothing to tune. Its studies are the files ``cprm_gym/agents/studies/{whose}/{tier}.jsonl``.
+is a `Constants`, or is left out where there is nothing to tune. Its studies are the files ``cprm_gym/agents/studies/{whose}/{tier}.jsonl``,
+and those in folders beside them for other senses (`studies`).
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from ..attacker.constants import AttackerConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
-from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants
-from .registry import TIERS, informed
+from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants, last_mean
+from .registry import ORACLES, TIERS, informed
+from .studies import Study, best_study
 from .tiers import Informed
 
 RIVAL = "memory"
@@ -61,19 +63,28 @@ class Player:
     seconds: float = 20.0
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    def origin(self, tier: str) -> str:
-        """Where his numbers on a tier come from: ``study TIER``, ``by hand``, or ``none`` where he has none."""
-        if self.constants is None:
-            return "none"
-        studied = self.constants.studied(self.study)
-        return next((f"study {found}" for found in (tier, RIVAL) if found in studied), "by hand")
-
-    def numbers(self, tier: str) -> Constants | None:
-        """His numbers on a tier: of its study, else of that of `RIVAL`, else those set by hand."""
+    def study_for(self, tier: str, senses: Senses | None = None) -> Study | None:
+        """The study whose numbers he plays with on a tier, in senses (`studies.best_study`); None if there is none."""
         if self.constants is None:
             return None
-        word, _, studied = self.origin(tier).partition(" ")
-        return self.constants.tuned(studied, self.study) if word == "study" else self.constants()
+        return best_study(self.study or self.constants.whose, tier, senses or Senses(), RIVAL, tier in ORACLES)
+
+    def origin(self, tier: str, senses: Senses | None = None) -> str:
+        """Where his numbers on a tier come from: ``study TIER``, ``study TIER, other senses``, ``by hand``, ``none`` where he has none."""
+        if self.constants is None:
+            return "none"
+        study = self.study_for(tier, senses)
+        if study is None:
+            return "by hand"
+        elsewhere = study.senses != (senses or Senses()) and tier not in ORACLES
+        return f"study {study.tier}{', other senses' if elsewhere else ''}"
+
+    def numbers(self, tier: str, senses: Senses | None = None) -> Constants | None:
+        """His numbers on a tier, in senses: of the study for it, else those set by hand."""
+        if self.constants is None:
+            return None
+        study = self.study_for(tier, senses)
+        return self.constants() if study is None else self.constants.of(last_mean(study.path))
 
     def on(self, tier: str, senses: Senses | None = None, constants: Constants | None = None) -> Callable[[Task, str], Informed]:
         """A factory of controllers on a tier.
@@ -82,7 +93,7 @@ class Player:
         ----------
         tier : str
         senses : Senses, optional
-            What a tracker may know of the noise.
+            What a tracker may know of the noise, and for which his numbers are looked up.
         constants : Constants, optional
             Other numbers than those of `numbers`.
 
@@ -93,7 +104,7 @@ class Player:
         """
         if tier not in self.tiers:
             raise unknown_name("tier", tier, self.tiers)
-        numbers = self.numbers(tier) if constants is None else constants
+        numbers = self.numbers(tier, senses) if constants is None else constants
         make: ControllerFactory = lambda task, agent: self.make(task, agent, numbers)  # noqa: E731
         return informed(make, tier, senses)
 
