@@ -89,6 +89,7 @@ if TYPE_CHECKING:
     from .product.beliefs import BeliefWorld as BeliefWorld
     from .product.beliefs import TwoStateFilter as TwoStateFilter
     from .product.explore import Product as Product
+    from .product.gaussian_beliefs import GaussianBeliefWorld as GaussianBeliefWorld
     from .product.learned_world import LearnedWorld as LearnedWorld
     from .product.learned_world import load_world as load_world
     from .product.prm_world import PRMWorld as PRMWorld
@@ -135,6 +136,7 @@ else:
             "verdicts": "Step Verdict",
             "product.beliefs": "BeliefWorld TwoStateFilter",
             "product.explore": "Product",
+            "product.gaussian_beliefs": "GaussianBeliefWorld",
             "product.learned_world": "LearnedWorld load_world",
             "product.prm_world": "PRMWorld",
             "product.runs": "ProductRuns",

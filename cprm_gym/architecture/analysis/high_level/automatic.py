@@ -250,7 +250,9 @@ class _Solved:
             outcomes, steps = known.outcomes, known.steps
         else:
             found = interval_bounds(_anywhere(self.product.bounded, begun))
-            outcomes = {o: Outcome(tuple(p), after.get(o, "1")) for o, p in found.probabilities.items() if p.high > 0.0 or o in self.exits}
+            outcomes = {
+                o: Outcome((p.low, p.high), after.get(o, "1")) for o, p in found.probabilities.items() if p.high > 0.0 or o in self.exits
+            }
             steps = (found.time.low - 1.0, found.time.high - 1.0)
         return Summary(outcomes, before, (max(0.0, steps[0] - 1.0), max(0.0, steps[1] - 1.0)))
 
