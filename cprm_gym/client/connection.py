@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import CprmError
 
 LARGEST_DATAGRAM = 8192
+LAST_PORT = 65535
 _BUFFER = 1 << 20
 MOST_AT_ONCE = 256
 """Datagrams taken from the socket at once."""
@@ -38,6 +39,8 @@ class Connection:
     """
 
     def __init__(self, host: str, port: int) -> None:
+        if not 0 < port <= LAST_PORT:
+            raise CprmError(f"server {host}:{port}: a port is 1 to {LAST_PORT}")
         try:
             family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         except (OSError, OverflowError) as error:

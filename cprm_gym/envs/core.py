@@ -516,14 +516,20 @@ class SoccerCore(Pitch):
     def branch(self, into: SoccerCore | None = None) -> SoccerCore:
         """Another engine in the same state, in which a future can be tried; `into`, an earlier one, is used again."""
         other = SoccerCore(self.options, self.worlds, first_world=self.sim.first_world) if into is None else into
-        other.load_state({"world": self.sim.world, **self._state(), **self.reward.save_state()})
+        other.max_cycles = self.max_cycles
+        other.load_state({"world": self.sim.world, "max_cycles": self._limit(), **self._state(), **self.reward.save_state()})
         return other
 
     # ------------------------------------------------------------------ saved states
 
     def save_state(self) -> dict[str, np.ndarray]:
         """Everything that decides how the episodes go on, as arrays with the worlds first: `load_state` takes it, ``np.savez`` keeps it."""
-        return {"world": self.sim.snapshot(), **{name: values.copy() for name, values in self._state().items()}, **self.reward.save_state()}
+        own = {name: values.copy() for name, values in self._state().items()}
+        return {"world": self.sim.snapshot(), "max_cycles": self._limit(), **own, **self.reward.save_state()}
+
+    def _limit(self) -> np.ndarray:
+        """(W,) cycles after which each episode is out of time."""
+        return np.full(self.worlds, self.max_cycles, np.int64)
 
     def load_state(self, state: Mapping[str, np.ndarray], worlds: np.ndarray | None = None) -> None:
         """Go on from a state of `save_state`, of this or of another engine with the same options.
@@ -542,13 +548,16 @@ class SoccerCore(Pitch):
         """
         chosen = np.arange(self.worlds) if worlds is None else np.asarray(worlds, np.int64)
         live = self._state()
-        if not isinstance(state, Mapping) or not {"world", *live} <= set(state):
+        if not isinstance(state, Mapping) or not {"world", "max_cycles", *live} <= set(state):
             raise ParameterError("state: expected what save_state gives of an environment with the same options")
         count = len(state["world"])
         for name, values in live.items():
             if state[name].dtype != values.dtype or state[name].shape[1:] != values.shape[1:] or count not in (1, self.worlds):
                 given, here = (f"{a.dtype} of shape {a.shape}" for a in (state[name], values))
                 raise ParameterError(f"state: {name!r} is {given}, here {here}: the state of other options or another number of worlds")
+        if np.any(np.asarray(state["max_cycles"]) != self.max_cycles):
+            limit = int(np.asarray(state["max_cycles"]).flat[0])
+            raise ParameterError(f"state: of an environment with max_cycles={limit}, here {self.max_cycles}")
         rows = chosen if count == self.worlds else np.zeros(len(chosen), np.int64)
         if worlds is None and count == self.worlds:
             self.sim.restore(state["world"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 from typing import Annotated, Any
 
@@ -36,6 +37,8 @@ def join(
     count = made.left if players is None else players
     if not 1 <= count <= 11:
         raise CprmError(f"--players {count}: allowed are 1 to 11")
+    if not 0 < wait < math.inf:
+        raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
     going = True
 
     def end(*_: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import time
 from collections.abc import Iterator
@@ -21,6 +22,9 @@ def serve(
         list[str] | None, typer.Argument(help="server::name=value and player::name=value, such as server::port=7000.", show_default=False)
     ] = None,
     conf: Annotated[list[Path] | None, typer.Option(help="server.conf or player.conf; may be repeated.", show_default=False)] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Of the players; the next two are those of trainer and coaches. 0: free ones.", show_default="6000")
+    ] = None,
     host: Annotated[str, typer.Option(help="Address to listen at; other machines reach 0.0.0.0.")] = "127.0.0.1",
     clock: Annotated[str, typer.Option(help="real, synchronous (as server::synch_mode), or fast: synchronous without any rest.")] = "",
     seed: Annotated[int, typer.Option(help="Decides every random number of the match.")] = 0,
@@ -41,7 +45,9 @@ def serve(
         raise CprmError(f"--clock {clock!r}: allowed are real, synchronous and fast")
     if seed < 0:
         raise CprmError(f"--seed {seed}: a whole number >= 0 is needed")
-    words = list(parameters or ())
+    if wait is not None and not 0 < wait < math.inf:
+        raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
+    words = [*port_words(port), *(parameters or ())]
     if automatic:
         words.append("server::auto_mode=true")
     if clock:
@@ -50,7 +56,7 @@ def serve(
     load_kernels(settings)
     server = Server(settings, seed)
     late: Any = None
-    with Transport(server, host) as transport, interrupted(server):
+    with Transport(server, host, (0, 0, 0) if port == 0 else None) as transport, interrupted(server):
         logs = MatchLogs(server, log) if log is not None else None
         guests = Guests(server, transport.ports, host, left, right, wait)
         typer.echo(
@@ -73,6 +79,23 @@ def serve(
         append_result(server.stadium, results)
     if guests.missing:
         raise CprmError(guests.missing)
+
+
+def port_words(port: int | None) -> list[str]:
+    """Parameters for ``--port``: the port of the players, and the next two for trainer and online coaches.
+
+    Raises
+    ------
+    CprmError
+        When there are no such ports.
+    """
+    if not port:
+        return []
+    names = ("port", "coach_port", "olcoach_port")
+    last = 65536 - len(names)
+    if not 0 < port <= last:
+        raise CprmError(f"--port {port}: allowed are 1 to {last}, and 0 for free ones")
+    return [f"server::{name}={port + k}" for k, name in enumerate(names)]
 
 
 def load_kernels(settings: Any) -> None:

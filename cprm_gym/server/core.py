@@ -13,6 +13,7 @@ One cycle of 100 ms (specification/simulator.md 1.2, 1.3)::
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable, Sequence
 
 from ..simulator.protocol.messages import fullstate_rest, fullstate_text, hear_text
@@ -228,8 +229,7 @@ class Server:
 
     def think(self) -> None:
         """Open a window of the synchronous mode: ask everybody who is waited for."""
-        for client in self.awaited():
-            self.stadium.send_raw(client, _THINK)
+        self.stadium.send_each(self.awaited(), itertools.repeat(_THINK))
 
     def awaited(self) -> list[Client]:
         """Who is waited for in synchronous mode: players, and officials with an open eye."""
@@ -306,11 +306,9 @@ class Server:
             if saw[player.row] & bit and (synchronous is None or bool(in_step[player.row]) == synchronous)
         ]
         if players:
-            for player, data in zip(players, stadium.bulk.sights([player.row for player in players], message)):
-                if player.version >= OLDEST_SEEING:
-                    stadium.send_raw(player, data)
-                else:
-                    stadium.send(player, f"(see {stadium.time})")
+            nothing = f"(see {stadium.time})\0".encode()
+            sights = stadium.bulk.sights([player.row for player in players], message)
+            stadium.send_each(players, [sight if player.version >= OLDEST_SEEING else nothing for player, sight in zip(players, sights)])
 
     def _tell_pictures(self) -> None:
         """The picture of the whole pitch, for officials with an open eye."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 
 from ..simulator.gamelog.frames import Frame
-from ..simulator.kernels.referee.events import automatic_kick_off
+from ..simulator.kernels.referee.events import automatic_kick_offs
 from ..simulator.kernels.referee.modes import is_stopped
-from ..simulator.kernels.senses import late_messages_due
+from ..simulator.kernels.senses import late_messages_of_all
 from ..simulator.protocol.bulk import BulkCommands, BulkMessages
 from ..simulator.setup import home
 from ..simulator.simulator import Simulator
@@ -116,12 +116,9 @@ class Stadium:
                 return side
         return None
 
-    def players(self) -> Iterator[Player]:
+    def players(self) -> list[Player]:
         """Connected players, left team first."""
-        for team in self.teams:
-            for player in team.players:
-                if player is not None and player.connected:
-                    yield player
+        return [player for team in self.teams for player in team.players if player is not None and player.connected]
 
     def coaches(self) -> Iterator[Coach]:
         """Connected online coaches."""
@@ -163,9 +160,16 @@ class Stadium:
 
     def send_raw(self, client: Client, data: bytes) -> None:
         """Send bytes that are a datagram already, but for compression."""
-        if client.connected:
-            data = data if client.compression < 0 else deflated(data, client.compression)
-            self.outbox += [Outgoing(client, client.address, data)] * client.copies
+        self.send_each((client,), (data,))
+
+    def send_each(self, clients: Iterable[Client], datagrams: Iterable[bytes]) -> None:
+        """Send each client a datagram, as `send_raw` does."""
+        outbox = self.outbox
+        for client, data in zip(clients, datagrams):
+            if client.connected:
+                sent = Outgoing(client, client.address, data if client.compression < 0 else deflated(data, client.compression))
+                for _ in range(client.copies):
+                    outbox.append(sent)
 
     def log(self, text: str, time: int | None = None, stoppage: int | None = None) -> None:
         """A line of the text log."""
@@ -298,12 +302,12 @@ class Stadium:
     def kick_off_if_due(self) -> None:
         """The countdown of the automatic mode."""
         if self.settings.server.auto_mode:
-            automatic_kick_off(self.world, self.sim.packed[0], 2 * PLAYERS_PER_TEAM)
+            automatic_kick_offs(self.sim.world, self.sim.packed, 2 * PLAYERS_PER_TEAM)
             self.tell_announcements()
 
     def count_late_see(self) -> None:
         """Count the sub-tick between commands and step."""
-        late_messages_due(self.world)
+        late_messages_of_all(self.sim.world)
 
     def world_changed(self) -> None:
         """After anything that the rules may have reacted to."""

@@ -18,8 +18,8 @@ from .core import Server
 
 PATIENCE = 1.25
 """Seconds that a window of the synchronous mode stays open."""
-BATCH = 64
-"""Datagrams that one client may have read in a row before the others' turn comes."""
+TURNS = 64
+"""Datagrams of one client that are read before time may go on; everybody's first one is read before anybody's second."""
 MOST_CLIENTS = 256
 """Sockets of clients; more are refused by not being heard."""
 _BUFFER = 1 << 18
@@ -80,7 +80,8 @@ class Transport:
         except OSError as error:
             sock.close()
             where = f"port {number} of {self._host}"
-            hint = "; another server may be running there: choose other ports with server::port=..." if number else ""
+            taken = number and error.errno == errno.EADDRINUSE
+            hint = "; another server may be running there: choose other ports with --port (or server::port=...)" if taken else ""
             raise CprmError(f"{where} cannot be used: {error.strerror or error}{hint}") from None
         sock.setblocking(False)
         return sock
@@ -114,29 +115,38 @@ class Transport:
     def receive(self, timeout: float = 0.0) -> int:
         """Wait up to `timeout` seconds for datagrams and give all that are there to the server; how many there were."""
         count = 0
+        for _ in range(TURNS):
+            came = self._receive_a_turn(timeout)
+            if not came:
+                break
+            count, timeout = count + came, 0.0
+        if count:
+            self.send()
+        return count
+
+    def _receive_a_turn(self, timeout: float) -> int:
+        """Wait for datagrams and give one of everybody who sent some to the server; how many there were."""
+        count = 0
         datagrams: list[tuple[Client, bytes]] = []
         for number, _ in self._poll.poll(timeout):
             of, sock = self._of.get(number), self._by_number.get(number)
             if sock is None or of is None:
                 continue
-            for _ in range(BATCH):
-                try:
-                    data, address = sock.recvfrom(LARGEST_DATAGRAM)
-                except (BlockingIOError, InterruptedError):
-                    break
-                except OSError as error:
-                    if isinstance(of, Client) and error.errno in _GONE:
-                        self.server.lose(of)
-                    break
-                count += 1
-                if isinstance(of, Client):
-                    datagrams.append((of, data))
-                else:
-                    self.server.receive(of, address, data)
+            try:
+                data, address = sock.recvfrom(LARGEST_DATAGRAM)
+            except (BlockingIOError, InterruptedError):
+                continue
+            except OSError as error:
+                if isinstance(of, Client) and error.errno in _GONE:
+                    self.server.lose(of)
+                continue
+            count += 1
+            if isinstance(of, Client):
+                datagrams.append((of, data))
+            else:
+                self.server.receive(of, address, data)
         if datagrams:
             self.server.receive_many(datagrams)
-        if count:
-            self.send()
         return count
 
     def send(self) -> None:

@@ -102,6 +102,17 @@ def test_states_of_other_environments_are_refused():
         SoccerVectorEnv(2, "HFO1v0").load_state(many.save_state())
 
 
+def test_the_limit_of_an_episode_belongs_to_its_state():
+    short, long = SoccerEnv("HFO1v0", max_cycles=20), SoccerEnv("HFO1v0", max_cycles=40)
+    short.reset(seed=1)
+    long.reset(seed=1)
+    with pytest.raises(ParameterError, match="of an environment with max_cycles=20, here 40"):
+        long.load_state(short.save_state())
+    long.core.max_cycles = 20
+    long.load_state(short.save_state())
+    assert long.core.branch().max_cycles == 20
+
+
 def test_an_episode_starts_where_it_is_told_to():
     env = SoccerEnv("HFO1v1", debug_info=True)
     start = {"ball": (30.0, 5.0, 0.5, 0.0), "left_1": (25.0, 4.0, 1.0), "right_1": (51.0, 0.0)}

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from cprm_gym.server import Port, Server, Settings
+from cprm_gym.simulator.kernels import Kernel
 
-SYNCHRONOUS = Settings.from_words(["server::synch_mode=true", "server::coach_w_referee=true"])
+WORDS = ("server::synch_mode=true", "server::coach_w_referee=true")
+SYNCHRONOUS = Settings.from_words(WORDS)
 
 
 class Desk:
@@ -52,6 +54,27 @@ def test_commands_before_a_mistake_are_executed():
     assert desk.say("a", "(turn_neck 30)(nonsense)(turn_neck 40)") == ["(error illegal_command_form)"]
     desk.cycle()
     assert np.degrees(desk.server.stadium.world["neck"][0]) == pytest.approx(30)
+
+
+def test_a_cycle_hands_no_single_record_to_a_kernel(monkeypatch):
+    """That takes a hundred times as long as an array: what everybody says and sees would fill the cycle."""
+    desk = Desk(Settings.from_words([*WORDS, "server::auto_mode=true", "server::fullstate_l=true", "server::fullstate_r=true"]))
+    for n in range(22):
+        desk.say(n, f"(init {'Left' if n < 11 else 'Right'} (version {19 if n % 3 else 7}))")
+    call, records = Kernel.__call__, []
+
+    def watched(self, *args):
+        records.extend(self.__name__ for arg in args if isinstance(arg, np.void))
+        return call(self, *args)
+
+    monkeypatch.setattr(Kernel, "__call__", watched)
+    for _ in range(3):
+        players = list(desk.clients.items())
+        desk.server.receive_many([(client, b'(dash 50)(say "hello")(attentionto our 3)(sense_body)(done)\0') for _, client in players])
+        heard = desk.cycle()
+        desk.server.look_late()
+    assert any("hello" in text for text in heard[1])
+    assert records == []
 
 
 def test_everybody_is_asked_and_waited_for():

@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 from cprm_gym.cli import app
 from cprm_gym.client.monitor import MonitorConnection, read_frame
 from cprm_gym.errors import CprmError, FormatError
-from cprm_gym.server import Server, Settings, Transport, run_in_real_time
+from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time
+from cprm_gym.server.command import port_words
 from cprm_gym.simulator.gamelog.reader import GameLogReader
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.simulator import Simulator
@@ -61,6 +62,13 @@ def test_a_log_is_watched_converted_and_counted(log, tmp_path):
         (("join", "A", "--port", "9", "--wait", "0.2"), "no answer from 127.0.0.1:9"),
         (("serve", "half_time=3"), "server::"),
         (("serve", "--clock", "slow"), "real, synchronous and fast"),
+        (("serve", "--port", "65534"), "allowed are 1 to 65533"),
+        (("serve", "--wait", "-1"), "seconds above 0"),
+        (("serve", "--port", "0", "--left", "/no/such/team"), "cannot be started"),
+        (("serve", "--port", "0", "--clock", "fast", "--wait", "0.1"), "no player of the left team came within 0.1 s"),
+        (("join", "A", "--port", "99999"), "a port is 1 to 65535"),
+        (("join", "A", "--wait", "-3"), "seconds above 0"),
+        (("join", "A", "--controller", "nobody"), "unknown controller"),
     ],
 )
 def test_mistakes_are_one_line_and_status_2(words, said):
@@ -91,6 +99,32 @@ def test_the_stream_of_a_server_is_recorded(tmp_path):
     frames = list(GameLogReader(tmp_path / "live.rcg"))
     assert len(frames) > 10
     assert frames[-1].time > frames[0].time
+
+
+def test_a_port_in_use_and_a_refused_team_are_one_line_and_status_2():
+    server = Server(Settings.from_words(["server::synch_mode=false"]))
+    for name, place in ((b"Left", 9), (b"Right", 7)):
+        server.receive(Port.PLAYER, ("127.0.0.1", place), b"(init " + name + b")")
+    with Transport(server, ports=(0, 0, 0)) as transport:
+        port = transport.ports[0]
+        taken = run("serve", "--port", port)
+        assert taken.exit_code == 2
+        assert f"port {port} of 127.0.0.1 cannot be used: Address already in use; another server" in taken.stderr
+        thread = threading.Thread(target=run_in_real_time, args=(transport,))
+        thread.start()
+        try:
+            refused = run("join", "Third", "--port", port, "--controller", "random", "--players", 1)
+        finally:
+            server.over = "told to end"
+            thread.join(20)
+    assert refused.exit_code == 2
+    assert "refuses (init Third (version 19) (goalie)): no_more_team" in refused.stderr
+
+
+def test_the_ports_follow_that_of_the_players():
+    assert port_words(7000) == ["server::port=7000", "server::coach_port=7001", "server::olcoach_port=7002"]
+    given = Settings.from_words([*port_words(7000), "server::coach_port=9000"]).server
+    assert (given.port, given.coach_port, given.olcoach_port) == (7000, 9000, 7002)
 
 
 def test_no_server_to_watch():

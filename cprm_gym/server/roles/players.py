@@ -7,9 +7,9 @@ import re
 from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
 
-from ...simulator.kernels.audio import hears_at_once
+from ...simulator.kernels.audio import QUEUE_PROTOCOL
 from ...simulator.protocol.commands import PlayerCommand, command_record, parse_commands, side_of_team
-from ...simulator.protocol.messages import hear_text, score_text, sense_body_text
+from ...simulator.protocol.messages import hear_text, score_text
 from ...simulator.setup import NEVER_SUBSTITUTED, home
 from ...simulator.state import LEFT, PlayerBit, PlayMode
 from ..clients import Player, Refused
@@ -252,7 +252,7 @@ def _say(stadium: Stadium, player: Player, message: str) -> None:
     stadium.player_says(player, message)
     k = int(w["audio_count"])
     for listener in stadium.players():
-        if hears_at_once(w, listener.row):
+        if listener.version < QUEUE_PROTOCOL:
             n = int(w["heard_count"][listener.row])
             if listener is player:
                 stadium.send(listener, f"(hear {stadium.time} self {_quoted(message, listener.version)})")
@@ -277,7 +277,7 @@ def _gaussian_see(stadium: Stadium, player: Player) -> None:
 
 
 def _sense_body(stadium: Stadium, player: Player) -> None:
-    stadium.send(player, sense_body_text(stadium.sim, 0, player.row + 1))
+    stadium.send_raw(player, stadium.bulk.bodies([player.row])[0])
 
 
 def _score(stadium: Stadium, player: Player) -> None:

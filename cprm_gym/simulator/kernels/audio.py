@@ -33,6 +33,12 @@ def hear_degrees(w, i, j, rounded):
 
 
 @kernel
+def hear_degrees_in(worlds, n, i, j, rounded):
+    """`hear_degrees` in world `n`, for callers outside: a record of an array takes them longer to hand over than the array."""
+    return hear_degrees(worlds[n], i, j, rounded)
+
+
+@kernel
 def hears_at_once(w, i):
     """The client of player `i` speaks a protocol before 8: what is said is not queued for him."""
     return 0 < w.protocol[i] < QUEUE_PROTOCOL

@@ -57,6 +57,12 @@ def arm(w, p, i):
 
 
 @kernel
+def arm_in(worlds, parameters, n, i):
+    """`arm` in world `n`, for callers outside: a record of an array takes them longer to hand over than the array."""
+    return arm(worlds[n], parameters[0], i)
+
+
+@kernel
 def sense_body(w, p, i, row):
     """The message of player `i` as numbers: m, m / cycle, cycles, rad; rounded as the message is."""
     row[STAMINA], row[EFFORT], row[CAPACITY] = w.stamina[i], w.effort[i], w.capacity[i]

@@ -119,6 +119,13 @@ def late_messages_due(w):
 
 
 @kernel
+def late_messages_of_all(worlds):
+    """`late_messages_due` of all worlds."""
+    for n in range(worlds.shape[0]):
+        late_messages_due(worlds[n])
+
+
+@kernel
 def see_messages_due(w):
     """Decide after a step who gets a see message before the next commands: bits 1 and 2 of ``w.saw``, first and second.
 

@@ -84,16 +84,22 @@ class _Lexer:
         self.at = found.end()
         if self.at == len(self.text):
             return "end", ""
-        if self.text[self.at] in "()":
-            return self.text[self.at], self.text[self.at]
-        matches = [
-            (kind, found[0])
-            for kind, pattern in (("number", _NUMBER), ("word", _WORD), ("string", _STRING))
-            if (found := pattern.match(self.text, self.at))
-        ]
-        if not matches:
+        first = self.text[self.at]
+        if first in "()":
+            return first, first
+        string = self._longest(_STRING) if first == '"' else ""
+        word = self._longest(_WORD)
+        number = "" if first.isalpha() else self._longest(_NUMBER)
+        if not (string or word or number):
             raise _Mistake(self.at)
-        return max(matches, key=lambda match: len(match[1]))
+        if string:
+            return "string", string
+        return ("word", word) if len(word) > len(number) else ("number", number)
+
+    def _longest(self, pattern: re.Pattern[str]) -> str:
+        """What of the text here is of a pattern."""
+        found = pattern.match(self.text, self.at)
+        return found[0] if found is not None else ""
 
     def take(self, *kinds: str) -> str:
         """The text of the next token, which must be of one of `kinds`."""

@@ -53,7 +53,7 @@ class _Reader:
             raise CommandError(f"`player` takes an object number from 1 to {PLAYERS}, got {player!r}")
         if not -sim.worlds <= world < sim.worlds:
             raise CommandError(f"`world` takes a number from 0 to {sim.worlds - 1}, got {world!r}")
-        self.sim = sim
+        self.sim, self.world = sim, world
         self.w = sim.world[world]
         self.p = sim.packed[0]
         self.i = int(player) - 1
@@ -239,15 +239,17 @@ def _agree(told: str, text: str, pointing: bool) -> bool:
     return len(mine) == len(other) and mine[:arm] == other[:arm] and (arm == -1 or mine[-1] == other[-1])
 
 
-def _arm(w: Any, p: Any, i: int) -> str:
-    movable, expires, distance, degrees = body.arm(w, p, i)
-    count = w["counts"][i, Count.ARM]
+def _arm(r: _Reader) -> str:
+    i = r.i
+    movable, expires, distance, degrees = body.arm_in(r.sim.world, r.sim.packed, r.world, i)
+    count = r.w["counts"][i, Count.ARM]
     return f"(arm (movable {movable}) (expires {expires}) (target {real(distance)} {int(degrees)}) (count {count}))"
 
 
-def _whole_arm(w: Any, p: Any, i: int) -> str:
+def _whole_arm(r: _Reader) -> str:
     """The same in a fullstate message: the distance as it is, the direction rounded."""
-    movable, expires, _, _ = body.arm(w, p, i)
+    w, i = r.w, r.i
+    movable, expires, _, _ = body.arm_in(r.sim.world, r.sim.packed, r.world, i)
     x, y = w["arm_target"][i] - w["pos"][i + 1] if expires else (0.0, 0.0)
     target = f"{real(math.sqrt(x * x + y * y))} {int(rounding.rounded_degrees(_face_angle(w, i, x, y))) if expires else 0}"
     return f"(arm (movable {movable}) (expires {expires}) (target {target}) (count {w['counts'][i, Count.ARM]}))"
@@ -279,7 +281,7 @@ def sense_body_text(sim: Simulator, world: int, player: int, protocol: int | Non
     if v >= 8:
         target = int(w["attention"][i])
         told = "none" if not target else f"{'l' if target <= 11 else 'r'} {(target - 1) % 11 + 1}"
-        parts.append(_arm(w, r.p, i))
+        parts.append(_arm(r))
         parts.append(f"(focus (target {told}) (count {counts[Count.ATTENTION]}))")
         parts.append(f"(tackle (expires {w['tackle_cycles'][i]}) (count {counts[Count.TACKLE]}))")
     if v >= 12:
@@ -300,7 +302,7 @@ def hear_text(sim: Simulator, world: int, player: int, protocol: int | None = No
     """
     r = _Reader(sim, world, player, protocol)
     w, i, v = r.w, r.i, r.protocol
-    at_once = bool(audio.hears_at_once(w, i))
+    at_once = 0 < int(w["protocol"][i]) < audio.QUEUE_PROTOCOL
     time = int(w["audio_time"]) if at_once else r.time
 
     def content(k: int) -> str:
@@ -316,7 +318,8 @@ def hear_text(sim: Simulator, world: int, player: int, protocol: int | None = No
         if entry < 0:
             heard += [(k, f"(hear {time} {who})")] if v >= 8 else []
             continue
-        degrees = int(w["heard_from"][i, n]) if at_once else int(audio.hear_degrees(w, i, speaker, v == audio.ROUNDED_PROTOCOL))
+        rounded = v == audio.ROUNDED_PROTOCOL
+        degrees = int(w["heard_from"][i, n] if at_once else audio.hear_degrees_in(sim.world, world, i, speaker, rounded))
         heard.append((k, f"(hear {time} {degrees} {who} {content(k)})" if v >= 8 else f"(hear {time} {degrees} {content(k)})"))
     return [text for _, text in (sorted(heard) if at_once else heard)]
 
@@ -457,7 +460,7 @@ def fullstate_text(sim: Simulator, world: int, player: int, protocol: int | None
     parts = [
         _fullstate_head(r),
         f"(count {' '.join(str(w['counts'][i, Count[name.upper()]]) for name in counts)})",
-        _whole_arm(w, r.p, i),
+        _whole_arm(r),
         f"(score {score[0]} {score[1]})",
         fullstate_rest(sim, world, player, protocol) if rest is None else rest,
     ]

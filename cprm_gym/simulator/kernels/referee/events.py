@@ -22,7 +22,7 @@ from ..geometry import side_of
 from .fouls import NO_FOUL, YELLOW, judge_tackle, show_card
 from .goals import catch_step, caught, crossed_goal_line, punched, touch_step
 from .keepaway import keepaway_step
-from .kick_off import automatic_kick_off, kick_off
+from .kick_off import automatic_kick_off, automatic_kick_offs, kick_off
 from .marks import mark_attack, mark_last_touch, mark_pass, mark_pass_touch, mark_set_play, mark_set_play_touch, remember_taker
 from .modes import (
     FOUL_CHARGE,
@@ -74,6 +74,7 @@ from .waits import end_foul
 __all__ = [
     "announce",
     "automatic_kick_off",
+    "automatic_kick_offs",
     "kick_off",
     "on_caught",
     "on_kick",

@@ -155,3 +155,10 @@ def automatic_kick_off(w, p, players_expected):
         w.auto_connect_wait -= 1
     if w.auto_kick_off_wait <= 0 or w.auto_connect_wait <= 0:
         kick_off(w, p)
+
+
+@kernel
+def automatic_kick_offs(worlds, parameters, players_expected):
+    """`automatic_kick_off` of all worlds."""
+    for n in range(worlds.shape[0]):
+        automatic_kick_off(worlds[n], parameters[0], players_expected)
