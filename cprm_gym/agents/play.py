@@ -45,6 +45,8 @@ class SoccerAgent:
         His own, by which he knows what his commands do.
     needs : sequence of str
         Parts of the observation that the percepts read beyond what is always there (`observation_space`): ``memory``, ``landmarks``.
+    given : mapping of str to str, optional
+        Of readings of his own percepts that the model is told, the percepts that are 1 where they were given (`given.check_given`).
     **options
         Passed on to `CPRMRunner`.
 
@@ -63,9 +65,10 @@ class SoccerAgent:
         needs: Sequence[str] = (),
         objects: Callable[[Observation], Objects] | None = None,
         body: Body = DEFAULT,
+        given: Mapping[str, str] | None = None,
         **options: Any,
     ) -> None:
-        check_given(cprm)
+        check_given(cprm, given)
         check_options(options, ("exclusive", "seed"))
         self.cprm = cprm
         self.needs = tuple(needs)

@@ -1,4 +1,4 @@
-"""No agent is told what was not given: neither by its links, nor in play."""
+"""No agent is told what was not given, and none acts on it: neither by its links, nor in play, on any tier of knowledge."""
 
 from dataclasses import replace
 
@@ -7,12 +7,16 @@ import pytest
 
 from cprm_gym.agents.given import check_given, giver
 from cprm_gym.agents.goalie import GoalieAgent, goalie_cprm
+from cprm_gym.agents.knowledge import ORACLES, TIERS
+from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.registry import AGENTS, make_controller
 from cprm_gym.agents.seeker import SEEKER
 from cprm_gym.architecture.cprm import Observe
 from cprm_gym.architecture.prm.model.formulas import Formula
+from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import SelfFeature
+from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ModelError, ParameterError
 from cprm_gym.simulator.senses import PlayerLevel
@@ -91,6 +95,57 @@ def test_every_agent_with_a_model_is_played_here():
     assert {agent.cprm.name for agent in agents if agent.cprm.model is not None} <= played
 
 
+def acts_alike(make, task, name, senses=None, cycles=CYCLES):
+    """Whether an agent does the same when noise stands wherever nothing was given; the other players are scripted."""
+    agents, draws = [make(task, name) for _ in range(2)], np.random.default_rng(2)
+    reckoned = np.ones(WORLDS, bool)  # memory makes a motion of two looks without any told
+    core = SoccerCore(task, WORLDS, controlled=name, seed=5, include=agents[0].needs, senses=senses or Senses())
+    core.see_changes.append(without_numbers)
+    observation = {key: value[:, 0] for key, value in core.reset(5).items()}
+    for cycle in range(cycles):
+        views = observation, scrambled(observation, reckoned, draws)
+        if cycle == 0:
+            for agent, view in zip(agents, views):
+                agent.reset(view, 0)
+        actions = [agent.act(view) for agent, view in zip(agents, views)]
+        if any(not np.allclose(actions[0][key], actions[1][key], atol=1e-5) for key in actions[0]):
+            return False
+        core.step({key: np.asarray(value)[:, None] for key, value in actions[0].items()})
+    return True
+
+
+@pytest.mark.parametrize("task", sorted({*AGENTS} - {"Soccer", "Soccer11v11"}))
+def test_no_agent_acts_on_what_was_not_given(task):
+    """With a model or without one."""
+    assert acts_alike(make_controller, make_task(task), "left_1")
+
+
+@pytest.mark.parametrize("tier", [name for name in TIERS if name not in ORACLES])
+def test_no_tier_tells_what_was_not_given(tier):
+    for task, player in PLAYERS.items():
+        if tier in player.tiers:
+            for senses in (Senses(lost=0.5), Senses(noise=0.5, motion=False, late=1)):
+                assert acts_alike(player.on(tier, senses), make_task(task, **player.options), "left_1", senses, cycles=25), (task, senses)
+
+
+class Gullible:
+    """Turns to where the ball is said to be, whether he was told or not."""
+
+    needs = ("memory",)
+
+    def reset(self, observation, seed, worlds=None):
+        pass
+
+    def act(self, observation):
+        action = no_action(WORLDS)
+        action["type"][:], action["params"][:, 0] = 2, np.clip(observation["ball"][:, 1] / np.pi, -1.0, 1.0)
+        return action
+
+
+def test_who_acts_on_what_was_not_given_is_caught():
+    assert not acts_alike(lambda task, name: Gullible(), make_task("Goalie"), "left_1")
+
+
 def test_an_opponent_without_a_number_who_faces_the_goal_is_not_told_as_facing_away():
     task = make_task("Goalie")
     agent = make_controller(task, "left_1")
@@ -115,6 +170,9 @@ def test_an_opponent_without_a_number_who_faces_the_goal_is_not_told_as_facing_a
         (Observe("ball.seen_vx", "ball.vx", when="ball.placed"), "ball.moving"),
         (Observe("ball.seen_x", "ball.x"), "ball.placed"),
         (Observe("ball.seen_x", "2 * ball.x - 1", when="ball.placed >= 0"), "ball.placed"),
+        (Observe("ball.seen_x", "ball.x", when="ball.placed or (ball_distance > 5 and ball_distance < 6)"), "ball.placed"),
+        (Observe("o1.seen_facing", likelihood=("1", "0.5", "o1.facing")), "o1.faced"),
+        (Observe("ball.seen_x", "1", when="ball.x > 3"), "ball.placed"),
     ],
 )
 def test_a_link_that_tells_a_reading_at_other_times_is_refused(link, flag):
@@ -122,10 +180,20 @@ def test_a_link_that_tells_a_reading_at_other_times_is_refused(link, flag):
         check_given(replace(goalie_cprm(2), observations=(link,)))
 
 
+def test_a_reading_of_which_nothing_is_said_is_refused_until_something_is():
+    cprm = replace(goalie_cprm(2), observations=(Observe("ball.seen_x", "smell.x", when="smell.sensed"),))
+    with pytest.raises(ModelError, match=r"nothing says when its reading 'smell\.x' is given"):
+        check_given(cprm)
+    check_given(cprm, {r"smell\.(x|sensed)": "smell.sensed"})
+    with pytest.raises(ModelError, match=r"only where 'smell\.sensed' is 1"):
+        check_given(replace(cprm, observations=(Observe("ball.seen_x", "smell.x"),)), {r"smell\.x": "smell.sensed"})
+    check_given(replace(cprm, observations=(Observe("ball.seen_x", "smell.x"),)), {r"smell\.x": ""})
+
+
 def test_a_condition_may_ask_for_more():
     check_given(replace(goalie_cprm(2), observations=(Observe("ball.seen_x", "ball.x", when="ball.placed >= 1 and ball_distance > 4"),)))
     check_given(SEEKER)
-    assert giver("body.stamina") is None
+    assert (giver("body.stamina"), giver("smell.x")) == ("", None)
 
 
 def test_a_wrong_engine_is_told_when_the_agent_is_made():

@@ -209,6 +209,7 @@ class Tracker:
         radial = distance * np.hypot(step, n[0]) + 0.03
         aside = distance * np.sqrt((np.radians(s.quantise) ** 2) / 12.0 + n[1] ** 2 + np.radians(self.constants.turned) ** 2) + 0.02
         moving = level >= BallLevel.MOVING
+        told[:, 2:] = np.where(moving[:, None], told[:, 2:], self._mean[:, 2:])  # of a motion that is not told nothing is learned
         fast = np.where(moving, np.sqrt((VELOCITY_STEP * distance) ** 2 / 12.0 + n[2] ** 2 + 0.02**2), 1e3)
         turn = distance * np.hypot(TURN_STEP / np.sqrt(12.0), n[3]) + np.abs(across) * radial / distance + 0.02
         turn = np.where(moving, turn, 1e3)
