@@ -6,6 +6,7 @@
 `models`      what the agents believe: classes, relations and views
 `play`        `SoccerAgent`: a CPRM as a controller
 `seeker`      the agents, one file each: `striker`, `passer`, `goalie`, `outfielder`, `eleven` too
+`worlds`      stages, and worlds learned on them, for analysis
 `catalogue`   every net that ships, by name
 ============  ===========================================================================================
 """

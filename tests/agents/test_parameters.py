@@ -26,8 +26,9 @@ from cprm_gym.agents.skills.kick import kick
 from cprm_gym.agents.skills.orient import orient
 from cprm_gym.agents.skills.watch_ball import watch_ball
 from cprm_gym.agents.striker import striker_cprm
+from cprm_gym.agents.worlds.trials import TRIALS
 from cprm_gym.architecture.petri import Executor
-from cprm_gym.benchmark.skills import TRIALS, measure
+from cprm_gym.benchmark.skills import measure
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.parameters import ServerParameters

@@ -14,11 +14,12 @@ from cprm_gym.agents.skills.advance import ADVANCE
 from cprm_gym.agents.skills.kick import KICK
 from cprm_gym.agents.skills.pass_ball import PASS_BALL, TURNS
 from cprm_gym.agents.skills.receive import PATIENCE, RECEIVE
+from cprm_gym.agents.worlds.trials import TRIALS
 from cprm_gym.architecture.analysis.modules.contracts import check_contract
 from cprm_gym.architecture.cprm import CPRM, CPRMRunner
 from cprm_gym.architecture.equivalences import MachineRunner, RegionsRunner, Rule, StateMachine, machine_net, regions_cprm
 from cprm_gym.architecture.petri import Command, Executor
-from cprm_gym.benchmark.skills import TRIALS, measure
+from cprm_gym.benchmark.skills import measure
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task

@@ -5,15 +5,16 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from cprm_gym.agents.worlds.learned import BEHAVIOURS, learn_world, simulate
 from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.product.explore import product
+from cprm_gym.architecture.analysis.rare.conditional import conditional
 from cprm_gym.benchmark.behaviours import report as reports
 from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
-from cprm_gym.benchmark.behaviours.worlds import BEHAVIOURS, learn_world, simulate
 from cprm_gym.cli import app
 from cprm_gym.errors import ModelError, NetError, UnknownName
 
-WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power", "catch_ball": "reachable"}
+WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power", "catch_ball": "reachable", "pass_and_receive": "power"}
 """Behaviour -> the math place whose sign a broken version has wrong."""
 
 
@@ -41,7 +42,7 @@ def test_the_methods_agree_on_going_to_the_ball(seeking):
     assert seeking.sampled.properties["one thing at a time"].true == 300
 
 
-@pytest.mark.parametrize(("name", "done"), [("approach", "arrived"), ("pass_ball", "passed")])
+@pytest.mark.parametrize(("name", "done"), [("approach", "arrived"), ("pass_ball", "passed"), ("pass_and_receive", "received")])
 def test_a_world_that_heeds_how_far_the_behaviour_is_comes_nearer_to_the_simulator(name, done):
     """Cells that forget it let a player fail who turns in one direction until he sees the ball, or counts his looks."""
     real, _ = simulate(name, 500, 77)
@@ -53,6 +54,17 @@ def test_a_world_that_heeds_how_far_the_behaviour_is_comes_nearer_to_the_simulat
     aside = {heed: abs(chance(heed) - real[done] / 500) for heed in ("nothing", "all")}
     assert aside["all"] < 0.7 * aside["nothing"]
     assert aside["all"] < 0.006
+
+
+def test_the_pairs_cycle_is_two_nets_in_one_world():
+    net, outcomes, world = learn_world("pass_and_receive", 150)
+    assert list(outcomes) == ["received", "failed", "missed"]
+    assert {"passer.kick", "receiver.dash"} <= {c for _, commands in world.counts for c in commands}
+    made = product(net, world, outcomes)
+    run, _ = conditional(made.chain, "received").likeliest_run()
+    told = " ".join(made.tell(run))
+    assert "passer.kick" in told
+    assert "receiver." in told.partition("passer.kick")[2]
 
 
 @pytest.mark.slow

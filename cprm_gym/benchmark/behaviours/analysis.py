@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...agents.worlds.learned import behaviour as named
+from ...agents.worlds.learned import learn_world, simulate
+from ...agents.worlds.stage import Change
 from ...architecture.analysis.bounded.unknown_state import unknown_state_bounds
 from ...architecture.analysis.bounded.value_iteration import IntervalBounds, interval_bounds
 from ...architecture.analysis.bounds import Bounds
@@ -24,12 +27,9 @@ from ...architecture.analysis.sampling.runs import UNFINISHED, ChainRuns
 from ...architecture.analysis.sampling.sample import Sample, sample
 from ...architecture.petri import PetriNet
 from ...errors import ModelError, NetError, unknown_name
-from .worlds import behaviour as named
-from .worlds import learn_world, simulate
 
 METHODS = ("exact", "bounded", "sampled", "simulator")
 """exact: the learned cells' likeliest chances; bounded: within their intervals; sampled: runs of the same; simulator: fresh episodes."""
-Change = Callable[[PetriNet], PetriNet]
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 import pytest
 
+from cprm_gym.agents.worlds.learned import learn_world
 from cprm_gym.architecture.analysis.bounded.value_iteration import interval_bounds
 from cprm_gym.architecture.analysis.high_level.automatic import automatic_analysis
 from cprm_gym.architecture.analysis.markov.absorption import absorption
@@ -10,7 +11,6 @@ from cprm_gym.architecture.analysis.product.prm_world import PRMWorld
 from cprm_gym.architecture.petri import Command, Input, PetriNet, Place, Ports, Transition
 from cprm_gym.architecture.prm import BOOL, Attribute, Model, Prior, PRMClass, Relation, Replace, Table, prev
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
-from cprm_gym.benchmark.behaviours.worlds import learn_world
 from cprm_gym.errors import NetError
 
 PORTS = Ports(begin="begin", ongoing="ongoing", done="done", errors=("failed",))

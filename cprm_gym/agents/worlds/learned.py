@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
-from ...agents.body import Body
-from ...agents.play import BODY_COMMANDS, SoccerAgent
 from ...architecture.analysis.product.learned_world import LearnedWorld, thresholds_of
-from ...architecture.cprm import CPRMRunner
 from ...architecture.petri import PetriNet, Place, compile_net
 from ...architecture.petri.net.modules import instances
-from ...envs.core import SoccerCore
 from ...errors import unknown_name
-from ...simulator.parameters import Rules
-from ..skills import SETTLE, TRIALS, _Stage
+from .pair import pair_on_stage
+from .stage import Cast, Change, Stage, alone_on_stage
 
 FINER: Mapping[str, tuple[float, ...]] = {
     "distance": (0.5, 0.7, 1.0, 1.3, 1.7, 2.2, 3.0, 4.0, 6.0, 9.0, 13.0, 18.0),
@@ -33,27 +30,24 @@ class Behaviour:
 
     Attributes
     ----------
-    trial : str
-        Of `benchmark.skills.TRIALS`: where it starts.
+    cast : callable
+        Who plays what; takes a change of the skill's net, or None.
     finer : mapping of str to tuple of float
         Further cuts, beside `FINER`.
     """
 
-    trial: str
+    cast: Callable[[Change | None], Cast]
     finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def limit(self) -> int:
         """Cycles after which it is cut off."""
-        return TRIALS[self.trial].cycles
+        return self.cast(None).limit
 
 
 BEHAVIOURS: dict[str, Behaviour] = {
-    "approach": Behaviour("approach"),
-    "catch_ball": Behaviour("catch_ball"),
-    "go_to_ball": Behaviour("go_to_ball"),
-    "pass_ball": Behaviour("pass_ball"),
-    "receive": Behaviour("receive"),
+    **{name: Behaviour(partial(alone_on_stage, name)) for name in ("approach", "catch_ball", "go_to_ball", "pass_ball", "receive")},
+    "pass_and_receive": Behaviour(pair_on_stage),
 }
 """Those that can be analysed in the simulator's world."""
 
@@ -68,63 +62,6 @@ def behaviour(name: str) -> Behaviour:
     if name not in BEHAVIOURS:
         raise unknown_name("behaviour", name, BEHAVIOURS)
     return BEHAVIOURS[name]
-
-
-def outcomes_of(net: PetriNet) -> dict[str, str]:
-    """Outcome -> place, of a net made by `benchmark.skills.alone`: done, and the errors of the skill within."""
-    skill = net.modules["skill"]
-    ports = skill.ports
-    return {str(ports.done or "done"): "done", **{error: f"skill.{error}" for error in ports.errors}}
-
-
-class Stage:
-    """A behaviour alone in a batch of worlds of the simulator.
-
-    Parameters
-    ----------
-    name : str
-        Of `BEHAVIOURS`.
-    worlds : int
-    seed : int
-    net : callable, optional
-        Makes another net of the one that is played: a broken version.
-    """
-
-    def __init__(self, name: str, worlds: int, seed: int, net: Any = None) -> None:
-        trial = TRIALS[behaviour(name).trial]
-        if net is not None:
-            made = trial.make
-            trial = replace(trial, make=lambda *given: net(made(*given)))
-        rules = Rules.CATCH if trial.goalie else Rules.NONE
-        stage = _Stage(name="stage", left=2, left_goalie=int(trial.goalie), start=trial.start, rules=rules)
-        task = replace(stage, max_cycles=10_000, others="hold")
-        self.core = SoccerCore(task, worlds, seed=seed, include=("memory",))
-        self.agent: SoccerAgent = trial.agent(behaviour(name).trial, Body.of(task))
-        self.net: PetriNet = self.agent.cprm.net
-        self.outcomes = outcomes_of(self.net)
-        self.limit = trial.cycles + SETTLE
-        self.worlds, self.seed = worlds, seed
-        self.judge = trial.judge
-
-    def play(self) -> Iterator[tuple[dict[str, np.ndarray], list[tuple[str, ...]], dict[str, np.ndarray], CPRMRunner]]:
-        """Cycle by cycle: percepts (and beliefs), commands of the body of each world, whether each outcome is marked, the runner."""
-        observation = self.core.reset(self.seed)
-        mine = {k: v[:, 0] for k, v in observation.items()}
-        self.agent.reset(mine, self.seed)
-        runner = self.agent.controller
-        assert runner is not None
-        sent = [c for c in runner.executor.command_names if c in BODY_COMMANDS]
-        for _ in range(self.limit):
-            mine = {k: v[:, 0] for k, v in observation.items()}
-            percepts = dict(self.agent.perceive(mine))
-            action = self.agent.act(mine)
-            fired = runner.executor._commands.fired
-            commands = [tuple(c for c in sent if fired[c][w]) for w in range(self.worlds)]
-            seen = {name: np.asarray(percepts[name], float) for name in runner.executor.input_names}
-            seen |= {name: runner.executor.read(name) for name in runner.executor.belief_names}
-            marks = {name: runner.executor.read(place) > 0 for name, place in self.outcomes.items()}
-            yield seen, commands, marks, runner
-            self.core.step({k: np.asarray(v)[:, None] for k, v in action.items()})
 
 
 def edges_of(name: str, net: PetriNet) -> dict[str, tuple[float, ...]]:
@@ -175,16 +112,17 @@ def learn_world(
     -------
     (PetriNet, outcomes, LearnedWorld)
     """
-    stage = Stage(name, episodes, seed, net)
-    heeds = heeds_of(stage.net, parts=heed == "parts") if heed != "nothing" else ()
-    world = LearnedWorld(edges_of(name, stage.net), confidence, tuple(BODY_COMMANDS), heeds)
+    cast = behaviour(name).cast(net)
+    stage = Stage(cast, episodes, seed)
+    heeds = heeds_of(cast.net, parts=heed == "parts") if heed != "nothing" else ()
+    world = LearnedWorld(edges_of(name, cast.net), confidence, cast.acts, heeds)
     before: list[tuple[int, ...] | None] = [None] * episodes
     commands: list[tuple[str, ...]] = [()] * episodes
     going = np.ones(episodes, bool)
-    for seen, sent, marks, runner in stage.play():
-        cells = world.cells({place: runner.executor.read(place) for place in world.edges})
+    for seen, sent, marks, read in stage.play():
+        cells = world.cells({place: read(place) for place in world.edges})
         rows = [tuple(row) for row in cells.tolist()]
-        tokens = {place: runner.executor.read(place) for place in heeds}
+        tokens = {place: read(place) for place in heeds}
         for w in np.flatnonzero(going).tolist():
             last = before[w]
             if last is None:
@@ -199,7 +137,7 @@ def learn_world(
             going &= ~marked
         if not going.any():
             break
-    return stage.net, stage.outcomes, world
+    return cast.net, dict(cast.outcomes), world
 
 
 def _reading(seen: Mapping[str, np.ndarray], w: int) -> dict[str, float]:
@@ -208,11 +146,11 @@ def _reading(seen: Mapping[str, np.ndarray], w: int) -> dict[str, float]:
 
 def simulate(name: str, episodes: int, seed: int, *, net: Any = None) -> tuple[dict[str, int], np.ndarray]:
     """Outcomes of fresh episodes in the simulator, and the cycle in which each ended (-1: cut off)."""
-    stage = Stage(name, episodes, seed, net)
-    counts = dict.fromkeys((*stage.outcomes, "unfinished"), 0)
+    stage = Stage(behaviour(name).cast(net), episodes, seed)
+    counts = dict.fromkeys((*stage.cast.outcomes, "unfinished"), 0)
     ended = np.full(episodes, -1)
-    for cycle, (_, _, marks, _) in enumerate(stage.play()):
-        for outcome, marked in marks.items():
+    for cycle, played in enumerate(stage.play()):
+        for outcome, marked in played.marks.items():
             fresh = marked & (ended < 0)
             counts[outcome] += int(fresh.sum())
             ended[fresh] = cycle

@@ -1,0 +1,8 @@
+"""Soccer's worlds for analysis: behaviours put on a stage of the simulator, and models of what surrounds them there.
+
+==========  ============================================================================================
+`trials`    every skill alone: where it starts, what it promises
+`learned`   cells of what a net tests, with counts of how they follow each other in the simulator
+`pair`      one passes and the other receives: two nets, one world
+==========  ============================================================================================
+"""
