@@ -1,20 +1,27 @@
 """What a step of the Gaussian mixture engine costs: ``python tests/benchmarks/bench_real_numbers.py``.
 
 CPU time of this process, medians over 100 steps. A ball and eleven players, each with place and velocity in real numbers, distance and
-direction of all of them read in every step; and the ball of `cprm_gym.agents.knowledge.ball` with its modes.
+direction of all of them read in every step; the ball of `cprm_gym.agents.knowledge.ball` with its modes; and what the tier ``belief`` does
+in a match of eleven a side, from recorded observations of one who runs about and looks: himself, the 21 others, all of it with the ball.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from time import process_time
+from typing import Any
 
 import numpy as np
 
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge.ball import SELF, BallConstants, ball_model
+from cprm_gym.agents.knowledge.belief import BeliefTier
 from cprm_gym.architecture.prm import Angle, Attribute, Filter, Grounding, Interval, Model, Noise, PRMClass, Real
 from cprm_gym.architecture.prm.inference.engines.mixture import MixtureEngine
+from cprm_gym.envs.controller import Action, Observation, no_action
+from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.players.senses import Senses
+from cprm_gym.simulator.state import CommandKind
 
 
 def thing(name: str) -> PRMClass:
@@ -41,8 +48,57 @@ def microseconds(filter: Filter, told: list[dict[str, object]]) -> float:
     return 1e6 * float(np.median(spent))
 
 
+def match(worlds: int, cycles: int = 60) -> tuple[list[Observation], list[Action]]:
+    """What a player of a match is told and does, in `worlds` worlds."""
+    core = SoccerCore("Soccer11v11", worlds, controlled="left_7", others="strong", include=("landmarks", "lines"), seed=3)
+    core.reset(3)
+    random = np.random.default_rng(0)
+    told, sent = [], []
+    for _ in range(cycles):
+        told.append({key: value[:, 0].copy() for key, value in core.observation.items()})
+        action = no_action(worlds)
+        action["type"][:] = random.choice([CommandKind.DASH, CommandKind.TURN], worlds)
+        action["params"][:, 0] = random.uniform(-0.5, 1.0, worlds)
+        sent.append(action)
+        core.step({key: value[:, None] for key, value in action.items()})
+    return told, sent
+
+
+def timed(step: Callable[..., Any], spent: list[float]) -> Callable[..., Any]:
+    """The same, which notes its CPU time."""
+
+    def run(*arguments: Any) -> Any:
+        begun = process_time()
+        found = step(*arguments)
+        spent.append(process_time() - begun)
+        return found
+
+    return run
+
+
+def raw_senses() -> None:
+    """Rows of the tier ``belief``."""
+    for agents in (1, 250):
+        told, sent = match(agents)
+        tier = BeliefTier(Senses())
+        tier.reset(told[0])
+        spent: dict[str, list[float]] = {"self": [], "21 others": [], "self, ball and 21 others": []}
+        tier.pose.step = timed(tier.pose.step, spent["self"])  # type: ignore[method-assign]
+        tier.others.step = timed(tier.others.step, spent["21 others"])  # type: ignore[method-assign]
+        for k, observation in enumerate(told):
+            begun = process_time()
+            tier.know(observation, sent[k - 1] if k else None)
+            spent["self, ball and 21 others"].append(process_time() - begun)
+        for name, times in spent.items():
+            mean = 1e6 * float(np.mean(times[10:]))
+            worst = 1e6 * float(np.quantile(times[10:], 0.95))
+            each = mean / {"self": 1, "21 others": 21}.get(name, 23) / agents
+            print(f"{name}, {agents} agents: {mean:.0f} us a cycle (95 %: {worst:.0f}), {each:.2f} us for an object and agent")
+
+
 def main() -> None:
     """Print the table."""
+    raw_senses()
     rng = np.random.default_rng(0)
     objects = {"ball": "Ball", **{f"o{k}": "Opponent" for k in range(1, 12)}}
     world = Grounding(Model("scene", (thing("Ball"), thing("Opponent"))), objects)

@@ -22,6 +22,7 @@ from ...architecture.prm.inference.posterior import Posterior
 from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
+from ...errors import ModelError
 from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
@@ -37,6 +38,18 @@ RECKONED = 0.1**2, np.radians(0.44) ** 2
 """Variances of a place (m^2) and a face (rad^2) that are dead reckoning's."""
 PLACED = replace(BallConstants(), placed=0.03, turned=0.1)
 """The ball's constants where the own pose is as good as the model's, not as dead reckoning's."""
+
+
+MOTION = ("ball.x", "ball.y", "ball.vx", "ball.vy")
+
+
+def expected(posterior: Posterior) -> np.ndarray:
+    """(N, 4) expected place and velocity of the ball."""
+    try:
+        weights, means, _ = posterior.components(*MOTION)
+    except ModelError:  # before the first look they do not hang together
+        return np.stack([posterior.read(name) for name in MOTION], axis=1)
+    return np.einsum("nk,nki->ni", weights, means)
 
 
 class BeliefTier(Tracker):
@@ -109,7 +122,8 @@ class BeliefTier(Tracker):
         """What is expected, carried on to now."""
         if sent is not None:
             self._cycles += 1
-            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+            kicking = (np.asarray(sent["type"]) == CommandKind.KICK).any()
+            self._pushes = [self._own_kick(sent) if kicking else np.zeros((len(self._cycles), 2)), *self._pushes[:-1]]
         me = self._locate(observation, sent)
         late, others = self._late - self._everything, self._late_others - self._everything
         unsure = np.stack([0.5 * (self.pose.cov[:, 1, 1] + self.pose.cov[:, 2, 2]), self.pose.cov[:, 0, 0]], axis=1)
@@ -183,7 +197,7 @@ class BeliefTier(Tracker):
         self.posterior = posterior = self._filter.step(readings)
         self._seen |= seen
         self._ball_age = np.where(seen, 0.0, np.where(young, self._ball_age, self._ball_age + 1.0))
-        self._mean = np.stack([posterior.read(f"ball.{name}") for name in ("x", "y", "vx", "vy")], axis=1)
+        self._mean = expected(posterior)
         if self._late == self._everything:  # late news of the ball are of another look than that from which he now knows his place
             looked = np.asarray(observation["body"])[:, BodyFeature.FRESH] > 0
             away = self._mean[:, :2] - me[:, [SelfFeature.X, SelfFeature.Y]]

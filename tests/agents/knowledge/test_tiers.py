@@ -17,7 +17,7 @@ from cprm_gym.agents.knowledge.tracker import Tracker
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.envs.controller import no_action
-from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.core import SoccerCore, select_agents
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
@@ -25,19 +25,22 @@ from cprm_gym.simulator.state import Count
 
 PARTS = ("memory", "landmarks", "lines")
 """Of an observation, for all tiers."""
+MEASURES = {"cprm_gym/benchmark/tracking.py", "cprm_gym/benchmark/scene/error.py"}
+"""What says how far a tier is off."""
 
 
 def of_agent(core, k=0):
     return {key: value[:, k].copy() for key, value in core.observation.items()}
 
 
-def play(factory, worlds=6, cycles=40, senses=None, task="Goalie", seed=3, first=0):
+def play(factory, worlds=6, cycles=40, senses=None, task="Goalie", seed=3, first=0, parts=PARTS):
     """(core, observations, actions) of the first agent's episodes; the others are idle."""
     made = make_task(task)
-    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=PARTS, senses=senses or Senses())
-    core.reset(seed)
-    agent = core.agents[0]
+    agent = select_agents(made.controlled, made.left, made.right)[0]
     controller = factory(made, agent)
+    include = controller.needs if parts is None else parts
+    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=include, senses=senses or Senses())
+    core.reset(seed)
     if isinstance(controller, Informed):
         controller.connect(core, agent)
     seen, done = [of_agent(core)], []
@@ -82,6 +85,37 @@ def test_any_controller_runs_on_any_tier_unchanged(task, controller, tier):
         return
     _, _, actions = play(factory, worlds=3, cycles=12, task=task)
     assert all(np.isfinite(action["params"]).all() for action in actions)
+
+
+@pytest.mark.parametrize(
+    ("task", "controller"),
+    [("Goalie", "cprm"), ("LostAndFound", "cprm"), ("KickOffShot", "cprm"), ("KickOffShot2v2", "cprm"), ("PassAndAdvance", "cprm"),
+     ("GoToBall", "cprm"), ("Soccer5v5", "cprm")],
+)  # fmt: skip
+def test_on_the_belief_no_agent_needs_the_environments_memory(task, controller):
+    """The observation has neither what the environment reckons of the ball and the others nor of himself."""
+    core, _, actions = play(informed(load_controller(controller), "belief"), worlds=2, cycles=8, task=task, parts=None)
+    assert not {"self", "memory", "memory_age"} & set(core.observation)
+    assert {"landmarks", "lines"} <= set(core.observation)
+    assert all(np.isfinite(action["params"]).all() for action in actions)
+
+
+def test_a_tier_tells_himself_and_the_others_where_they_are():
+    """Of the goalie's belief after six cycles: himself to 20 cm, his row among the others, the opponents he sees to a metre."""
+    core, seen, actions = play(informed(goalie_memory.make_controller, "belief"), worlds=20, cycles=6)
+    tier = make_tier("belief", make_task("Goalie"), "left_1")
+    tier.reset(seen[0])
+    for k, told in enumerate(seen):
+        known = tier.know(
+            {key: value for key, value in told.items() if key not in ("self", "memory", "memory_age")}, actions[k - 1] if k else None
+        )
+    true = core.truth("left_1")
+    assert np.hypot(*(known["self"][:, k] - true["self"][:, k] for k in (0, 1))).max() < 0.2
+    assert known["memory"][:, 1, :2] == pytest.approx(known["self"][:, :2])
+    there = (known["memory_age"][:, 12:] <= 1) & (true["memory_age"][:, 12:] == 0)
+    gaps = np.hypot(*(known["memory"][:, 12:, k] - true["memory"][:, 12:, k] for k in (0, 1)))[there]
+    assert len(gaps) > 10
+    assert np.median(gaps) < 0.6
 
 
 @pytest.mark.parametrize("tier", [t for t in TIERS if t != "bins"])
@@ -294,8 +328,8 @@ def test_the_hooks_of_the_truth_are_used_by_oracles_alone():
     for folder in ("cprm_gym", "baselines"):
         for path in Path(ROOT, folder).rglob("*.py"):
             text = path.read_text(encoding="utf-8")
-            # what measures how far a tracker is off is no controller
-            if path.name != "tracking.py" and re.search(r"core\.(truth|branch)\(|true_memory\(", text):
+            # what measures how far a tier is off is no controller
+            if path.relative_to(ROOT).as_posix() not in MEASURES and re.search(r"core\.(truth|branch)\(|true_memory\(", text):
                 users.add(path.relative_to(ROOT).as_posix())
     assert users == {"cprm_gym/agents/knowledge/oracles.py", "cprm_gym/envs/core.py", "cprm_gym/envs/players/memory.py"}
 

@@ -44,6 +44,8 @@ class PlayerConstants(Constants):
     """m / cycle by which the velocity of one who rests changes (standard deviation)."""
     steady: float = between(0.03, 0.001, 0.3)
     """The same of one who runs on."""
+    keeps: float = between(0.97, 0.5, 1.0)
+    """Share of his velocity that one who runs on keeps in a cycle."""
     sudden: float = between(0.15, 0.02, 0.6)
     """The same of one who starts, stops or turns."""
     holds: float = between(0.6, 0.0, 1.0)

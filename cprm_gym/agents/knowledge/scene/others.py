@@ -44,7 +44,9 @@ def modes_of(body: Body, constants: PlayerConstants) -> Modes:
     other = 0.5 * (1.0 - c.lasting)
     switch = np.full((3, 3), other)
     np.fill_diagonal(switch, c.lasting)
-    return Modes(switch, np.array([decay, 1.0, c.holds]), np.array([c.still, c.steady, c.sudden]) ** 2, np.full(3, 1.0 / 3.0), c.turning**2)
+    return Modes(
+        switch, np.array([decay, c.keeps, c.holds]), np.array([c.still, c.steady, c.sudden]) ** 2, np.full(3, 1.0 / 3.0), c.turning**2
+    )
 
 
 def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None, sights: int = 0) -> Model:

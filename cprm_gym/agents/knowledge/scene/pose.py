@@ -23,6 +23,7 @@ from ....envs.players.senses import Senses
 from ....simulator.state import CommandKind
 from ...body import DEFAULT, Body
 from .constants import PoseConstants
+from .kernels.motion import motion_of, tell_self
 from .kernels.pose import know_pose
 
 ROUNDING = 0.05
@@ -30,6 +31,8 @@ ROUNDING = 0.05
 DEGREE = np.radians(1.0)
 TIMES = 2
 """How often a look is taken, each time around where the one before led to."""
+TURN_SCALE = np.radians(PARAMETER_SCALES[CommandKind.TURN, 0])
+"""rad of moment that 1 means."""
 STARTED = -20.0
 """x of one who has not found out where he is, as in every memory."""
 
@@ -97,6 +100,10 @@ class PoseFilter:
             server.quantize_step_l, ROUNDING, 0.5 * DEGREE, rate, c.slack**2, c.slanting**2, c.late if senses.asynchronous else 0.0,
             c.surprise, c.spread, c.turn,
         ])  # fmt: skip
+        self._bounds = np.array([
+            c.twisting, *np.radians((server.minmoment, server.maxmoment)), kind.inertia_moment, server.player_rand / np.sqrt(3.0),
+            *np.radians((server.minneckang, server.maxneckang)), kind.player_decay, c.straying, c.bumped,
+        ])  # fmt: skip
         self._work = np.zeros((4, 4, 4))
         self.mean: np.ndarray = np.zeros((0, 3))
         self.reset(0)
@@ -107,11 +114,12 @@ class PoseFilter:
             self.mean, self.cov = np.zeros((count, 3)), np.zeros((count, 3, 3))
             self.known, self.late = np.zeros(count, bool), np.zeros(count)
             self._neck, self._speed, self._free = np.zeros(count), np.zeros(count), np.ones(count, bool)
-            self._begun = np.zeros(count, bool)
+            self._nothing = np.zeros(count, np.int64), np.zeros(count), np.zeros(count)
+            self._resting = np.zeros(count, bool)
             self.mean[:, 1] = STARTED
             return
         self.mean[worlds] = (0.0, STARTED, 0.0)
-        self.known[worlds], self._begun[worlds], self._free[worlds] = False, False, True
+        self.known[worlds], self._free[worlds] = False, True
         self._neck[worlds], self._speed[worlds] = 0.0, 0.0
 
     def step(self, observation: Observation, sent: Action | None, still: np.ndarray | None = None) -> np.ndarray:
@@ -131,57 +139,20 @@ class PoseFilter:
         (N, 8) array of `SelfFeature`
         """
         felt = np.asarray(observation["body"], np.float64)
-        motion, neck = self._motion(felt, sent)
-        fresh = felt[:, BodyFeature.FRESH] > 0
-        if still is not None and still.any():
-            motion[still] = 0.0
-            fresh &= ~still
-        know_pose(
-            self.mean, self.cov, self.known, self.late, felt[:, BodyFeature.SIDE], motion, fresh,
-            np.asarray(observation["landmarks"], np.float64), np.asarray(observation["landmark_level"], np.float64),
-            np.asarray(observation["lines"], np.float64), TIMES, self.terms, self._work,
-        )  # fmt: skip
-        return self._told(felt, neck)
-
-    def _motion(self, felt: np.ndarray, sent: Action | None) -> tuple[np.ndarray, np.ndarray]:
-        """What he did, as `know_pose` takes it, and where his neck is (rad)."""
-        c, server, kind = self.constants, self.body.server, self.body.kind
         count = len(felt)
-        commanded, turn, twist = np.zeros(count), np.zeros(count), np.full(count, c.twisting)
+        kinds, moments, necks = self._nothing
         if sent is not None:
-            what = np.asarray(sent["type"])
-            commanded = np.asarray(sent["turn_neck"], np.float64)[:, 0] * NECK_SCALE
-            moment = np.clip(np.asarray(sent["params"])[:, 0] * PARAMETER_SCALES[CommandKind.TURN, 0], server.minmoment, server.maxmoment)
-            turn = np.radians(moment) / (1.0 + kind.inertia_moment * self._speed)
-            turn = np.where((what == CommandKind.TURN) & self._free, turn, 0.0)
-            twist = np.hypot(c.twisting, np.abs(turn) * server.player_rand / np.sqrt(3.0))
-            twist = np.where(what == CommandKind.DASH_LEGS, 1.0, twist)
-        told = np.degrees(felt[:, BodyFeature.NECK])
-        neck = np.clip(self._neck + commanded, server.minneckang, server.maxneckang)
-        # it is told in whole degrees, towards 0: what was commanded is better while it agrees
-        agrees = np.abs(np.trunc(neck + 1e-6 * np.sign(neck)) - told) < 0.5
-        agrees |= np.abs(np.trunc(neck - 1e-6 * np.sign(neck)) - told) < 0.5
-        neck = np.where(agrees, neck, told + 0.5 * np.sign(np.rint(told)))
-        speed, way = felt[:, BodyFeature.SPEED], felt[:, BodyFeature.SPEED_DIRECTION]
-        way = way + 0.5 * DEGREE * np.sign(np.rint(np.degrees(way)))
-        hit = felt[:, [BodyFeature.COLLIDED_BALL, BodyFeature.COLLIDED_PLAYER, BodyFeature.COLLIDED_POST]].any(axis=1)
-        step = speed / kind.player_decay if kind.player_decay > 0 else np.zeros(count)
-        stray = np.where(hit, c.bumped, np.hypot(c.straying, 0.3 * DEGREE * step))
-        turned = turn + np.radians(neck - self._neck)
-        twist = np.where(agrees, twist, np.hypot(twist, 0.3 * DEGREE))
-        self._neck, self._speed = neck, speed
-        self._free = (felt[:, BodyFeature.TACKLE_EXPIRES] <= 0) & (felt[:, BodyFeature.FOUL_CHARGED] <= 0)
-        motion = np.stack([turned, twist**2, step, way, stray**2], axis=1)
-        return motion, np.radians(neck)
-
-    def _told(self, felt: np.ndarray, neck: np.ndarray) -> np.ndarray:
-        """As the part ``self`` of an observation."""
-        me = np.zeros((len(felt), len(SelfFeature)))
-        face = self.mean[:, 0]
-        way = felt[:, BodyFeature.SPEED_DIRECTION]
-        heading = face + way + 0.5 * DEGREE * np.sign(np.rint(np.degrees(way)))
-        me[:, SelfFeature.X], me[:, SelfFeature.Y] = self.mean[:, 1], self.mean[:, 2]
-        me[:, SelfFeature.VX], me[:, SelfFeature.VY] = felt[:, BodyFeature.SPEED, None].T * np.stack([np.cos(heading), np.sin(heading)])
-        me[:, SelfFeature.BODY], me[:, SelfFeature.FACE] = ((a + np.pi) % (2.0 * np.pi) - np.pi for a in (face - neck, face))
-        me[:, SelfFeature.LOCATED], me[:, SelfFeature.FREE] = self.known, self._free
+            kinds = np.asarray(sent["type"], np.int64)
+            moments = np.asarray(sent["params"], np.float64)[:, 0] * TURN_SCALE
+            necks = np.asarray(sent["turn_neck"], np.float64)[:, 0] * np.radians(NECK_SCALE)
+        resting = self._resting if still is None else still
+        motion, me = np.empty((count, 5)), np.empty((count, len(SelfFeature)))
+        motion_of(felt, kinds, moments, necks, self._neck, self._speed, self._free, resting, self._bounds, motion)
+        know_pose(
+            self.mean, self.cov, self.known, self.late, felt[:, BodyFeature.SIDE], motion,
+            (felt[:, BodyFeature.FRESH] > 0) & ~resting, np.asarray(observation["landmarks"], np.float64),
+            np.asarray(observation["landmark_level"], np.float64), np.asarray(observation["lines"], np.float64), TIMES,
+            self.terms, self._work,
+        )  # fmt: skip
+        tell_self(felt, self.mean, self.known, self._neck, self._free, me)
         return me

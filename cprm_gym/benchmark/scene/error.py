@@ -1,0 +1,188 @@
+"""How well tiers of knowledge know the own pose and the other players, on the same recorded worlds.
+
+A goalie on the tier ``memory`` plays; what he is told and sends is recorded, and each tier makes its own of it: ``memory`` what the
+environment reckons, ``tracker`` a Kalman filter for each player, ``belief`` the models of `cprm_gym.agents.knowledge.scene`. The worlds are
+not those of a study.
+
+    python -m cprm_gym.benchmark.scene.error --worlds 60
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ...agents.body import Body
+from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.players import RIVAL, player_of
+from ...agents.knowledge.tracker import Tracker, normal_log_density
+from ...envs.controller import Action, Observation
+from ...envs.core import SoccerCore
+from ...envs.observations import MAX_AGE, BodyFeature, SelfFeature
+from ...envs.players.senses import Senses
+from ...envs.tasks import make_task
+from ..knowledge import SENSES
+
+FAR = 3.0
+"""The largest error of a player that counts, m."""
+LOST = 1.0
+"""m from where he is beyond which one who looks has lost himself."""
+LEAST_DENSITY = -20.0
+"""The lowest log density that counts."""
+CYCLES = 40
+TIERS: dict[str, type[Tracker] | None] = {"memory": None, "tracker": Tracker, "belief": BeliefTier}
+
+
+class SceneRecord(NamedTuple):
+    """What a player was told, did, and how it really was, cycle by cycle."""
+
+    told: list[Observation]
+    sent: list[Action]
+    true: list[dict[str, np.ndarray]]
+    """Of each cycle ``self``, ``memory``, ``memory_age``."""
+    playing: list[np.ndarray]
+    """(W,) bool of each cycle."""
+
+
+class SceneError(NamedTuple):
+    """How well a tier knows himself and the others.
+
+    Attributes
+    ----------
+    place, face : float
+        Root mean square errors of his own place (m) and of where he looks (degrees).
+    lost : float
+        Share of the cycles in which his place is wrong by more than `LOST`.
+    others : float
+        Root mean square error of the places of those who have been seen, each by his number, m.
+    capped : float
+        Mean of the same where each is at most `FAR`.
+    anybody : float
+        Mean error of the best matching of those believed in with those who are there, team by team and whatever their numbers; who is
+        missing or not there counts `FAR`.
+    density : float
+        Mean log density of the others' true places, nats, by number; NaN where the tier tells none.
+    """
+
+    place: float
+    face: float
+    lost: float
+    others: float
+    capped: float
+    anybody: float
+    density: float
+
+
+def record_scene(task: str, worlds: int, seed: int, senses: Senses) -> SceneRecord:
+    """What the task's player is told and sends on the tier `RIVAL`, and the truth."""
+    player = player_of(task)
+    made = make_task(task, **player.options)
+    core = SoccerCore(made, worlds, seed=seed, include=("memory", "landmarks", "lines"), senses=senses)
+    observation = core.reset(seed)
+    controllers = [player.on(RIVAL, senses)(made, agent) for agent in core.agents]
+    for i, controller in enumerate(controllers):
+        controller.reset({key: value[:, i] for key, value in observation.items()}, seed)
+    found = SceneRecord([], [], [], [np.ones(worlds, bool)])
+    for _ in range(min(CYCLES, made.max_cycles)):
+        found.told.append({key: value[:, 0].copy() for key, value in core.observation.items()})
+        found.true.append({key: value.copy() for key, value in core.truth(core.agents[0]).items()})
+        seen = [{key: value[:, i] for key, value in core.observation.items()} for i in range(len(controllers))]
+        actions = [controller.act(told) for controller, told in zip(controllers, seen)]
+        found.sent.append({key: np.array(value) for key, value in actions[0].items()})
+        step = core.step({key: np.stack([np.asarray(action[key]) for action in actions], axis=1) for key in actions[0]})
+        found.playing.append(found.playing[-1] & ~(step.terminated | step.truncated))
+    return found
+
+
+def unmatched(known: np.ndarray, places: np.ndarray, there: np.ndarray, true: np.ndarray) -> float:
+    """Mean error of a team's players by the best matching, each at most `FAR` (OSPA metric of order 1); NaN for nobody.
+
+    Parameters
+    ----------
+    known, there : (11,) bool arrays
+    places, true : (11, 2) arrays
+    """
+    most = max(int(known.sum()), int(there.sum()))
+    if most == 0:
+        return float("nan")
+    gaps = np.minimum(np.hypot(*(places[known, None, k] - true[None, there, k] for k in (0, 1))), FAR)
+    one, other = linear_sum_assignment(gaps)
+    return float((gaps[one, other].sum() + FAR * (most - min(gaps.shape))) / most)
+
+
+def scene_error(tier: str, record: SceneRecord, senses: Senses, task: str) -> SceneError:
+    """The error of one tier in recorded worlds.
+
+    Parameters
+    ----------
+    tier : str
+        Of `TIERS`.
+    record : SceneRecord
+        Of `record_scene` with these senses.
+    senses : Senses
+    task : str
+    """
+    make = TIERS[tier]
+    made = None if make is None else make(senses, Body.of(make_task(task, **player_of(task).options)))
+    if made is not None:
+        made.reset(record.told[0])
+    own, faces, others, matched, densities = [], [], [], [], []
+    for k, told in enumerate(record.told):
+        now = told if made is None else {**told, **made.know(told, record.sent[k - 1] if k else None)}
+        true, playing, rows = record.true[k], record.playing[k], np.arange(len(record.playing[k]))
+        me, places = np.asarray(now["self"], np.float64), np.asarray(now["memory"], np.float64)[:, 1:, :2]
+        off = me - true["self"]
+        own.append(np.hypot(off[playing, SelfFeature.X], off[playing, SelfFeature.Y]))
+        faces.append(np.abs((off[playing, SelfFeature.FACE] + np.pi) % (2.0 * np.pi) - np.pi))
+        there, known = true["memory_age"][:, 1:] == 0, np.asarray(now["memory_age"])[:, 1:] < MAX_AGE
+        mine = np.asarray(told["body"])[:, BodyFeature.UNUM].astype(np.int64) - 1
+        there[rows, mine] = known[rows, mine] = False
+        seen = there & (np.asarray(told["memory_age"])[:, 1:] < MAX_AGE) & playing[:, None]
+        real = true["memory"][:, 1:, :2]
+        others.append(np.hypot(*(places[..., i] - real[..., i] for i in (0, 1)))[seen])
+        for world in np.flatnonzero(playing):
+            for team in (slice(0, 11), slice(11, 22)):
+                matched.append(unmatched(known[world, team], places[world, team], there[world, team], real[world, team]))
+        past = record.true[max(k - senses.delays[1], 0)]["memory"][:, 1:, :2]
+        if isinstance(made, BeliefTier):
+            densities.append(np.maximum(made.others.log_density(past), LEAST_DENSITY)[seen])
+        elif made is not None:
+            densities.append(np.maximum(_tracked_density(made, past), LEAST_DENSITY)[seen])
+    place, face, other = (np.concatenate(found) for found in (own, faces, others))
+    return SceneError(
+        float(np.sqrt((place**2).mean())), float(np.degrees(np.sqrt((face**2).mean()))), float((place > LOST).mean()),
+        float(np.sqrt((other**2).mean())), float(np.minimum(other, FAR).mean()), float(np.nanmean(matched)),
+        float(np.concatenate(densities).mean()) if densities else float("nan"),
+    )  # fmt: skip
+
+
+def _tracked_density(tracker: Tracker, place: np.ndarray) -> np.ndarray:
+    """(N, 22) log density of places under the tracker's filters, which have one variance for both directions."""
+    cov = tracker._spread[..., 0, None, None] * np.eye(2)
+    return normal_log_density(place - tracker._others[..., :2], cov)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--worlds", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=777)
+    parser.add_argument("--task", default="Goalie3v2")
+    parser.add_argument("--senses", default=",".join(SENSES))
+    options = parser.parse_args()
+    print("| senses | tier | place, m | face, degrees | lost, % | others, m | at most 3 m | whoever they are, m | log density, nats |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name in options.senses.split(","):
+        record = record_scene(options.task, options.worlds, options.seed, SENSES[name])
+        for tier in TIERS:
+            e = scene_error(tier, record, SENSES[name], options.task)
+            density = "" if np.isnan(e.density) else f"{e.density:.2f}"
+            own = f"{e.place:.3f} | {e.face:.2f} | {100 * e.lost:.1f}"
+            print(f"| {name} | {tier} | {own} | {e.others:.2f} | {e.capped:.3f} | {e.anybody:.3f} | {density} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
