@@ -71,76 +71,96 @@ def read_see(text: str, row: int, team: str, see: See, marks: Landmarks) -> int:
     if not text.startswith("(see ") or not text.endswith(")"):
         raise ValueError(text[:40])
     time = int(text[5:-1].split(" ", 1)[0])
-    for array in (
-        see.ball,
-        see.ball_level,
-        see.players,
-        see.players_level,
-        see.players_flags,
-        marks.landmarks,
-        marks.level,
-        marks.lines,
-        marks.line,
-    ):
-        array[0, row] = 0
-    see.fresh[0, row] = True
-    nameless: dict[int, list[tuple[tuple[float, ...], list[float], int]]] = {0: [], 1: [], 2: []}
-    own = 0 if row < 11 else 11
-    felt: list[list[float]] = []
-    felt_goal: list[float] = []
-    lines = 0
+    sight = _Sight(row, team, see, marks)
     for name, rest in _OBJECT.findall(text):
-        words = rest.split(" ")
+        sight.add(name, rest.split(" "))
+    sight.place_what_is_felt()
+    return time
+
+
+class _Sight:
+    """A see message that is being read: row `row` of `see` and `marks`, and what has to wait for the rest of the message."""
+
+    def __init__(self, row: int, team: str, see: See, marks: Landmarks) -> None:
+        self._row, self._team, self._see, self._marks = row, team, see, marks
+        for array in (*_seen_arrays(see), marks.landmarks, marks.level, marks.lines, marks.line):
+            array[0, row] = 0
+        see.fresh[0, row] = True
+        self._nameless: dict[int, list[tuple[tuple[float, ...], list[float], int]]] = {0: [], 1: [], 2: []}
+        self._felt: list[list[float]] = []
+        self._felt_goal: list[float] = []
+        self._lines = 0
+
+    def add(self, name: str, words: list[str]) -> None:
+        """One object: its name, and the words behind it."""
         kind = name[0]
+        if kind in "pP":
+            self._add_player(name, words)
+            return
+        values = [*map(_number, words)]
         if kind in "bB":
-            values = [*map(_number, words)]
-            see.ball_level[0, row] = FELT if kind == "B" else TOLD_MOVING if len(values) == 4 else TOLD
-            _write(see.ball[0, row], values)
-        elif kind in "pP":
-            marked = {"t": TACKLING, "k": KICKING}.get(words[-1], 0)
-            values = [*map(_number, words[:-1] if marked else words)]
-            parts = name.split('"')
-            flags = marked | (IN_VIEW if kind == "p" else 0)
-            if len(values) in (3, 7):
-                flags |= POINTING
-            if len(parts) < 3:
-                nameless[0].append(_nameless(values, flags))
-                continue
-            side = own if parts[1] == team else 11 - own
-            number = parts[2].split()
-            if not number:
-                nameless[1 if side == 0 else 2].append(_nameless(values, flags))
-                continue
-            unum = int(number[0])
-            if not 1 <= unum <= 11:
-                raise ValueError(name)
-            _write_player(see, row, side + unum - 1, values, NAME_SEEN, flags)
+            self._see.ball_level[0, self._row] = FELT if kind == "B" else _told(values)
+            _write(self._see.ball[0, self._row], values)
         elif kind in "fg":
             place = _LANDMARKS[name]
-            values = [*map(_number, words)]
-            marks.level[0, row, place] = TOLD_MOVING if len(values) == 4 else TOLD
-            _write(marks.landmarks[0, row, place], values)
+            self._marks.level[0, self._row, place] = _told(values)
+            _write(self._marks.landmarks[0, self._row, place], values)
         elif kind == "F":
-            felt.append([*map(_number, words)])
+            self._felt.append(values)
         elif kind == "G":
-            felt_goal = [*map(_number, words)]
-        elif name in _LINES and lines < 2:
-            marks.line[0, row, lines] = _LINES[name]
-            values = [*map(_number, words)]
-            marks.lines[0, row, lines, 0] = values[0] if len(values) > 1 else np.nan
-            marks.lines[0, row, lines, 1] = values[-1] * D2R
-            lines += 1
+            self._felt_goal = values
+        elif name in _LINES and self._lines < 2:
+            self._add_line(_LINES[name], values)
         else:
             raise ValueError(name)
-    if felt_goal:
-        place = GOALS[1] if marks.level[0, row, GOALS[0]] else GOALS[0]
-        marks.level[0, row, place] = FELT
-        _write(marks.landmarks[0, row, place], felt_goal)
-    if felt:
-        _place_felt_flags(marks, row, felt)
-    if nameless[0] or nameless[1] or nameless[2]:
-        _place_nameless(see, row, nameless)
-    return time
+
+    def _add_player(self, name: str, words: list[str]) -> None:
+        """A player: at his place when his number is told, else he waits for a free one."""
+        marked = {"t": TACKLING, "k": KICKING}.get(words[-1], 0)
+        values = [*map(_number, words[:-1] if marked else words)]
+        parts = name.split('"')
+        flags = marked | (IN_VIEW if name[0] == "p" else 0)
+        if len(values) in (3, 7):
+            flags |= POINTING
+        if len(parts) < 3:
+            self._nameless[0].append(_nameless(values, flags))
+            return
+        own = 0 if self._row < 11 else 11
+        side = own if parts[1] == self._team else 11 - own
+        number = parts[2].split()
+        if not number:
+            self._nameless[1 if side == 0 else 2].append(_nameless(values, flags))
+            return
+        unum = int(number[0])
+        if not 1 <= unum <= 11:
+            raise ValueError(name)
+        _write_player(self._see, self._row, side + unum - 1, values, NAME_SEEN, flags)
+
+    def _add_line(self, line: int, values: list[float]) -> None:
+        """A line in front: distance and direction, or the direction alone."""
+        self._marks.line[0, self._row, self._lines] = line
+        self._marks.lines[0, self._row, self._lines] = values[0] if len(values) > 1 else np.nan, values[-1] * D2R
+        self._lines += 1
+
+    def place_what_is_felt(self) -> None:
+        """At the end of the message: landmarks that are only felt, players without number."""
+        if self._felt_goal:
+            place = GOALS[1] if self._marks.level[0, self._row, GOALS[0]] else GOALS[0]
+            self._marks.level[0, self._row, place] = FELT
+            _write(self._marks.landmarks[0, self._row, place], self._felt_goal)
+        if self._felt:
+            _place_felt_flags(self._marks, self._row, self._felt)
+        if any(self._nameless.values()):
+            _place_nameless(self._see, self._row, self._nameless)
+
+
+def _seen_arrays(see: See) -> tuple[np.ndarray, ...]:
+    return see.ball, see.ball_level, see.players, see.players_level, see.players_flags
+
+
+def _told(values: list[float]) -> int:
+    """Whether of something seen also the changes are told."""
+    return TOLD_MOVING if len(values) == 4 else TOLD
 
 
 def _write(out: Any, values: list[float]) -> None:

@@ -200,8 +200,14 @@ class Server:
 
     # ------------------------------------------------------------------------------------------ time
 
-    def step(self) -> None:
-        """The end of a cycle: everything moves, then everybody is told."""
+    def step(self, look: bool = True) -> None:
+        """The end of a cycle: everything moves, then everybody is told.
+
+        Parameters
+        ----------
+        look : bool
+            Also what he sees; otherwise `look_in_step` and `look_first` are to follow.
+        """
         stadium = self.stadium
         for player in stadium.players():
             player.done = False
@@ -215,8 +221,17 @@ class Server:
         self._count_down()
         self._tell_bodies()
         self._tell_heard()
-        self._tell_seen(1, 0, None)
+        if look:
+            self._tell_seen(1, 0, None)
         self._tell_pictures()
+
+    def look_in_step(self) -> None:
+        """The see message of a cycle, of those who see synchronously."""
+        self._tell_seen(1, 0, True)
+
+    def look_first(self) -> None:
+        """The first see message of a cycle, of those who see asynchronously."""
+        self._tell_seen(1, 0, False)
 
     def look_again(self) -> None:
         """The second see message of a cycle, of those who see asynchronously."""

@@ -22,6 +22,11 @@ TURNS = 64
 """Datagrams of one client that are read before time may go on; everybody's first one is read before anybody's second."""
 MOST_CLIENTS = 256
 """Sockets of clients; more are refused by not being heard."""
+CYCLE = 100.0
+"""Milliseconds of a cycle in which `SUB_TICKS` are counted."""
+SUB_TICKS = ((0.0, 40.0, 80.0), (20.0, 50.0, 90.0), (30.0, 30.0, 70.0))
+"""Milliseconds after a step at which those who see asynchronously look, in three cycles after each other: the first ticks of 10 ms not
+before every 37.5 ms, the third cycle has one look less (specification/simulator.md 1.2)."""
 _BUFFER = 1 << 18
 _GONE = {errno.ECONNREFUSED, errno.ENOTCONN, errno.EPIPE, errno.ENOTSOCK, errno.EBADF}
 
@@ -259,15 +264,31 @@ def run_in_real_time(transport: Transport, each: Callable[[], bool] = lambda: Tr
     late = Lateness()
     begin = time.monotonic()
     while not server.over and each():
-        for share, act in ((0.4, server.look_again), (0.8, server.look_late), (1.0, server.step)):
-            _receive_until(transport, begin + share * length)
-            if share == 1.0:
-                late.add(time.monotonic() - begin - length)
+        for offset, act in _looks(server):
+            _receive_until(transport, begin + offset * parameters.slow_down_factor / 1000.0)
             act()
             transport.send()
+        _receive_until(transport, begin + length)
+        late.add(time.monotonic() - begin - length)
+        server.step(look=False)
+        transport.send()
         now = time.monotonic()
         begin += length * max(1, int((now - begin) / length))  # a missed cycle is not made up for
     return late
+
+
+def _looks(server: Server) -> list[tuple[float, Callable[[], None]]]:
+    """When the messages of a cycle are sent that tell what is seen: milliseconds after the step, and how."""
+    parameters = server.settings.server
+    scale = parameters.simulator_step / CYCLE
+    first, again, late = SUB_TICKS[int(server.stadium.world["steps"]) % len(SUB_TICKS)]
+    due: list[tuple[float, Callable[[], None]]] = [
+        (min(parameters.synch_see_offset, parameters.simulator_step), server.look_in_step),
+        (first * scale, server.look_first),
+        (again * scale, server.look_again),
+        (late * scale, server.look_late),
+    ]
+    return sorted(due, key=lambda entry: entry[0])
 
 
 def _receive_until(transport: Transport, moment: float) -> None:

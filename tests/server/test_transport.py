@@ -11,7 +11,8 @@ import time
 import pytest
 
 from cprm_gym.errors import CprmError
-from cprm_gym.server import Server, Settings, Transport, run_in_real_time, run_synchronously
+from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time, run_synchronously
+from cprm_gym.server import transport as transport_module
 from cprm_gym.simulator.gamelog.commands import CommandLogReader
 from cprm_gym.simulator.gamelog.reader import GameLogReader
 
@@ -90,6 +91,76 @@ def test_real_time_is_kept():
     settings, times = Settings.from_words(["server::simulator_step=20", "server::sense_body_step=20"]), []
     serve(settings, lambda transport, n: times.append(time.monotonic()), 20, run=run_in_real_time)
     assert 18 * 0.02 <= times[-1] - times[0] < 3.0
+
+
+class Clock:
+    """Virtual time: whoever waits for datagrams until a moment has waited."""
+
+    def __init__(self, server, cycles):
+        self.server, self.now, self.told, self.left = server, 0.0, [], cycles
+        self.clients = {}
+
+    def monotonic(self):
+        return self.now
+
+    def receive(self, timeout):
+        self.now += timeout
+
+    def send(self):
+        for out in self.server.take_outbox():
+            head = out.data.split(b" ", 1)[0].decode()
+            if head in ("(sense_body", "(see", "(see_global"):
+                self.told.append((round(self.now * 1000), out.address, head))
+
+    def goes_on(self):
+        self.left -= 1
+        return self.left >= 0
+
+
+@pytest.mark.parametrize(
+    ("words", "in_step"), [((), 0), (("server::synch_see_offset=30",), 30), (("server::slow_down_factor=2",), 0)], ids=str
+)
+def test_messages_are_sent_at_their_offsets(monkeypatch, words, in_step):
+    """In virtual time: sense_body and pictures with the step, see at the server's ticks of 10 ms not before every 37.5 ms."""
+    server = Server(Settings.from_words(["server::synch_mode=false", "server::coach_w_referee=true", *words]))
+    clock = Clock(server, 10)
+    monkeypatch.setattr(transport_module, "time", clock)
+    server.receive(Port.PLAYER, "old", b"(init Left (version 17))")
+    server.receive(Port.PLAYER, "new", b"(init Left (version 18))")
+    trainer = server.receive(Port.TRAINER, "trainer", b"(init (version 19))")
+    old = server.stadium.teams[0].players[0]
+    server.receive_from(old, b"(change_view narrow low)\0")
+    server.receive_from(server.stadium.teams[0].players[1], b"(change_view narrow)\0")
+    server.receive_from(trainer, b"(eye on)\0")
+    server.take_outbox()
+    run_in_real_time(clock, clock.goes_on)
+    factor = server.settings.server.slow_down_factor
+    cycles = [100 * factor * n for n in range(1, 10)]
+
+    def at(who, head):
+        return [moment for moment, whose, said in clock.told if (whose, said) == (who, head) and 100 * factor <= moment < 1000 * factor]
+
+    assert at("old", "(sense_body") == at("new", "(sense_body") == at("trainer", "(see_global") == cycles
+    assert at("new", "(see") == [moment + in_step * factor for moment in cycles]
+    third = [120, 150, 190, 230, 270, 300, 340, 380]
+    every = [factor * (moment + 300 * n) for n in range(3) for moment in third if moment + 300 * n < 1000]
+    assert at("old", "(see") == every
+
+
+def test_a_late_cycle_shifts_none_of_the_next(monkeypatch):
+    """In virtual time: something takes 270 ms; two steps are missed, the others stay on their marks."""
+    server = Server(Settings.from_words(["server::synch_mode=false"]))
+    clock = Clock(server, 8)
+    monkeypatch.setattr(transport_module, "time", clock)
+    server.receive(Port.PLAYER, "a", b"(init Left (version 18))")
+
+    def each():
+        clock.now += 0.27 if clock.left == 5 else 0.0
+        return clock.goes_on()
+
+    late = run_in_real_time(clock, each)
+    assert [moment for moment, _, head in clock.told if head == "(sense_body"] == [100, 200, 300, 570, 600, 700, 800, 900]
+    assert (late.cycles, late.late, round(late.worst, 3)) == (8, 1, 0.17)
 
 
 def test_a_port_in_use_is_said():
