@@ -260,7 +260,7 @@ def test_who_is_felt_without_a_team_is_somebody_who_is_known():
 
 
 def test_a_small_budget_says_what_it_lost():
-    """Six readings among six who stand together: one hypothesis loses more than many, and all of them none."""
+    """Six readings among six who stand together: one hypothesis loses more than many, thousands next to nothing."""
     lost = []
     for hypotheses in (1, 8, 2000):
         filter = fresh_filter(hypotheses=hypotheses)
@@ -271,7 +271,7 @@ def test_a_small_budget_says_what_it_lost():
         lost.append(float(filter.tracks.dropped[0]))
         assert filter.tracks.merged[0] > 0.0 or hypotheses == 1
     assert lost[0] > lost[1] > 0.05
-    assert lost[2] < 1e-6
+    assert lost[2] < 1e-4 * lost[1]
 
 
 # ---------------------------------------------------------------------------------------------- entering and leaving the view
@@ -328,6 +328,19 @@ def test_coincident_and_impossible_readings_are_no_nan(level):
     assert all(np.isfinite(a[known]).all() for a in (t.w, t.mu, t.cv, t.arms))
     assert np.isfinite(t.dropped).all()
     assert (np.linalg.eigvalsh(t.cv[known][t.w[known] > 1e-6]) > -1e-9).all()
+
+
+@pytest.mark.parametrize("weight", [1e-323, 1e-310, 1e-200, 1e-80, 1e-40])
+def test_a_mode_that_is_all_but_impossible_has_a_covariance_or_none(weight):
+    filter = fresh_filter()
+    believe(filter, 13, -37.5, -3.1, 0.1, 0.2, weights=(weight, 0.3, 0.7))
+    filter.tracks.cv[0, 13, 1:, 0, 1] = filter.tracks.cv[0, 13, 1:, 1, 0] = 0.05
+    filter.modes.switch[:] = np.eye(3)
+    filter.step(observed((11, 2.0, sight(-37.45, -3.05))), *at_origin(FACE=np.pi))
+    t = filter.tracks
+    there = t.w[0, 13] > 0.0
+    assert there.tolist() == [weight > kernels.LIGHTEST, True, True]
+    assert np.linalg.eigvalsh(t.cv[0, 13][there]).min() > 0.0
 
 
 def test_all_on_one_place_share_the_readings():

@@ -21,6 +21,8 @@ PATHS = MODES * MODES
 (STEP, ROUNDING, HALF, FAR_NOISE, ANGLE_NOISE, PACE_NOISE, SWING_NOISE, BLUR, DECAY, JITTER, PLACED, TURNED, PACED, SEEN, NEAR, RATE_STEP,
  SWING_STEP, GAUSSIAN, ELSEWHERE, FRESH, STRAY, SPEED, GATE, SOFT, FIELD, ARM) = range(26)  # fmt: skip
 """Terms: what the numbers of ``p`` are."""
+LIGHTEST = 1e-60
+"""Weight of a path that is left out: sums of still lighter ones lose their digits."""
 FAR, ASIDE, APPROACH, SWING = 0, 1, 2, 3
 LOW, HIGH, VARIANCE = 0, 1, 2
 
@@ -218,7 +220,7 @@ def add_paths(share, w, mu, cv, sums, means, spreads):
     """
     for k in range(PATHS):
         weight = share * w[k]
-        if weight <= 0.0:
+        if weight <= LIGHTEST:
             continue
         m = k % MODES
         if sums[m] == 0.0:
