@@ -46,15 +46,17 @@ class Recorded:
 
 
 class Agreement:
-    """How many messages of one head there are, are equal, and are equal but for numbers."""
+    """How many messages of one head there are, are equal, and are equal but for numbers; `unequal`: pairs of those that are not equal."""
 
     def __init__(self):
         self.total = self.equal = self.alike = 0
-        self.first = None
+        self.first, self.unequal = None, []
 
     def add(self, wanted, got):
         self.total += 1
         self.equal += wanted == got
+        if wanted != got:
+            self.unequal.append((wanted, got))
         alike = wanted is not None and got is not None and NUMBER.sub("#", wanted) == NUMBER.sub("#", got)
         self.alike += alike
         if not alike and self.first is None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 import sys
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,10 +65,10 @@ _KEYWORDS = (
 
 
 class _Mistake(Exception):
-    """The text leaves the grammar at position ``at``."""
+    """The text leaves the grammar at position ``at``; `done`, if any, is what the server has executed of the command by then."""
 
-    def __init__(self, at: int) -> None:
-        self.at = at
+    def __init__(self, at: int, done: PlayerCommand | None = None) -> None:
+        self.at, self.done = at, done
 
 
 class _Lexer:
@@ -132,10 +133,13 @@ class _Lexer:
         return self.take("word")
 
     def team(self) -> str:
-        """``our``, ``opp``, ``l``, ``r``, or a name with a leading ``=`` so that it cannot be taken for one of those."""
+        """``our``, ``opp``, ``l``, ``r``, or a name with a leading ``=`` so that it cannot be taken for one of those.
+
+        Quotes belong to the name, which no team has then: the server looks for it as it stands.
+        """
         kind, text = self.peek()
         if kind == "string":
-            return "=" + self.take("string")[1:-1]
+            return "=" + self.take("string")
         if kind == "word" and text in _TEAMS:
             return {"left": "l", "right": "r"}.get(self.take("word"), text)
         if kind == "number" and _WORD.fullmatch(text) is None:
@@ -173,7 +177,7 @@ def parse_commands(text: str) -> Parsed:
         while lexer.peek()[0] != "end":
             commands.append(_command(lexer))
     except _Mistake as mistake:
-        return Parsed(tuple(commands), mistake.at)
+        return Parsed((*commands, mistake.done) if mistake.done else tuple(commands), mistake.at)
     return Parsed(tuple(commands), None)
 
 
@@ -194,8 +198,12 @@ def _command(lexer: _Lexer) -> PlayerCommand:
         name, args = _SPECIAL[name](lexer)
     else:
         raise _Mistake(start)
-    lexer.take(")")
-    return PlayerCommand(name, args)
+    command = PlayerCommand(name, args)
+    try:
+        lexer.take(")")
+    except _Mistake as mistake:
+        raise _Mistake(mistake.at, command if name == "dash_legs" else None) from None
+    return command
 
 
 def _dash(lexer: _Lexer) -> tuple[str, tuple[Any, ...]]:
@@ -203,16 +211,32 @@ def _dash(lexer: _Lexer) -> tuple[str, tuple[Any, ...]]:
         power = lexer.number()
         return "dash", (power, lexer.number() if lexer.peek()[0] == "number" else 0.0)
     legs: dict[str, tuple[float, float]] = {}
-    while not legs or (len(legs) < 2 and lexer.peek()[0] == "("):
-        lexer.take("(")
-        start = lexer.at
-        leg = lexer.choice(("l", "left", "r", "right"))[0]
-        if leg in legs:
-            raise _Mistake(start)
-        legs[leg] = lexer.number(), lexer.number()
-        lexer.take(")")
+    try:
+        while not legs or (len(legs) < 2 and lexer.peek()[0] == "("):
+            leg, way = _leg(lexer, legs)
+            legs[leg] = way
+    except _Mistake as mistake:
+        # a leg has been moved when its list ends, whatever follows
+        raise _Mistake(mistake.at, PlayerCommand("dash_legs", _both(legs)) if legs else None) from None
+    return "dash_legs", _both(legs)
+
+
+def _leg(lexer: _Lexer, legs: Mapping[str, object]) -> tuple[str, tuple[float, float]]:
+    """``(l 50 0)``: which leg, that none of `legs` is, power and direction."""
+    lexer.take("(")
+    start = lexer.at
+    leg = lexer.choice(("l", "left", "r", "right"))[0]
+    if leg in legs:
+        raise _Mistake(start)
+    way = lexer.number(), lexer.number()
+    lexer.take(")")
+    return leg, way
+
+
+def _both(legs: Mapping[str, tuple[float, float]]) -> tuple[float, float, float, float]:
+    """Powers and directions of left and right leg."""
     missing = math.nan, math.nan
-    return "dash_legs", legs.get("l", missing) + legs.get("r", missing)
+    return legs.get("l", missing) + legs.get("r", missing)
 
 
 def _tackle(lexer: _Lexer) -> tuple[str, tuple[Any, ...]]:
@@ -409,7 +433,7 @@ def format_command(command: PlayerCommand) -> str:
 
 
 def _team_text(team: str) -> str:
-    return f'"{team[1:]}"' if team.startswith("=") else team
+    return team.removeprefix("=")
 
 
 def command_text(record: Any) -> str:

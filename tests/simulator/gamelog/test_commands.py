@@ -37,7 +37,7 @@ NAN = math.nan
             "(attentionto our 3)(attentionto left 4)(attentionto off)",
             [("attentionto", ("our", 3)), ("attentionto", ("l", 4)), ("attentionto_off", ())],
         ),
-        ('(attentionto "kick" 3)(attentionto My_Team-2 11)', [("attentionto", ("=kick", 3)), ("attentionto", ("=My_Team-2", 11))]),
+        ('(attentionto "kick" 3)(attentionto My_Team-2 11)', [("attentionto", ('="kick"', 3)), ("attentionto", ("=My_Team-2", 11))]),
         (
             "(ear (off opp))(ear (on our partial))(ear (on c))",
             [("ear", (False, "opp", None)), ("ear", (True, "our", "partial")), ("ear", (True, None, "complete"))],
@@ -55,6 +55,13 @@ def test_datagrams_are_read_in_order(text, expected):
     parsed = parse_commands(text)
     assert parsed.error is None
     assert [tuple(command) for command in parsed.commands] == expected
+
+
+def test_a_leg_has_been_moved_when_its_list_ends():
+    for text in ("(dash (l 50 0)(l 50 0))", "(dash (l 50 0) (r 20))", "(dash (l 50 0) 3)"):
+        parsed = parse_commands(text)
+        assert parsed.error is not None
+        assert [command.args[:2] for command in parsed.commands] == [(50.0, 0.0)]
 
 
 def test_one_leg_alone_leaves_the_other_undefined():
@@ -85,7 +92,7 @@ def test_one_leg_alone_leaves_the_other_undefined():
         ("(attentionto kick 3)", 0),
         ("(attentionto our 3.5)", 0),
         ("(change_view normal medium)", 0),
-        ("(dash (l 1 2) (l 3 4))", 0),
+        ("(dash (l 1 2) (l 3 4))", 1),
         ("(ear off)", 0),
         ("(fly)", 0),
         ("(turn 1)(turn 2))", 2),
