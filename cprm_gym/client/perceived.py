@@ -36,23 +36,25 @@ class PerceivedSimulator(Simulator):
         Players of the task, for its counts.
     """
 
+    told = True
+
     def __init__(self, parameters: ServerParameters, types: tuple[PlayerType, ...], left: int = 11, right: int = 11) -> None:
         super().__init__(1, parameters, PlayerParameters(), types, left=left, right=right, goalies=(0, 0))
         self.told_see, self.told_body = new_see(1), new_body(1)
         self.told_hear, self.told_landmarks = new_hear(1, SLOTS), new_landmarks(1)
 
-    def see(self, out: See | None = None) -> See:
-        """What was seen in this cycle."""
+    def see(self, out: See | None = None, worlds: Any = None) -> See:
+        """What was seen in this cycle; there is one world, whatever `worlds` says."""
         return _copied(self.told_see, out)
 
-    def sense_body(self, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
+    def sense_body(self, out: npt.NDArray[Any] | None = None, worlds: Any = None) -> npt.NDArray[Any]:
         """What was felt last."""
         if out is None:
             return self.told_body
         out[...] = self.told_body
         return out
 
-    def hear(self, out: Hear | None = None) -> Hear:
+    def hear(self, out: Hear | None = None, worlds: Any = None) -> Hear:
         """What was heard in this cycle."""
         if out is None:
             return self.told_hear
@@ -62,7 +64,7 @@ class PerceivedSimulator(Simulator):
         out.heard[...] = self.told_hear.heard
         return out
 
-    def landmarks(self, out: Landmarks | None = None) -> Landmarks:
+    def landmarks(self, out: Landmarks | None = None, worlds: Any = None) -> Landmarks:
         """Landmarks and lines as they were seen."""
         return _copied(self.told_landmarks, out)
 

@@ -291,11 +291,11 @@ class RemoteSimulator(PerceivedSimulator):
             for _, ear in self._ears:
                 self.world["goalie"][0, ear.row] = int(ear.goalie)
 
-    def see(self, out: See | None = None) -> See:
+    def see(self, out: See | None = None, worlds: Any = None) -> See:
         """What is seen; at the beginning of an episode everybody looks first."""
         if self._ready and self.world["saw"].any():
             self._settle()
-        return super().see(out)
+        return super().see(out, worlds)
 
     def _settle(self) -> None:
         """Put everything where the episode begins, rest everybody, and wait until all have seen it; then once more."""

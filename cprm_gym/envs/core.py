@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
-from ..simulator.senses import BodyColumn, See, new_body, new_hear, new_see
+from ..simulator.senses import BodyColumn, Landmarks, See, new_body, new_hear, new_landmarks, new_see
 from ..simulator.setup import stream_keys
 from ..simulator.simulator import Simulator
 from ..simulator.state import COMMAND, PLAYERS
@@ -45,6 +45,8 @@ _COLUMNS = np.array(
 
 
 OUT_OF_TIME = int(Status.OUT_OF_TIME)
+BLOCK = 16
+"""Worlds that each thread observes at once: their records, percepts and observations together stay in the cache of a core."""
 
 
 class Step(NamedTuple):
@@ -160,7 +162,8 @@ class SoccerCore(Pitch):
     term_keys : tuple of (str, str)
         Terms of the reward, and their names in the infos.
     see_changes : list of callable
-        Each is given what everybody sees (`See`) before anything is made of it, observations and memories alike, and may change it.
+        Each is given what everybody sees (`See`) in some worlds and their indices (n,), row k being world k of them, before anything is
+        made of it, observations and memories alike, and may change it.
 
     One class because a task sees, as a `Pitch`, the very worlds that the engine plays, saves and branches.
     """
@@ -200,9 +203,12 @@ class SoccerCore(Pitch):
             active = np.isin(np.arange(1, PLAYERS + 1), players)
             self._memories = self.macros.memories if self.macros else Memories(sim, active, task.full_state)
             self._records = self._memories.records
-        self._hear = new_hear(worlds, HEARD) if "hear" in self.include else None
-        self._see, self._body = new_see(worlds), new_body(worlds)
-        self.see_changes: list[Callable[[See], None]] = []
+        # percepts of a block of worlds: made, used and overwritten while they are in the cache
+        self._block = min(worlds, BLOCK * threads)
+        self._see, self._body = new_see(self._block), new_body(self._block)
+        self._hear = new_hear(self._block, HEARD) if "hear" in self.include else None
+        self._marks = new_landmarks(self._block) if {"landmarks", "lines"} & {*self.include} else None
+        self.see_changes: list[Callable[[See, np.ndarray], None]] = []
         self._commands = sim.commands
         # a view of the simulator's own array, which stays the same one
         self._ball = sim.world["pos"][:, 0]
@@ -430,7 +436,7 @@ class SoccerCore(Pitch):
             raise CprmError("step before reset: call reset() first")
         self.commanded(action)
         if self.scripted is not None:
-            self.scripted.act(self._see, self._body, self._commands)
+            self.scripted.act(self._commands)
         self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
 
@@ -442,51 +448,63 @@ class SoccerCore(Pitch):
         fresh_start : (n,) int array, optional
             Worlds that have just started: their eyes are open now, and nothing ages.
         """
+        chosen = self.every if fresh_start is None else fresh_start
         if fresh_start is not None:
             pitch_kernels.open_eyes(self.sim.world, fresh_start)
-        see = self.sim.see(self._see)
-        for change in self.see_changes:
-            change(see)
-        if self._senses.rereads:
-            self._senses.reread(see, self.cycle == 0)
-        body = self.sim.sense_body(self._body)
+        for first in range(0, len(chosen), self._block):
+            self._perceive(chosen[first : first + self._block], fresh_start is not None)
         o = self._now
-        kernels.pack(
-            self.sim.world, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
-            fresh_start is None, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
-        )  # fmt: skip
         if self.macros is not None:
-            self.macros.observe(see, body, self._commands, fresh_start)
             self.task.restrict(self.macros.names, self.macros.mask)
             if "action_mask" in o:
                 o["action_mask"][...] = self.macros.mask
-        elif self._memories is not None:
-            self._memories.update(see, body, self._commands, fresh_start)
-        if "memory" in o and self._memories is not None:
-            kernels.pack_memory(self._memories.records, self.players, o["self"], o["memory"], o["memory_age"])
-        if "landmarks" in o or "lines" in o:
-            self._tell_pitch(see, o)
-        if "hear" in o:
-            heard = self.sim.hear(self._hear)
-            kernels.pack_hear(*heard[:6], self.players, o["hear"])
-        if self.preset.name == "full":
-            see_everything(self)
         if "task" in o:
             self.task.features(self, o["task"])
         if self._late is not None:
             self._late.tell(fresh_start, MAX_AGE)
-        self.output = self.preset(self)
+        self.output = self.preset(self, chosen)
         return self.observation
 
-    def _tell_pitch(self, see: See, told: dict[str, np.ndarray]) -> None:
-        """Landmarks and lines of those who look."""
-        marks, fresh = self.sim.landmarks(), see.fresh[:, self._rows, None]
+    def _perceive(self, chosen: np.ndarray, begins: bool) -> None:
+        """Senses, memories, observations and feature vectors of some worlds, (n,); `begins`: their episodes do."""
+        see = self.sim.see(self._see, chosen)
+        for change in self.see_changes:
+            change(see, chosen)
+        if self._senses.rereads:
+            self._senses.reread(see, chosen, self.cycle)
+        body = self.sim.sense_body(self._body, chosen)
+        o = self._now
+        kernels.pack(
+            self.sim.world, chosen, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
+            not begins, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
+        )  # fmt: skip
+        if self.scripted is not None:
+            self.scripted.perceive(see, body, self._commands, chosen)
+        if self.macros is not None:
+            self.macros.observe(see, body, self._commands, chosen)
+        elif self._memories is not None:
+            self._memories.update(see, body, self._commands, chosen)
+        if "memory" in o and self._memories is not None:
+            kernels.pack_memory(self._memories.records, chosen, self.players, o["self"], o["memory"], o["memory_age"])
+        if self._marks is not None:
+            self._tell_pitch(self.sim.landmarks(self._marks, chosen), see.fresh, chosen)
+        if self._hear is not None:
+            heard = self.sim.hear(self._hear, chosen)
+            kernels.pack_hear(*heard[:6], chosen, self.players, o["hear"])
+        if self.preset.name == "full":
+            see_everything(self, chosen)
+        self.preset.fill(self, chosen)
+
+    def _tell_pitch(self, marks: Landmarks, fresh: np.ndarray, chosen: np.ndarray) -> None:
+        """Landmarks and lines of those who look in some worlds, (n,); row k of the senses is world ``chosen[k]``."""
+        told, n = self._now, len(chosen)
+        looks = fresh[:n, self._rows, None]
         if "landmarks" in told:
-            told["landmarks"][...] = np.where(fresh[..., None], marks.landmarks[:, self._rows], 0.0)
-            told["landmark_level"][...] = np.where(fresh, marks.level[:, self._rows], 0)
+            told["landmarks"][chosen] = np.where(looks[..., None], marks.landmarks[:n, self._rows], 0.0)
+            told["landmark_level"][chosen] = np.where(looks, marks.level[:n, self._rows], 0)
         if "lines" in told:
-            told["lines"][..., :2] = np.where(fresh[..., None], marks.lines[:, self._rows], 0.0)
-            told["lines"][..., 2] = np.where(fresh, marks.line[:, self._rows], 0)
+            told["lines"][chosen, ..., :2] = np.where(looks[..., None], marks.lines[:n, self._rows], 0.0)
+            told["lines"][chosen, ..., 2] = np.where(looks, marks.line[:n, self._rows], 0)
 
     def close(self) -> None:
         """Leave the server, if it is played on one."""
@@ -500,7 +518,7 @@ class SoccerCore(Pitch):
         """``self``, ``memory`` and ``memory_age``, each (W, ...), as one of `agents` would have them if he knew everything."""
         if agent not in self.agents:
             raise unknown_name("agent", agent, self.agents)
-        return true_memory(self.sim, player_number(agent), self._body)
+        return true_memory(self.sim, player_number(agent))
 
     @property
     def mixes(self) -> bool:
@@ -574,9 +592,9 @@ class SoccerCore(Pitch):
         """The engine's own arrays beside the simulator's worlds, by name."""
         arrays = {
             "cycle": self.cycle, "late": self.late, "counters": self.memory, "previous_ball": self.previous_ball, "score": self._score,
-            "gained": self._gained, "commands": self._commands, "body": self._body, "kicks": self.preset.kicks,
+            "gained": self._gained, "commands": self._commands, "kicks": self.preset.kicks,
+            "drawn": self.preset.drawn,
         }  # fmt: skip
-        arrays |= {f"see/{name}": values for name, values in self._see._asdict().items()}
         arrays |= {f"observation/{name}": values for name, values in self.observation.items()}
         if isinstance(self.output, np.ndarray):
             arrays["output"] = self.output
@@ -585,11 +603,11 @@ class SoccerCore(Pitch):
         if self._late is not None:
             arrays |= self._late.state()
         if self.macros is not None:
-            arrays |= {"macros": self.macros.memories.records, "mask": self.macros.mask}
+            arrays |= {"macros": self.macros.memories.records, "mask": self.macros.mask, "macros/fresh": self.macros.fresh}
         elif self._memories is not None:
             arrays["memories"] = self._memories.records
         if self.scripted is not None and self.scripted.memories is not None:
-            arrays["scripted"] = self.scripted.memories.records
+            arrays |= {"scripted": self.scripted.memories.records, "scripted/fresh": self.scripted.fresh}
         if self.scripted is not None and self.scripted.mixing is not None:
             arrays["intents"] = self.scripted.mixing.intents
         return arrays

@@ -39,6 +39,8 @@ class Pitch:
     ----------
     worlds : int
         How many, W.
+    every : (W,) int array
+        The indices of all of them.
     parameters : ServerParameters
     sides : (A,) float array
         +1 for agents of the left team, -1 for the right one.
@@ -59,6 +61,7 @@ class Pitch:
     def __init__(self, sim: Simulator, players: np.ndarray, counts: tuple[int, int], region: tuple[float, float], max_cycles: int) -> None:
         self.sim, self.players, self.counts, self.region, self.max_cycles = sim, players, counts, region, max_cycles
         self.worlds = sim.worlds
+        self.every = np.arange(self.worlds)
         self.parameters = sim.parameters
         self.packed = sim.packed[0]
         self.sides = np.where(players <= 11, 1.0, -1.0)
@@ -175,7 +178,7 @@ class Pitch:
         return self.max_cycles - self.cycle
 
     def remembered(self) -> np.ndarray:
-        """(W, A) records of what the agents remember (`players.memory.MEMORY`).
+        """(W, 22) records of what the agents remember (`players.memory.MEMORY`); rows of others mean nothing.
 
         Raises
         ------
@@ -184,7 +187,7 @@ class Pitch:
         """
         if self._records is None:
             raise UnknownName("no memory is kept here; ask for include=('memory',), a preset made from memory or the macro view")
-        return np.asarray(self._records[:, self._rows])
+        return self._records
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:

@@ -44,6 +44,19 @@ PARAMETERS = np.dtype(
 """What the kernels read: every numeric parameter under its own name, the types, and constants derived from them."""
 
 
+def _marked(kind: np.dtype[Any], mark: str) -> np.dtype[Any]:
+    """`kind` with one more name for the bytes of its field ``rules``: the same memory, another type."""
+    fields = {name: kind.fields[name] for name in kind.names or ()}  # type: ignore[index]
+    names = [*fields, mark]
+    formats = [*(field[0] for field in fields.values()), fields["rules"][0]]
+    offsets = [*(field[1] for field in fields.values()), fields["rules"][1]]
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": kind.itemsize}, align=True)
+
+
+NO_REFEREE = _marked(PARAMETERS, "no_referee")
+"""The same record where no rule is on: kernels that get it leave the referee out (`kernels.event`)."""
+
+
 def pack(
     parameters: ServerParameters,
     player_parameters: PlayerParameters,

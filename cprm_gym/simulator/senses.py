@@ -206,26 +206,26 @@ def see(worlds: Array, parameters: Array, out: See | None = None) -> See:
         Buffers to fill; allocated when not given.
     """
     out = new_see(len(worlds)) if out is None else out
-    senses.see_worlds(worlds, parameters, *out, 0, len(worlds))
+    senses.see_worlds(worlds, parameters, np.arange(len(worlds)), *out, 0, len(worlds))
     return out
 
 
 def see_landmarks(worlds: Array, parameters: Array, out: Landmarks | None = None) -> Landmarks:
     """Landmarks and lines as every player sees them; arguments as `see`."""
     out = new_landmarks(len(worlds)) if out is None else out
-    landmark_sight.landmarks_of_worlds(worlds, parameters, *out, 0, len(worlds))
+    landmark_sight.landmarks_of_worlds(worlds, parameters, np.arange(len(worlds)), *out, 0, len(worlds))
     return out
 
 
 def sense_body(worlds: Array, parameters: Array, out: Array | None = None) -> Array:
     """What every player is told of himself, (W, 22, 34) with columns `BodyColumn`; arguments as `see`."""
     out = new_body(len(worlds)) if out is None else out
-    body.sense_bodies(worlds, parameters, out, 0, len(worlds))
+    body.sense_bodies(worlds, parameters, np.arange(len(worlds)), out, 0, len(worlds))
     return out
 
 
 def hear(worlds: Array, parameters: Array, out: Hear | None = None) -> Hear:
     """What every player heard after the last step; arguments as `see`."""
     out = new_hear(len(worlds)) if out is None else out
-    audio.hear_worlds(worlds, parameters, *out, 0, len(worlds))
+    audio.hear_worlds(worlds, parameters, np.arange(len(worlds)), *out, 0, len(worlds))
     return out

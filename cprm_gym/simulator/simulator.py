@@ -21,7 +21,7 @@ from .kernels import audio, body, landmark_sight
 from .kernels import senses as eye_kernels
 from .kernels import step as kernels
 from .kernels.random import draw_uniforms
-from .packing import pack
+from .packing import NO_REFEREE, pack
 from .parameters import Rules, ServerParameters
 from .player_types import PlayerParameters, PlayerType, TypeColumn, generate_types
 from .senses import Hear, Landmarks, See, new_body, new_hear, new_landmarks, new_see
@@ -125,7 +125,11 @@ class Simulator:
         Exchanges players within the rules.
     team_names : tuple of two str
         What messages and logs call the left and the right team; free to be changed.
+    told : bool
+        Whether the senses are what messages of a server told, not what follows from `world`.
     """
+
+    told = False
 
     def __init__(
         self,
@@ -158,12 +162,16 @@ class Simulator:
         self.rules = Rules(rules)
         self.team_names: tuple[str, str] = ("Left", "Right")
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
+        # what the step reads: where no rule is on, a step that is compiled without the referee
+        whistled = int(self.packed["rules"][0]) != 0 or self.parameters.auto_mode
+        self._played = self.packed if whistled else self.packed.view(NO_REFEREE)
         self._start = initial_world(self.packed, left, right, goalies)
         self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
-        self.trainer, self.coach = Trainer(self.world, self.packed), Coach(self.world, self.packed)
+        self.trainer, self.coach = Trainer(self.world, self._played), Coach(self.world, self.packed)
         self._silence = no_commands(worlds, PLAYERS)
         self.commands: npt.NDArray[Any] = self._silence.copy()
         self._one = no_commands(1)
+        self._every = np.arange(worlds)
         self.first_world = first_world
         self._see: See | None = None
         self._body: npt.NDArray[Any] | None = None
@@ -194,11 +202,11 @@ class Simulator:
             When `commands` is not such an array.
         """
         given = self.commands if commands is None else self._checked_commands(commands)
-        self._run(kernels.step_worlds, given)
+        self._run(kernels.step_worlds, given, parameters=self._played)
 
     def advance(self) -> None:
         """Run one step; commands given by `command_phase` since the last one have been executed already."""
-        self._run(kernels.advance_worlds)
+        self._run(kernels.advance_worlds, parameters=self._played)
 
     def command_phase(self, world: int, player: int, command: Any) -> None:
         """Execute one command at once, as the server does when it receives it; `advance` then runs the step.
@@ -222,7 +230,7 @@ class Simulator:
         if getattr(command, "dtype", None) != COMMAND or np.size(command) != 1:
             raise CommandError(f"`command` takes one record of dtype COMMAND, got {_named(command)}")
         self._one[0] = np.reshape(command, ())[()]
-        kernels.command_world(self.world, self.packed, world, player - 1, self._one, 0)
+        kernels.command_world(self.world, self._played, world, player - 1, self._one, 0)
 
     def clear_commands(self) -> None:
         """Make the buffer `commands` say nothing."""
@@ -230,54 +238,63 @@ class Simulator:
 
     # ------------------------------------------------------------------------------------------ senses
 
-    def see(self, out: See | None = None) -> See:
+    def see(self, out: See | None = None, worlds: npt.NDArray[np.int64] | None = None) -> See:
         """Ball and players as every player sees them; rows of players without a message in this cycle are zero.
 
         Parameters
         ----------
         out : See, optional
             Buffers to fill, made by `senses.new_see`; the simulator's own, overwritten by the next call, when not given.
+        worlds : (n,) int64 array, optional
+            Which worlds; all when not given. Row k of the buffers, of which there may be more than n, is world ``worlds[k]``.
         """
         if out is None:
             out = self._see = self._see or new_see(self.worlds)
-        self._run(eye_kernels.see_worlds, *out)
+        self._look(eye_kernels.see_worlds, worlds, *out)
         return out
 
-    def sense_body(self, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
-        """What every player is told of himself, (W, 22, columns) with columns `senses.BodyColumn`; `out` as for `see`."""
+    def sense_body(self, out: npt.NDArray[Any] | None = None, worlds: npt.NDArray[np.int64] | None = None) -> npt.NDArray[Any]:
+        """What every player is told of himself, (W, 22, columns) with columns `senses.BodyColumn`; arguments as for `see`."""
         if out is None:
             if self._body is None:
                 self._body = new_body(self.worlds)
             out = self._body
-        self._run(body.sense_bodies, out)
+        self._look(body.sense_bodies, worlds, out)
         return out
 
-    def hear(self, out: Hear | None = None) -> Hear:
-        """What every player heard after the last step; `out` as for `see`."""
+    def hear(self, out: Hear | None = None, worlds: npt.NDArray[np.int64] | None = None) -> Hear:
+        """What every player heard after the last step; arguments as for `see`."""
         if out is None:
             out = self._hear = self._hear or new_hear(self.worlds)
-        self._run(audio.hear_worlds, *out)
+        self._look(audio.hear_worlds, worlds, *out)
         return out
 
-    def landmarks(self, out: Landmarks | None = None) -> Landmarks:
-        """Landmarks and lines as every player sees them, computed only when asked for; `out` as for `see`."""
+    def landmarks(self, out: Landmarks | None = None, worlds: npt.NDArray[np.int64] | None = None) -> Landmarks:
+        """Landmarks and lines as every player sees them, computed only when asked for; arguments as for `see`."""
         if out is None:
             out = self._landmarks = self._landmarks or new_landmarks(self.worlds)
-        self._run(landmark_sight.landmarks_of_worlds, *out)
+        self._look(landmark_sight.landmarks_of_worlds, worlds, *out)
         return out
+
+    def _look(self, kernel: Any, worlds: npt.NDArray[np.int64] | None, *out: Any) -> None:
+        """Call a kernel of a sense for the given worlds, or all."""
+        worlds = self._every if worlds is None else worlds
+        self._run(kernel, worlds, *out, count=len(worlds))
 
     def _bytes(self) -> npt.NDArray[np.uint8]:
         """The worlds as rows of bytes: much faster to copy than records field by field."""
         return self.world.view("u1").reshape(self.worlds, -1)
 
-    def _run(self, kernel: Any, *arguments: Any) -> None:
-        """Call a kernel over ranges of worlds, one range per thread."""
+    def _run(self, kernel: Any, *arguments: Any, parameters: npt.NDArray[Any] | None = None, count: int = 0) -> None:
+        """Call a kernel over ranges of worlds (`count` of them, or all), one range per thread."""
+        parameters = self.packed if parameters is None else parameters
+        count = count or self.worlds
         kernel = getattr(kernel, "entry", kernel)  # without a Python call in between; made here, once, not by several threads
-        if self._pool is None or len(self.world) == 1:
-            kernel(self.world, self.packed, *arguments, 0, len(self.world))
+        if self._pool is None or count == 1:
+            kernel(self.world, parameters, *arguments, 0, count)
             return
-        bounds = np.linspace(0, self.worlds, min(self.threads, self.worlds) + 1).astype(int).tolist()
-        tasks = [self._pool.submit(partial(kernel, self.world, self.packed, *arguments, start, stop)) for start, stop in pairwise(bounds)]
+        bounds = np.linspace(0, count, min(self.threads, count) + 1).astype(int).tolist()
+        tasks = [self._pool.submit(partial(kernel, self.world, parameters, *arguments, start, stop)) for start, stop in pairwise(bounds)]
         for task in tasks:
             task.result()
 

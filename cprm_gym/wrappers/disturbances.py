@@ -81,14 +81,16 @@ class Disturbance:
         """
         raise ParameterError(f"disturbance {type(self).__name__} does not say what it does")
 
-    def blur(self, see: See, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+    def blur(self, see: See, rows: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
         """What it does to what everybody sees after the step of such a cycle; nothing, if a kind does not say otherwise.
 
         Parameters
         ----------
         see : See
             Changed in place.
-        worlds, draws, age : arrays
+        rows : (n,) int array
+            Where the worlds stand in `see`.
+        draws, age : arrays
             As for `strike`.
         """
 
@@ -189,15 +191,15 @@ class NoiseBurst(Disturbance):
     def strike(self, core: SoccerCore, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
         """Touches nothing: the world goes on as it would."""
 
-    def blur(self, see: See, worlds: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
+    def blur(self, see: See, rows: np.ndarray, draws: np.ndarray, age: np.ndarray) -> None:
         """Adds errors to what is seen of ball (row 0 of them) and players, observer by observer."""
         sd = np.array([self.distance, np.radians(self.direction), self.distance_change, np.radians(self.direction_change)])
-        for k, world in enumerate(worlds):
+        for k, row in enumerate(rows):
             # the errors of a cycle follow from the drawn numbers alone, whoever sees what
             seed = [*(draws[k] * 2.0**32).astype(np.uint64).tolist(), int(age[k])]
             errors = sd * np.random.default_rng(np.random.SeedSequence(seed)).standard_normal((PLAYERS, PLAYERS + 1, 4))
-            _add_errors(see.ball[world], see.ball_level[world], errors[:, 0])
-            _add_errors(see.players[world], see.players_level[world], errors[:, 1:])
+            _add_errors(see.ball[row], see.ball_level[row], errors[:, 0])
+            _add_errors(see.players[row], see.players_level[row], errors[:, 1:])
 
 
 def _add_errors(rows: np.ndarray, level: np.ndarray, errors: np.ndarray) -> None:
@@ -312,12 +314,14 @@ class Disturber:
         if len(active):
             self.disturbance.strike(self.core, active, self._draws[active], self._cycle - self.struck[active])
 
-    def _blur(self, see: See) -> None:
-        """What is seen after the step, in the worlds that were struck in it and have not begun another episode since."""
-        here = self.core.cycle[self._now] == self._cycle + 1
-        worlds = self._now[here]
-        if len(worlds):
-            self.disturbance.blur(see, worlds, self._draws[worlds], self._cycle[here] - self.struck[worlds])
+    def _blur(self, see: See, worlds: np.ndarray) -> None:
+        """What is seen after the step, in those of the worlds that were struck in it and have not begun another episode since."""
+        row = np.full(self.core.worlds, -1)
+        row[worlds] = np.arange(len(worlds))
+        here = (self.core.cycle[self._now] == self._cycle + 1) & (row[self._now] >= 0)
+        struck = self._now[here]
+        if len(struck):
+            self.disturbance.blur(see, row[struck], self._draws[struck], self._cycle[here] - self.struck[struck])
 
 
 def _disturber(env: Any, disturbance: Disturbance, seed: int) -> Disturber:

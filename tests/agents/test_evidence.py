@@ -25,7 +25,7 @@ PLAYED = [("GoToBall", "left_1"), ("Goalie", "left_1"), ("PassAndAdvance", "left
 WORLDS, CYCLES = 4, 40
 
 
-def without_numbers(see):
+def without_numbers(see, worlds):
     """Half of the players are seen without their numbers, whatever the distance."""
     hidden = (np.arange(see.players_level.shape[-1]) % 2 == 1) & (see.players_level == PlayerLevel.NUMBER)
     see.players_level[hidden] = PlayerLevel.TEAM

@@ -13,43 +13,45 @@ KICK, DASH, TURN = int(Count.KICK), int(Count.DASH), int(Count.TURN)
 
 @kernel
 def pack(
-    worlds, agents, columns, fresh, ball, ball_level, players, players_level, body, older, max_age,
+    worlds, chosen, agents, columns, fresh, ball, ball_level, players, players_level, body, older, max_age,
     out_body, out_ball, out_players, out_level, out_age,
 ):  # fmt: skip
-    """Observations of the agents, float32: values and levels of this percept, and how old each entry is.
+    """Observations of the agents in the chosen worlds, float32: values and levels of this percept, and how old each entry is.
 
+    chosen : (n,); row c of the senses, `fresh` to `body`, is world ``chosen[c]``
     agents : (A,) object numbers of the observers
     columns : (12,) columns of `body` in the order of the first twelve entries of `BodyFeature`
     older : bool; False when an episode starts, where nothing has aged yet
     """
-    for n in range(fresh.shape[0]):
+    for c in range(chosen.shape[0]):
+        n = chosen[c]
         w = worlds[n]
         for k in range(agents.shape[0]):
             i = agents[k] - 1
-            seen_now = fresh[n, i]
-            pack_body(w, i, columns, body[n, i], seen_now, out_body[n, k])
-            level = ball_level[n, i] if seen_now else 0
+            seen_now = fresh[c, i]
+            pack_body(w, i, columns, body[c, i], seen_now, out_body[n, k])
+            level = ball_level[c, i] if seen_now else 0
             note(level, older, max_age, 0, out_level[n, k], out_age[n, k])
             for f in range(4):
-                out_ball[n, k, f] = ball[n, i, f] if level > 0 else 0.0
+                out_ball[n, k, f] = ball[c, i, f] if level > 0 else 0.0
             for j in range(PLAYERS):
-                level = players_level[n, i, j] if seen_now else 0
+                level = players_level[c, i, j] if seen_now else 0
                 note(level, older, max_age, j + 1, out_level[n, k], out_age[n, k])
                 if level > 0:
                     for f in range(7):
-                        out_players[n, k, j, f] = players[n, i, j, f]
+                        out_players[n, k, j, f] = players[c, i, j, f]
                 else:
                     for f in range(7):
                         out_players[n, k, j, f] = 0.0
 
 
 @kernel
-def pack_memory(memory, agents, out_self, out_memory, out_age):
-    """The agents' memories as observations: themselves, and ball, own team, opponents as last seen.
+def pack_memory(memory, chosen, agents, out_self, out_memory, out_age):
+    """The memories of the agents in the chosen worlds as observations: themselves, and ball, own team, opponents as last seen.
 
     memory : (W, 22) MEMORY; out_self : (W, A, 8); out_memory : (W, A, 23, 4); out_age : (W, A, 23)
     """
-    for n in range(memory.shape[0]):
+    for n in chosen:
         for k in range(agents.shape[0]):
             m = memory[n, agents[k] - 1]
             o = out_self[n, k]
@@ -65,9 +67,9 @@ def pack_memory(memory, agents, out_self, out_memory, out_age):
 
 
 @kernel
-def pack_truth(worlds, agents, out_body, out_ball, out_players, out_level, out_age):
+def pack_truth(worlds, chosen, agents, out_body, out_ball, out_players, out_level, out_age):
     """The truth in the layout of the percepts: everything seen, at level 3, without noise; what does not play stays at level 0."""
-    for n in range(worlds.shape[0]):
+    for n in chosen:
         w = worlds[n]
         for k in range(agents.shape[0]):
             i = agents[k] - 1
@@ -106,17 +108,20 @@ def wrapped(a):
 
 
 @kernel
-def pack_hear(sender, level, unum, direction, length, text, agents, out):
-    """What the agents heard: per message sender (1 mate, 2 opponent), level, unum, direction, length and the first ten bytes."""
-    for n in range(out.shape[0]):
+def pack_hear(sender, level, unum, direction, length, text, chosen, agents, out):
+    """What the agents heard in the chosen worlds; row c of the senses is world ``chosen[c]``.
+
+    Per message sender (1 mate, 2 opponent), level, unum, direction, length and the first ten bytes.
+    """
+    for c in range(chosen.shape[0]):
         for k in range(agents.shape[0]):
             i = agents[k] - 1
             for s in range(out.shape[2]):
-                o = out[n, k, s]
-                o[0], o[1], o[2] = sender[n, i, s], level[n, i, s], unum[n, i, s]
-                o[3], o[4] = direction[n, i, s], length[n, i, s]
+                o = out[chosen[c], k, s]
+                o[0], o[1], o[2] = sender[c, i, s], level[c, i, s], unum[c, i, s]
+                o[3], o[4] = direction[c, i, s], length[c, i, s]
                 for f in range(10):
-                    o[5 + f] = text[n, i, s, f]
+                    o[5 + f] = text[c, i, s, f]
 
 
 @kernel

@@ -16,22 +16,23 @@ ARM = 6  # column of where a player points
 
 @kernel
 def degrade(
-    worlds, rows, first, lost, sizes, steps, motion, numbers, fresh, ball, ball_level, players, players_level, flags,
+    worlds, chosen, rows, cycles, lost, sizes, steps, motion, numbers, fresh, ball, ball_level, players, players_level, flags,
 ):  # fmt: skip
-    """What the agents see of ball and players, in place.
+    """What the agents see of ball and players in the chosen worlds, in place; row c of the senses is world ``chosen[c]``.
 
-    rows : (A,) players; first : (W,) bool, worlds whose episode has just begun: that look is not lost; lost : probability
+    rows : (A,) players; cycles : (W,) cycle of the episode, whose first look is not lost; lost : probability
     sizes : (4,) standard deviations of log distance, direction, distance change, direction change
     steps : (2,) of log distance and of direction (rad) to which they are rounded, 0 not at all
     motion, numbers : bool, whether velocities and uniform numbers are told
     """
-    for n in range(worlds.shape[0]):
-        w = worlds[n]
+    for n in range(chosen.shape[0]):
+        w = worlds[chosen[n]]
+        first = cycles[chosen[n]] == 0
         for k in range(rows.shape[0]):
             i = rows[k]
             if not fresh[n, i]:
                 continue
-            if lost > 0.0 and not first[n] and uniform(w, SENSORS, i, READING_LOST, 0) < lost:
+            if lost > 0.0 and not first and uniform(w, SENSORS, i, READING_LOST, 0) < lost:
                 fresh[n, i] = False
                 blind(i, ball[n], ball_level[n], players[n], players_level[n], flags[n])
                 continue

@@ -46,6 +46,8 @@ class Macros:
         By index; the largest set of any agent.
     mask : (W, A, len(names)) bool array
         What can be done now; always at least ``noop`` and ``reorient``.
+    fresh : (W, 22) bool array
+        Whose eye had a look in this cycle.
     """
 
     def __init__(
@@ -66,17 +68,17 @@ class Macros:
         self.memories = Memories(simulator, active, full_state)
         self._region = float(region[0]), float(region[1])
         self.mask: np.ndarray = np.zeros((simulator.worlds, len(self.players), len(self.names)), bool)
-        self._fresh: np.ndarray = np.zeros((simulator.worlds, PLAYERS), bool)
+        self.fresh: np.ndarray = np.zeros((simulator.worlds, PLAYERS), bool)
 
     def reset(self, worlds: np.ndarray) -> None:
         """An episode begins in the given worlds."""
         self.memories.forget(worlds)
 
-    def observe(self, see: See, body: np.ndarray, sent: np.ndarray, worlds: np.ndarray | None = None) -> None:
-        """Take in the percepts of a cycle (in the given worlds, or all) and say what can be done."""
+    def observe(self, see: See, body: np.ndarray, sent: np.ndarray, worlds: np.ndarray) -> None:
+        """Take in the percepts of a cycle in the given worlds, row k being ``worlds[k]``, and say what can be done there."""
         self.memories.update(see, body, sent, worlds)
-        self._fresh = see.fresh
-        kernels.masks(self.simulator.world, self.memories.records, self.players, self._mates, self._opponents, self.mask)
+        self.fresh[worlds] = see.fresh[: len(worlds)]
+        kernels.masks(self.simulator.world, worlds, self.memories.records, self.players, self._mates, self._opponents, self.mask)
 
     def act(self, action: Any, commands: np.ndarray) -> None:
         """Write the commands of the agents' macros.
@@ -100,5 +102,5 @@ class Macros:
             raise CommandError(f"action 'macro': {bad} is none; allowed are 0 to {len(self.names) - 1}: {', '.join(self.names)}")
         kernels.act(
             self.simulator.world, self.memories.records, self.players, array.astype(np.int64), self._mates, FORMATION, *self._region,
-            self._fresh, commands,
+            self.fresh, commands,
         )  # fmt: skip

@@ -26,6 +26,7 @@ MEMORY = np.dtype(
         ("ball_x", "f8"), ("ball_y", "f8"), ("ball_vx", "f8"), ("ball_vy", "f8"), ("ball_age", "i4"),
         # own team 0..10, opponents 11..21
         ("px", "f8", (PLAYERS,)), ("py", "f8", (PLAYERS,)), ("age", "i4", (PLAYERS,)),
+        ("looks", "i4"),                # how often he has seen the pitch, or forgotten all of it: the places of others change only then
         ("search", "i4"),               # looks made for the ball since it was lost
         ("taker", "i4"),                # cycles for which he leaves the ball alone: he took the set play
         ("kicker", "i4"),               # number of the player of a small team who took the set play and may not touch the ball; 0 nobody
@@ -73,7 +74,8 @@ class Memories:
         self.active = np.asarray(active, bool)
         self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
         self._all = np.arange(simulator.worlds)
-        self._landmarks = new_landmarks(simulator.worlds)
+        # where messages tell of landmarks, theirs; else room for those of one player, who looks at them himself
+        self._landmarks = new_landmarks(1)
         kernels.embody_all(self.records, simulator.packed)
         self.forget(self._all)
 
@@ -81,30 +83,35 @@ class Memories:
         """Empty the memories of the given worlds; an episode begins."""
         kernels.forget(self.records, np.asarray(worlds, np.int64))
 
-    def update(self, see: See, body: np.ndarray, sent: Any, worlds: np.ndarray | None = None) -> None:
+    def update(self, see: See, body: np.ndarray, sent: Any, worlds: np.ndarray) -> None:
         """Take in the percepts of a cycle.
 
         Parameters
         ----------
         see : See
-        body : (W, 22, columns) array
+        body : (n, 22, columns) array
         sent : (W, 22) array of COMMAND
             What was sent in the cycle before.
-        worlds : (n,) int array, optional
-            Which worlds; all if not given.
+        worlds : (n,) int array
+            Which worlds; row k of the percepts is world ``worlds[k]``.
         """
-        chosen = self._all if worlds is None else worlds
         if self.full_state:
-            kernels.know(self.simulator.world, self.simulator.packed, chosen, self.records, self.active, body)
+            self.know(worlds)
             return
-        marks = self.simulator.landmarks(self._landmarks)
+        told = self.simulator.told
+        marks = self.simulator.landmarks(self._landmarks) if told else self._landmarks
         kernels.update(
-            self.simulator.world, self.simulator.packed, chosen, self.records, sent, self.active, see.fresh, see.ball, see.ball_level,
-            see.players, see.players_level, marks.landmarks, marks.level, marks.lines, marks.line, body,
+            self.simulator.world, self.simulator.packed, worlds, self.records, sent, self.active, see.fresh, see.ball, see.ball_level,
+            see.players, see.players_level, body, told, marks.landmarks, marks.level, marks.lines, marks.line,
         )  # fmt: skip
 
+    def know(self, worlds: np.ndarray | None = None) -> None:
+        """Take in the truth, in the given worlds (n,) or all."""
+        chosen = self._all if worlds is None else worlds
+        kernels.know(self.simulator.world, self.simulator.packed, chosen, self.records, self.active)
 
-def true_memory(simulator: Simulator, player: int, body: np.ndarray) -> dict[str, np.ndarray]:
+
+def true_memory(simulator: Simulator, player: int) -> dict[str, np.ndarray]:
     """The truth as a player would remember it, for oracles alone.
 
     Parameters
@@ -112,8 +119,6 @@ def true_memory(simulator: Simulator, player: int, body: np.ndarray) -> dict[str
     simulator : Simulator
     player : int
         Object number.
-    body : (W, 22, columns) array
-        What everybody feels.
 
     Returns
     -------
@@ -121,7 +126,8 @@ def true_memory(simulator: Simulator, player: int, body: np.ndarray) -> dict[str
         ``self``, ``memory``, ``memory_age`` as in the observations.
     """
     records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
-    kernels.know(simulator.world, simulator.packed, np.arange(simulator.worlds), records, np.arange(1, PLAYERS + 1) == player, body)
+    every = np.arange(simulator.worlds)
+    kernels.know(simulator.world, simulator.packed, every, records, np.arange(1, PLAYERS + 1) == player)
     told = [np.zeros((simulator.worlds, 1, *shape), np.float32) for shape in ((8,), (PLAYERS + 1, 4), (PLAYERS + 1,))]
-    pack_memory(records, np.array([player]), *told)
+    pack_memory(records, every, np.array([player]), *told)
     return {key: value[:, 0] for key, value in zip(("self", "memory", "memory_age"), told)}

@@ -61,6 +61,8 @@ class ScriptedPlayers:
     ----------
     mixing : MixingPlayers or None
         Those, if there are any.
+    fresh : (W, 22) bool array
+        Whose eye had a look in this cycle.
 
     Raises
     ------
@@ -98,6 +100,7 @@ class ScriptedPlayers:
         self.mixing = MixingPlayers(simulator, np.array(mixing, np.int64), self.counts, mix) if mixing else None
         active[thinking + keepers + mixing] = True
         self.memories = Memories(simulator, active, full_state) if active.any() else None
+        self.fresh = np.zeros((simulator.worlds if active.any() else 0, PLAYERS), bool)
 
     @property
     def needs_senses(self) -> bool:
@@ -111,29 +114,44 @@ class ScriptedPlayers:
         if self.mixing is not None:
             self.mixing.reset(worlds)
 
-    def act(self, see: See, body: np.ndarray, commands: np.ndarray) -> None:
-        """Write the commands of this cycle.
+    def perceive(self, see: See, body: np.ndarray, sent: np.ndarray, worlds: np.ndarray) -> None:
+        """Take in the percepts of a cycle.
 
         Parameters
         ----------
         see, body
-            The percepts of the cycle.
-        commands : (W, 22) array of COMMAND
-            Those of the cycle before; the rows of the scripted players are overwritten.
+            The percepts; row k is world ``worlds[k]``.
+        sent : (W, 22) array of COMMAND
+            The commands of the cycle before.
+        worlds : (n,) int array
         """
         if self.memories is not None:
-            self.memories.update(see, body, commands)
+            self.fresh[worlds] = see.fresh[: len(worlds)]
+            if not self.memories.full_state:
+                self.memories.update(see, body, sent, worlds)
+
+    def act(self, commands: np.ndarray) -> None:
+        """Write the commands of this cycle.
+
+        Parameters
+        ----------
+        commands : (W, 22) array of COMMAND
+            The rows of the scripted players are overwritten.
+        """
+        if self.memories is not None:
+            if self.memories.full_state:
+                self.memories.know()
             records = self.memories.records
             if len(self._rows):
-                team_kernels.act(self.simulator.world, records, self._rows, self._strengths, self.counts, FORMATION, see.fresh, commands)
+                team_kernels.act(self.simulator.world, records, self._rows, self._strengths, self.counts, FORMATION, self.fresh, commands)
             if len(self._keepers):
                 if self._lucky:
                     self._luck[...] = self.simulator.uniforms(None, len(self._keepers), Stream.RESETS)
                 keeper_kernels.act(
-                    self.simulator.world, records, self._keepers, self._kinds, self.counts, *self._region, self._luck, see.fresh, commands
+                    self.simulator.world, records, self._keepers, self._kinds, self.counts, *self._region, self._luck, self.fresh, commands
                 )
             if self.mixing is not None:
-                self.mixing.act(records, FORMATION, see.fresh, commands)
+                self.mixing.act(records, FORMATION, self.fresh, commands)
         if len(self._random):
             self._act_at_random(commands)
         if len(self._knockers):

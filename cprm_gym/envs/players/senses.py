@@ -151,10 +151,12 @@ class SensesChange:
         if self.senses.gaussian > 0:
             world["gaussian"][cells] = 1
 
-    def reread(self, see: See, first: np.ndarray) -> None:
-        """Make what the agents see worse, in place; `first` (W,) bool: worlds whose episode has just begun."""
+    def reread(self, see: See, worlds: np.ndarray, cycles: np.ndarray) -> None:
+        """Make what the agents see in `worlds`, (n,), worse, in place; `cycles` (W,) of their episodes."""
         s = self.senses
-        kernels.degrade(self.simulator.world, self._rows, first, float(s.lost), s.sizes, self._steps, bool(s.motion), bool(s.numbers), *see)
+        kernels.degrade(
+            self.simulator.world, worlds, self._rows, cycles, float(s.lost), s.sizes, self._steps, bool(s.motion), bool(s.numbers), *see
+        )
 
 
 class LateNews:

@@ -174,7 +174,7 @@ def hear_world(w, sender, level, unum, direction, length, text, count):
 
 
 @kernel
-def hear_worlds(worlds, parameters, sender, level, unum, direction, length, text, count, start, stop):
-    """`hear_world` for worlds `start` to `stop`."""
+def hear_worlds(worlds, parameters, chosen, sender, level, unum, direction, length, text, count, start, stop):
+    """`hear_world` for the worlds ``chosen[start:stop]``; row k of every array is world ``chosen[k]``."""
     for k in range(start, stop):
-        hear_world(worlds[k], sender[k], level[k], unum[k], direction[k], length[k], text[k], count[k])
+        hear_world(worlds[chosen[k]], sender[k], level[k], unum[k], direction[k], length[k], text[k], count[k])

@@ -84,11 +84,11 @@ def sense_body(w, p, i, row):
 
 
 @kernel
-def sense_bodies(worlds, parameters, rows, start, stop):
-    """`sense_body` of every player that is there into ``rows`` (W, 22, COLUMNS), worlds `start` to `stop`; zeros for the others."""
+def sense_bodies(worlds, parameters, chosen, rows, start, stop):
+    """`sense_body` of every player that is there into ``rows`` (n, 22, COLUMNS), worlds ``chosen[start:stop]``; zeros for the others."""
     p = parameters[0]
     for k in range(start, stop):
-        w = worlds[k]
+        w = worlds[chosen[k]]
         for i in range(PLAYERS):
             if w.enabled[i]:
                 sense_body(w, p, i, rows[k, i])

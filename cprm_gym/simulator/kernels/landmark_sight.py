@@ -61,6 +61,48 @@ def tell_landmark_distance(w, p, i, eye, draw, dx, dy, distance):
 
 
 @kernel
+def flag_limits(w, p, i, modern):
+    """(farthest, far, too far): metres up to which player `i` sees landmarks, tells their changes surely, and loses them surely."""
+    if not modern:
+        return VISUAL, 20.0, 40.0
+    kind = w.type[i]
+    farthest = p.types[kind, T_FLAG_MAX_OBSERVATION_LENGTH]
+    return farthest, p.types[kind, T_FLAG_CHG_FAR_LENGTH], p.types[kind, T_FLAG_CHG_TOO_FAR_LENGTH]
+
+
+@kernel
+def perhaps_seen_landmarks(eye, protocol):
+    """The landmarks, as bits, that are not certainly out of sight."""
+    mask = np.int64(0)
+    for j in range(LANDMARKS):
+        perhaps = perhaps_seen(eye, LANDMARK_POSITIONS[j, 0] - eye.x, LANDMARK_POSITIONS[j, 1] - eye.y)
+        mask |= np.int64(perhaps & (LANDMARK_PROTOCOLS[j] <= protocol)) << j
+    return mask
+
+
+@kernel
+def glance_at_landmarks(w, p, i, protocol, tick, rows):
+    """What finding one's own place needs of `look_at_landmarks`: which landmarks are seen, as bits, where they are told to be.
+
+    rows : (55, 4); only distance (m) and direction (rad) of those seen are written, the same numbers as in the message
+    """
+    eye = eye_of(w, p, i, protocol)
+    farthest, _, _ = flag_limits(w, p, i, eye.modern)
+    mask = perhaps_seen_landmarks(eye, protocol)
+    seen = np.int64(0)
+    while mask:
+        j = lowest_bit(mask)
+        mask &= mask - 1
+        dx, dy = LANDMARK_POSITIONS[j, 0] - eye.x, LANDMARK_POSITIONS[j, 1] - eye.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        if is_in_view(eye, dx, dy, distance, farthest):
+            rows[j, 0] = np.nan if eye.low else tell_landmark_distance(w, p, i, eye, j + _TICK * tick, dx, dy, distance)
+            rows[j, 1] = told_direction(eye, dx, dy)
+            seen |= np.int64(1) << j
+    return seen
+
+
+@kernel
 def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
     """Landmarks of one message of player `i`, in the server's order.
 
@@ -70,16 +112,9 @@ def look_at_landmarks(w, p, i, protocol, tick, rows, levels):
     First axis: observers; only row `i` is written and must be zero when called.
     """
     eye = eye_of(w, p, i, protocol)
-    kind = w.type[i]
-    farthest, far, too_far = VISUAL, 20.0, 40.0
-    if eye.modern:
-        farthest = p.types[kind, T_FLAG_MAX_OBSERVATION_LENGTH]
-        far, too_far = p.types[kind, T_FLAG_CHG_FAR_LENGTH], p.types[kind, T_FLAG_CHG_TOO_FAR_LENGTH]
+    farthest, far, too_far = flag_limits(w, p, i, eye.modern)
     vx, vy = 0.0 - w.vel[i + 1, 0], 0.0 - w.vel[i + 1, 1]
-    mask = np.int64(0)
-    for j in range(LANDMARKS):
-        perhaps = perhaps_seen(eye, LANDMARK_POSITIONS[j, 0] - eye.x, LANDMARK_POSITIONS[j, 1] - eye.y)
-        mask |= np.int64(perhaps & (LANDMARK_PROTOCOLS[j] <= protocol)) << j
+    mask = perhaps_seen_landmarks(eye, protocol)
     while mask:
         j = lowest_bit(mask)
         mask &= mask - 1
@@ -189,8 +224,8 @@ def landmarks_of_world(w, p, rows, levels, line_rows, line_ids):
 
 
 @kernel
-def landmarks_of_worlds(worlds, parameters, rows, levels, line_rows, line_ids, start, stop):
-    """`landmarks_of_world` for worlds `start` to `stop`."""
+def landmarks_of_worlds(worlds, parameters, chosen, rows, levels, line_rows, line_ids, start, stop):
+    """`landmarks_of_world` for the worlds ``chosen[start:stop]``; row k of every array is world ``chosen[k]``."""
     p = parameters[0]
     for k in range(start, stop):
-        landmarks_of_world(worlds[k], p, rows[k], levels[k], line_rows[k], line_ids[k])
+        landmarks_of_world(worlds[chosen[k]], p, rows[k], levels[k], line_rows[k], line_ids[k])

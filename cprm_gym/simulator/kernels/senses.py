@@ -533,8 +533,8 @@ def see_world(w, p, fresh, ball, ball_level, players, players_level, players_fla
 
 
 @kernel
-def see_worlds(worlds, parameters, fresh, ball, ball_level, players, players_level, players_flags, start, stop):
-    """`see_world` for worlds `start` to `stop`; first axis of every array: worlds."""
+def see_worlds(worlds, parameters, chosen, fresh, ball, ball_level, players, players_level, players_flags, start, stop):
+    """`see_world` for the worlds ``chosen[start:stop]``; row k of every array is world ``chosen[k]``."""
     p = parameters[0]
     for k in range(start, stop):
-        see_world(worlds[k], p, fresh[k], ball[k], ball_level[k], players[k], players_level[k], players_flags[k])
+        see_world(worlds[chosen[k]], p, fresh[k], ball[k], ball_level[k], players[k], players_level[k], players_flags[k])

@@ -118,9 +118,9 @@ def mark(m, c, opponent):
 
 
 @kernel
-def masks(worlds, memory, players, mates, opponents, out):
-    """Applicability of every macro, ``out`` (W, A, macros); mates and opponents: (A,) numbers of other players."""
-    for n in range(worlds.shape[0]):
+def masks(worlds, chosen, memory, players, mates, opponents, out):
+    """Applicability of every macro in the chosen worlds, ``out`` (W, A, macros); mates and opponents: (A,) numbers of other players."""
+    for n in chosen:
         for k in range(players.shape[0]):
             i = players[k] - 1
             out[n, k] = False

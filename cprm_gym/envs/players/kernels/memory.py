@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from ....simulator.kernels.landmark_sight import glance_at_landmarks, look_at_lines
+from ....simulator.kernels.senses import lowest_bit, message_of_arrays
 from ....simulator.landmarks import LANDMARK_POSITIONS
 from ....simulator.player_types import (
     T_DASH_POWER_RATE,
@@ -35,6 +37,8 @@ SPEED, SPEED_DIRECTION = int(BodyColumn.SPEED), int(BodyColumn.SPEED_DIRECTION)
 HEAD, TACKLED, CHARGED = int(BodyColumn.HEAD_ANGLE), int(BodyColumn.TACKLE_EXPIRES), int(BodyColumn.FOUL_CHARGED)
 TURN, KICK = int(CommandKind.TURN), int(CommandKind.KICK)
 D2R = PI / 180.0
+WIDER = 1.0 + 1e-9
+"""Factor of squared distances within which the root decides."""
 SURE = 0.85
 """Share of the kickable ring within which the ball is kickable however the eye errs."""
 NEAR = 0.593
@@ -83,8 +87,10 @@ def embody_all(memory, packed):
 
 
 @kernel
-def localise(m, side, marks, levels, lines, line_ids):
+def localise(m, side, marks, seen, lines, line_ids):
     """Face and position from the line ahead and the landmarks in view; False when there is too little to see.
+
+    marks : (55, 4) distance, direction; seen : which of them are in view, as bits; lines : (2, 2); line_ids : (2,)
 
     The face comes from the direction of a line (half a degree), or else from the two most distant landmarks; the position is the
     mean of what each landmark says, weighted by the inverse square of its distance (the eye's error grows with it).
@@ -97,18 +103,19 @@ def localise(m, side, marks, levels, lines, line_ids):
         face = norm(LINE_NORMAL[line_ids[0]] - s + (PI if side < 0 else 0.0))
         known = True
     if not known:
-        known, face = face_from_marks(m, side, marks, levels)
+        known, face = face_from_marks(m, side, marks, seen)
         if not known:
             return False
     total, x, y = 0.0, 0.0, 0.0
-    for k in range(N_MARKS):
-        if levels[k] >= 2:
-            distance = marks[k, 0]
-            weight = 1.0 / (0.05 + distance * distance)
-            angle = face + marks[k, 1]
-            x += weight * (side * MARKS[k, 0] - distance * math.cos(angle))
-            y += weight * (side * MARKS[k, 1] - distance * math.sin(angle))
-            total += weight
+    while seen:
+        k = lowest_bit(seen)
+        seen &= seen - 1
+        distance = marks[k, 0]
+        weight = 1.0 / (0.05 + distance * distance)
+        angle = face + marks[k, 1]
+        x += weight * (side * MARKS[k, 0] - distance * math.cos(angle))
+        y += weight * (side * MARKS[k, 1] - distance * math.sin(angle))
+        total += weight
     m.face = face
     if total == 0.0:
         return False
@@ -117,15 +124,16 @@ def localise(m, side, marks, levels, lines, line_ids):
 
 
 @kernel
-def face_from_marks(m, side, marks, levels):
+def face_from_marks(m, side, marks, seen):
     """(found, face) from the pair of landmarks in view that subtends the largest angle."""
     first, last = -1, -1
-    for k in range(N_MARKS):
-        if levels[k] >= 2:
-            if first < 0 or marks[k, 1] < marks[first, 1]:
-                first = k
-            if last < 0 or marks[k, 1] > marks[last, 1]:
-                last = k
+    while seen:
+        k = lowest_bit(seen)
+        seen &= seen - 1
+        if first < 0 or marks[k, 1] < marks[first, 1]:
+            first = k
+        if last < 0 or marks[k, 1] > marks[last, 1]:
+            last = k
     if first < 0 or marks[last, 1] - marks[first, 1] < 0.1:
         return False, m.face
     # the vector from one to the other, in the frame of the eye and in that of the pitch
@@ -213,46 +221,84 @@ def take_players(m, me, side, rows, levels):
     """The players as they were just seen; the unknown ones are matched with the nearest remembered one that they could be."""
     for j in range(PLAYERS):
         if levels[j] == 3:
-            k = own_number(j, side)
-            place_player(m, k, rows[j])
+            x, y = place_of(m, rows[j])
+            note_player(m, own_number(j, side), x, y)
     for j in range(PLAYERS):
         if levels[j] == 1 or levels[j] == 2:
-            angle = m.face + rows[j, 1]
-            x, y = m.x + rows[j, 0] * math.cos(angle), m.y + rows[j, 0] * math.sin(angle)
+            x, y = place_of(m, rows[j])
             low, high = 0, PLAYERS
             if levels[j] == 2:
                 low = 0 if own_number(j, side) < 11 else 11
                 high = low + 11
-            best, gap = -1, 0.0
-            for k in range(low, high):
-                if k == me or m.age[k] == 0:
-                    continue
-                d = math.sqrt((m.px[k] - x) ** 2 + (m.py[k] - y) ** 2)
-                reach = 3.0 + 1.1 * m.age[k]
-                if m.age[k] >= NEVER:
-                    d, reach = 200.0 + k, 1e9
-                if d <= reach and (best < 0 or d < gap):
-                    best, gap = k, d
+            best, gap = nearest_remembered(m, me, low, high, x, y)
             if best >= 0 and (levels[j] == 2 or gap < 100.0):
-                place_player(m, best, rows[j])
+                note_player(m, best, x, y)
 
 
 @kernel
-def place_player(m, k, row):
-    """Note player `k` at the distance and direction of `row`."""
+def nearest_remembered(m, me, low, high, x, y):
+    """(player, distance) of the player from `low` to `high` - 1 who could stand at (x, y) and was last seen nearest to it; -1: nobody."""
+    best, gap, limit = -1, 0.0, 1e18
+    for k in range(low, high):
+        if k == me or m.age[k] == 0:
+            continue
+        if m.age[k] >= NEVER:
+            d, reach = 200.0 + k, 1e9
+        else:
+            reach = 3.0 + 1.1 * m.age[k]
+            dx, dy = m.px[k] - x, m.py[k] - y
+            squared = dx * dx + dy * dy
+            if squared > limit or squared > reach * reach * WIDER:  # certainly too far: no root for these
+                continue
+            d = math.sqrt(squared)
+        if d <= reach and (best < 0 or d < gap):
+            best, gap, limit = k, d, d * d * WIDER
+    return best, gap
+
+
+@kernel
+def place_of(m, row):
+    """(x, y) at the distance and direction of `row`."""
     angle = m.face + row[1]
-    m.px[k], m.py[k] = m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
-    m.age[k] = 0
+    return m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
+
+
+@kernel
+def note_player(m, k, x, y):
+    """Player `k` was just seen at (x, y)."""
+    m.px[k], m.py[k], m.age[k] = x, y, 0
+
+
+@kernel
+def in_view(levels):
+    """The landmarks seen, as bits, from their levels (55,)."""
+    seen = np.int64(0)
+    for k in range(N_MARKS):
+        seen |= np.int64(levels[k] >= 2) << k
+    return seen
+
+
+@kernel
+def glance(w, p, m, i, side, marks, lines, line_ids):
+    """`localise` from the world itself: only the landmarks of this one message, only what is needed of them.
+
+    marks : (22, 55, 4), lines : (22, 2, 2), line_ids : (22, 2); row `i` is overwritten
+    """
+    protocol, tick = message_of_arrays(w, i)
+    line_ids[i, 0] = line_ids[i, 1] = 0
+    look_at_lines(w, p, i, protocol, lines, line_ids)
+    return localise(m, side, marks[i], glance_at_landmarks(w, p, i, protocol, tick, marks[i]), lines[i], line_ids[i])
 
 
 @kernel
 def update(
-    worlds, packed, chosen, memory, sent, active, fresh, ball, ball_level, players, players_level, marks, mark_levels,
-    lines, line_ids, body,
+    worlds, packed, chosen, memory, sent, active, fresh, ball, ball_level, players, players_level, body, told, marks, mark_levels,
+    lines, line_ids,
 ):  # fmt: skip
-    """One cycle of everybody's memory in the chosen worlds.
+    """One cycle of everybody's memory in the chosen worlds; row c of the senses, `fresh` to `body`, is world ``chosen[c]``.
 
-    memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle before; active : (22,) whose memory is kept
+    memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle before; active : (22,) whose memory is kept; told : the landmarks are
+    those of the arrays, row c too, that messages filled; otherwise they are looked at here, and row 0 of the arrays is overwritten
     """
     for c in range(chosen.shape[0]):
         n = chosen[c]
@@ -265,21 +311,26 @@ def update(
             me = i % 11
             if m.kind != w.type[i] + 1:
                 embody(m, packed[0], w.type[i])
-            predict(m, body[n, i], sent[n, i])
-            if fresh[n, i]:
-                if localise(m, side, marks[n, i], mark_levels[n, i], lines[n, i], line_ids[n, i]):
+            predict(m, body[c, i], sent[n, i])
+            if fresh[c, i]:
+                if told:
+                    found = localise(m, side, marks[c, i], in_view(mark_levels[c, i]), lines[c, i], line_ids[c, i])
+                else:
+                    found = glance(w, packed[0], m, i, side, marks[0], lines[0], line_ids[0])
+                if found:
                     m.located = 1
                 m.body = norm(m.face - m.neck)
-                heading = m.face + body[n, i, SPEED_DIRECTION]
-                m.vx, m.vy = body[n, i, SPEED] * math.cos(heading), body[n, i, SPEED] * math.sin(heading)
-                if ball_level[n, i] > 0:
-                    take_ball(m, ball[n, i], ball_level[n, i])
-                take_players(m, me, side, players[n, i], players_level[n, i])
+                heading = m.face + body[c, i, SPEED_DIRECTION]
+                m.vx, m.vy = body[c, i, SPEED] * math.cos(heading), body[c, i, SPEED] * math.sin(heading)
+                if ball_level[c, i] > 0:
+                    take_ball(m, ball[c, i], ball_level[c, i])
+                take_players(m, me, side, players[c, i], players_level[c, i])
+                m.looks += 1
             m.px[me], m.py[me], m.age[me] = m.x, m.y, 0
 
 
 @kernel
-def know(worlds, packed, chosen, memory, active, body):
+def know(worlds, packed, chosen, memory, active):
     """The truth in everybody's memory, in the own team's frame."""
     for c in range(chosen.shape[0]):
         n = chosen[c]
@@ -297,7 +348,8 @@ def know(worlds, packed, chosen, memory, active, body):
             m.body, m.neck = norm(w.body[i] + turned), w.neck[i]
             m.face = norm(m.body + m.neck)
             m.stamina, m.effort, m.located = w.stamina[i], w.effort[i], 1
-            m.free = body[n, i, TACKLED] <= 0.0 and body[n, i, CHARGED] <= 0.0
+            m.looks += 1
+            m.free = w.tackle_cycles[i] <= 0 and w.foul_cycles[i] <= 0
             m.ball_x, m.ball_y = side * w.pos[0, 0], side * w.pos[0, 1]
             m.ball_vx, m.ball_vy, m.ball_age = side * w.vel[0, 0], side * w.vel[0, 1], 0
             for j in range(PLAYERS):
@@ -321,6 +373,7 @@ def forget(memory, chosen):
             m.stamina, m.effort = m.stamina_max, 1.0
             m.ball_x, m.ball_y, m.ball_vx, m.ball_vy = 0.0, 0.0, 0.0, 0.0
             m.ball_age = NEVER
+            m.looks += 1
             m.search = 0
             m.taker = 0
             m.kicker, m.kicked = 0, 0

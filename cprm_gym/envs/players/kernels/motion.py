@@ -18,6 +18,8 @@ NONE, DASH, TURN, KICK = int(CommandKind.NONE), int(CommandKind.DASH), int(Comma
 TACKLE, CATCH, MOVE = int(CommandKind.TACKLE), int(CommandKind.CATCH), int(CommandKind.MOVE)
 NAN = float("nan")
 GOAL_X = HALF_LENGTH
+LONGEST = 40
+"""Cycles for which the roll of the ball is looked ahead."""
 NARROW, NORMAL = 1, 2
 """View widths: the narrow view comes every cycle, the normal one every second (specification/simulator.md 4.7)."""
 
@@ -137,19 +139,76 @@ def pass_speed(m, distance, arriving):
 
 
 @kernel
-def intercept(m, x, y, delay):
-    """(cycles, x, y): when and where somebody at (x, y), who loses `delay` cycles at first, meets the rolling ball."""
+def ball_pace(m):
+    """Speed of the ball, m / cycle."""
+    return math.sqrt(m.ball_vx * m.ball_vx + m.ball_vy * m.ball_vy)
+
+
+@kernel
+def rolled(m, cycles):
+    """(x, y) of the ball after so many cycles."""
     bx, by, vx, vy = m.ball_x, m.ball_y, m.ball_vx, m.ball_vy
-    for t in range(40):
-        d = math.sqrt((bx - x) ** 2 + (by - y) ** 2) - m.near
-        if d <= m.stride * max(0.0, t - delay):
-            return t, bx, by
+    for _ in range(cycles):
         bx += vx
         by += vy
         vx *= m.ball_decay
         vy *= m.ball_decay
-    d = math.sqrt((bx - x) ** 2 + (by - y) ** 2)
-    return int(delay + d / m.stride), bx, by
+    return bx, by
+
+
+@kernel
+def earliest_meeting(m, x, y):
+    """Cycles before which nobody at (x, y) can meet the ball even if it rolls straight at him: until then no root need be drawn."""
+    return (math.sqrt((m.ball_x - x) ** 2 + (m.ball_y - y) ** 2) - m.near) / (m.stride + ball_pace(m)) - 1e-6
+
+
+@kernel
+def meets_by(m, x, y, delay, limit, slow, bx, by):
+    """Whether somebody at (x, y), who loses `delay` cycles at first, meets the ball within `limit` cycles (less than LONGEST).
+
+    slow : the ball is no faster than a runner, so who meets it once meets it at `limit` too, when it is at (bx, by): one comparison of
+    squares, unless that is too close to call
+    """
+    if slow:
+        reach = m.near + m.stride * max(0.0, limit - delay)
+        squared = (bx - x) ** 2 + (by - y) ** 2
+        if abs(squared - reach * reach) > 1e-6 * (1.0 + squared):
+            return squared < reach * reach
+    earliest = earliest_meeting(m, x, y)
+    if earliest > limit:
+        return False
+    bx, by, vx, vy = m.ball_x, m.ball_y, m.ball_vx, m.ball_vy
+    for t in range(limit + 1):
+        if t >= earliest and math.sqrt((bx - x) ** 2 + (by - y) ** 2) - m.near <= m.stride * max(0.0, t - delay):
+            return True
+        bx += vx
+        by += vy
+        vx *= m.ball_decay
+        vy *= m.ball_decay
+    return False
+
+
+@kernel
+def cycles_to(m, x, y, delay, bx, by):
+    """Cycles of a run from (x, y) to (bx, by)."""
+    return int(delay + math.sqrt((bx - x) ** 2 + (by - y) ** 2) / m.stride)
+
+
+@kernel
+def intercept(m, x, y, delay):
+    """(cycles, x, y): when and where somebody at (x, y), who loses `delay` cycles at first, meets the rolling ball."""
+    bx, by, vx, vy = m.ball_x, m.ball_y, m.ball_vx, m.ball_vy
+    earliest = earliest_meeting(m, x, y)
+    for t in range(LONGEST):
+        if t >= earliest:
+            d = math.sqrt((bx - x) ** 2 + (by - y) ** 2) - m.near
+            if d <= m.stride * max(0.0, t - delay):
+                return t, bx, by
+        bx += vx
+        by += vy
+        vx *= m.ball_decay
+        vy *= m.ball_decay
+    return cycles_to(m, x, y, delay, bx, by), bx, by
 
 
 @kernel

@@ -14,17 +14,22 @@ from . import kernel
 from .memory import D2R, NEVER, PLAYERS, norm
 from .motion import (
     GOAL_X,
+    LONGEST,
     ball_distance,
+    ball_pace,
     chase,
     clear,
+    cycles_to,
     intercept,
     kick_to,
     kickable,
     lane,
     look_to,
+    meets_by,
     nearest_opponent,
     offside_line,
     pass_speed,
+    rolled,
     run_to,
     search,
     turn_to,
@@ -106,11 +111,21 @@ def note_kicker(m, me, count, state):
 def rank_to_ball(m, me, count):
     """How many team-mates are believed to meet the ball before the player does."""
     own, _, _ = intercept(m, m.x, m.y, 0.5)
+    slow = ball_pace(m) <= m.stride
+    last = min(own, LONGEST)
+    sooner, later = rolled(m, last - 1), rolled(m, last)
     before = 0
     for k in range(count):
         if k != me and m.age[k] <= 20 and (k != m.kicker - 1 or m.clock - m.kicked <= PATIENCE):
-            t, _, _ = intercept(m, m.px[k], m.py[k], 0.5)
-            if t < own or (t == own and k < me):
+            x, y = m.px[k], m.py[k]
+            # at equal times the lower number goes
+            if own < LONGEST and k < me:
+                first = meets_by(m, x, y, 0.5, own, slow, later[0], later[1])
+            else:
+                first = last > 0 and meets_by(m, x, y, 0.5, last - 1, slow, sooner[0], sooner[1])
+            if not first and own >= LONGEST:
+                first = cycles_to(m, x, y, 0.5, later[0], later[1]) < own + (k < me)
+            if first:
                 before += 1
     return before
 

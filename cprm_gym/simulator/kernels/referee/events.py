@@ -17,7 +17,7 @@ touches to `touches.note_touch`. Players are numbered 0 to 21 here.
 from __future__ import annotations
 
 from ...state import Count
-from .. import kernel
+from .. import event, kernel
 from ..geometry import side_of
 from .fouls import NO_FOUL, YELLOW, judge_tackle, show_card
 from .goals import catch_step, caught, crossed_goal_line, punched, touch_step
@@ -125,7 +125,7 @@ def shoot_out_kick(w, p, i):
         freeze_ball(w)
 
 
-@kernel
+@event
 def on_kick(w, p, i, accel):
     """Player `i` gave the ball an acceleration of length `accel` (m / cycle^2)."""
     if p.rules == 0:
@@ -137,7 +137,7 @@ def on_kick(w, p, i, accel):
         shoot_out_kick(w, p, i)
 
 
-@kernel
+@event
 def on_kick_fail(w, p, i):
     """Player `i` kicked without the ball in reach, in a mode in which kicks have an effect."""
     if p.rules & RULE_OFFSIDE:
@@ -171,7 +171,7 @@ def shoot_out_tackle(w, p, i, intentional):
         shoot_out_kick(w, p, i)
 
 
-@kernel
+@event
 def on_tackle(w, p, i, accel, foul):
     """Player `i` tackled the ball; `foul`: intentionally with an opponent in reach of it."""
     if p.rules == 0:
@@ -185,7 +185,7 @@ def on_tackle(w, p, i, accel, foul):
         shoot_out_tackle(w, p, i, foul)
 
 
-@kernel
+@event
 def on_tackle_fail(w, p, i, foul):
     """The tackle of player `i` failed within reach, or was out of reach in front."""
     on_kick_fail(w, p, i)
@@ -194,7 +194,7 @@ def on_tackle_fail(w, p, i, foul):
 # --- touches and catches
 
 
-@kernel
+@event
 def on_touch(w, p, i):
     """The ball and player `i` overlap (each pass of a collision resolution), or he caught or punched it."""
     if p.rules == 0:
@@ -219,7 +219,7 @@ def shoot_out_catch(w, p, i):
     freeze_ball(w)
 
 
-@kernel
+@event
 def on_caught(w, p, i):
     """Goalie `i` caught the ball; called after the collision resolution and `on_touch`."""
     if is_shoot_out(w.mode):
@@ -230,7 +230,7 @@ def on_caught(w, p, i):
         carry_out(w, p)
 
 
-@kernel
+@event
 def on_punched(w, p, i):
     """Goalie `i` failed to catch the ball within the catch rectangle."""
     if is_shoot_out(w.mode):
@@ -270,7 +270,7 @@ def free_kick(w, p):
             carry_out(w, p)
 
 
-@kernel
+@event
 def on_step(w, p):
     """One simulation step is done; called in every mode but time_over."""
     rules = p.rules

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...state import Announcement
-from .. import kernel
+from .. import event, kernel
 from ..geometry import side_of
 from ..stamina import recover
 from .modes import BEFORE_KICK_OFF, KEPT_BY_SUBSTITUTION, KICK_OFF, LEFT, PLAY_ON, RIGHT, RULE_KEEPAWAY, announce, of_side, team_of
@@ -140,7 +140,7 @@ def kick_off(w, p):
     set_mode(w, p, of_side(KICK_OFF, side))
 
 
-@kernel
+@event
 def automatic_kick_off(w, p, players_expected):
     """After each step with ``auto_mode``: count down the waits before a kick-off (specification/simulator.md 7.15)."""
     if w.mode != BEFORE_KICK_OFF or w.time >= p.total_cycles:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...state import Announcement
-from .. import kernel
+from .. import event, kernel
 from .keepaway import begin_episode
 from .marks import forget_passes, mark_indirect
 from .modes import (
@@ -102,7 +102,7 @@ def shoot_out_timer(w, p, mode):
         w.pen_last_taker = 0
 
 
-@kernel
+@event
 def tell_modules(w, p, mode):
     """The event MODE, given to all modules in their order."""
     if p.rules & RULE_OFFSIDE and mode != PLAY_ON:
