@@ -1,16 +1,20 @@
 """Behaviours of the house in the simulator's world: the methods agree with each other, broken versions are caught."""
 
 import json
+from xml.etree import ElementTree
 
 import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.agents.worlds.learned import BEHAVIOURS, learn_world, simulate
+from cprm_gym.agents.worlds.runs import StageRuns
 from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.product.explore import product
 from cprm_gym.architecture.analysis.rare.conditional import conditional
+from cprm_gym.architecture.analysis.sampling.sample import sample
 from cprm_gym.benchmark.behaviours import report as reports
 from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
+from cprm_gym.benchmark.behaviours.films import net_film, pitch_film
 from cprm_gym.cli import app
 from cprm_gym.errors import ModelError, NetError, UnknownName
 
@@ -99,7 +103,37 @@ def test_the_report_is_written_in_all_forms(seeking, tmp_path):
     assert "| at_ball |" in text
     assert "within the simulator's" in text or "the simulator [" in text
     assert json.loads((tmp_path / "report.json").read_text())["verdict"] is True
-    assert "<script" not in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "<script" not in page
+    assert page.count("<svg") == 2
+    assert "A run of the simulator to at_ball" in page
+
+
+def test_a_film_shows_the_run_that_failed_and_what_the_net_did():
+    broken = analyze_behaviour("go_to_ball", episodes=60, methods=("simulator",), change=negated("moment"))
+    shown = broken.film()
+    assert shown.outcome != broken.done
+    again = StageRuns("go_to_ball", negated("moment")).play([shown.number], 1_000_003, False)[0]
+    assert again.outcome == shown.outcome
+    assert len(shown.places) == len(shown.marked) == len(shown.commands)
+    pitch, net = pitch_film(shown), net_film(shown)
+    for text in (pitch, net):
+        ElementTree.fromstring(text)  # well formed
+    assert pitch.count("animateTransform") >= 3
+    assert net.count('fill="#c36f2b"') == sum(len(c) for c in shown.commands)
+    assert "skill.acted" in net
+
+
+def test_episodes_of_the_simulator_are_runs_like_others():
+    runs = StageRuns("pass_and_receive")
+    found = sample(runs, 40, seed=3, properties_={"far at first": "true.distance < 1.5", "kicks once": "F passer.kick"}, block=25)
+    assert found.runs == 40
+    assert found.properties["kicks once"].true == 40
+    assert found.properties["far at first"].true == 40
+    one = runs.play([31], 3, True)[0]
+    same = runs.play(range(25, 40), 3, True)[6]
+    assert (one.outcome, one.cycles) == (same.outcome, same.cycles)
+    assert (one.signals["true.ball_x"] == same.signals["true.ball_x"]).all()
 
 
 def test_the_command_says_it_and_a_learned_world_can_be_used_again(seeking, tmp_path):

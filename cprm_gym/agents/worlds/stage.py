@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -118,9 +118,9 @@ class Stage:
         self.cast, self.worlds, self.seed = cast, worlds, seed
         self.core = SoccerCore(cast.task, worlds, seed=seed, include=("memory",))
 
-    def play(self) -> Iterator[Cycle]:
-        """Cycle by cycle, until the limit."""
-        observation = self.core.reset(self.seed)
+    def play(self, seeds: Sequence[np.random.SeedSequence] | None = None) -> Iterator[Cycle]:
+        """Cycle by cycle, until the limit; each world with a seed of its own where they are given."""
+        observation = self.core.reset(self.seed if seeds is None else seeds)
         agents = self.cast.agents
         for at, agent in enumerate(agents.values()):
             agent.reset({k: v[:, at] for k, v in observation.items()}, self.seed)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...agents.worlds.learned import behaviour as named
-from ...agents.worlds.learned import learn_world, simulate
+from ...agents.worlds.learned import learn_world
+from ...agents.worlds.runs import Film, StageRuns, film
 from ...agents.worlds.stage import Change
 from ...architecture.analysis.bounded.unknown_state import unknown_state_bounds
 from ...architecture.analysis.bounded.value_iteration import IntervalBounds, interval_bounds
@@ -23,11 +24,13 @@ from ...architecture.analysis.product.learned_world import LearnedWorld
 from ...architecture.analysis.product.runs import ProductRuns
 from ...architecture.analysis.rare.conditional import conditional
 from ...architecture.analysis.sampling.intervals import simultaneous
-from ...architecture.analysis.sampling.runs import UNFINISHED, ChainRuns
+from ...architecture.analysis.sampling.runs import UNFINISHED, ChainRuns, Run
 from ...architecture.analysis.sampling.sample import Sample, sample
 from ...architecture.petri import PetriNet
 from ...errors import ModelError, NetError, unknown_name
 
+FRESH = 1_000_003
+"""Between the seed from which a world is learned and that of fresh episodes."""
 METHODS = ("exact", "bounded", "sampled", "simulator")
 """exact: the learned cells' likeliest chances; bounded: within their intervals; sampled: runs of the same; simulator: fresh episodes."""
 
@@ -52,6 +55,8 @@ class BehaviourReport:
     sampled : Sample or None
     simulator : mapping of str to int
         Outcome -> fresh episodes that ended so.
+    played : Sample or None
+        The same with what properties hold of them.
     ended : (episodes,) int64
         When each of these ended, -1: not.
     require : float or None
@@ -73,10 +78,12 @@ class BehaviourReport:
     text: Mapping[str, Bounds] = field(default_factory=dict)
     sampled: Sample | None = None
     simulator: Mapping[str, int] = field(default_factory=dict)
+    played: Sample | None = None
     ended: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     require: float | None = None
     notes: list[str] = field(default_factory=list)
     interrupted: bool = False
+    change: Change | None = None
 
     @property
     def outcomes(self) -> tuple[str, ...]:
@@ -136,6 +143,27 @@ class BehaviourReport:
                 return [int(s) for s in run.signals["state"]]
         return []
 
+    def causes(self, most: int = 5) -> list[str]:
+        """Steps of the chain that set runs to the worst outcome apart from others, in words; empty where there are none."""
+        if self.product is None or self.exact is None or self.worst not in self.product.chain.outcomes:
+            return []
+        if not self.exact.probability(self.worst).value > 0:
+            return []
+        chain = self.product.chain
+        return [
+            f"{chain.name(c.source)} -> {', '.join(self.product.commands[c.source]) or 'nothing'} -> {chain.name(c.target)}: "
+            f"{c.flow:.2f} times in such a run, {c.lift:.3g} times as often as in others"
+            for c in conditional(chain, self.worst, self.exact).causes(most)
+        ]
+
+    def film(self) -> Film | None:
+        """An episode of the simulator that came to the worst outcome, if any did, or else to the first there is."""
+        if self.played is None or not self.played.runs:
+            return None
+        first = self.played.first
+        outcome = next((o for o in (self.worst, *(o for o in first if o != self.done)) if o in first), self.done)
+        return film(self.name, first.get(outcome, 0), self.seed + FRESH, self.change)
+
     @property
     def worst(self) -> str:
         """The likeliest outcome that is not wanted; `UNFINISHED` where most of the rest does not end in time."""
@@ -173,6 +201,7 @@ class BehaviourReport:
             "expected_cycles": self.exact.expected_time.value if self.exact is not None else None,
             "simulator_cycles": float(self.ended[self.ended >= 0].mean()) if (self.ended >= 0).any() else None,
             "properties": self.sampled.to_json()["properties"] if self.sampled is not None else {},
+            "simulator_properties": self.played.to_json()["properties"] if self.played is not None else {},
             "difference": self.difference(),
             "require": self.require,
             "verdict": self.verdict,
@@ -225,7 +254,7 @@ def analyze_behaviour(
     say = progress or (lambda _: None)
     limits, clock = (budget or Budget(states=200_000)).start()
     limit = named(name).limit
-    report = BehaviourReport(name, "", episodes, seed, confidence, require=require)
+    report = BehaviourReport(name, "", episodes, seed, confidence, require=require, change=change)
     try:
         say("learning the world")
         net, outcomes, world = learn_world(name, episodes if learned is None else 2, seed, net=change, confidence=confidence)
@@ -247,17 +276,38 @@ def analyze_behaviour(
             say("playing the learned world")
             runs = ProductRuns(net, world, outcomes, limit=20 * limit, ends=("unseen",))
             report.sampled = sample(runs, episodes, seed=seed + 1, confidence=confidence, properties_=properties, budget=limits)
-        elif properties:
-            report.notes.append("properties are looked at in sampled runs, which were not asked for")
         if "simulator" in methods and not clock.spent():
             say("playing the simulator")
-            report.simulator, report.ended = simulate(name, episodes, seed + 1_000_003, net=change)
+            noted = _Noted(StageRuns(name, change))
+            report.played = sample(
+                noted, episodes, seed=seed + FRESH, confidence=confidence, properties_=properties, budget=limits, block=500
+            )
+            report.simulator, report.ended = {o: report.played.count(o) for o in noted.outcomes}, np.array(noted.ended)
+        if properties and not {"sampled", "simulator"} & set(methods):
+            report.notes.append("properties are looked at in runs, which were not asked for")
         if clock.spent():
             report.notes.append(f"the budget ended it: {clock.reason}")
     except KeyboardInterrupt:
         report.interrupted = True
         report.notes.append("interrupted; what is there was finished before")
     return report
+
+
+@dataclass
+class _Noted:
+    """Runs whose ends are noted: the cycle, -1 where they were cut off."""
+
+    runs: StageRuns
+    ended: list[int] = field(default_factory=list)
+
+    @property
+    def outcomes(self) -> tuple[str, ...]:
+        return self.runs.outcomes
+
+    def play(self, numbers: Sequence[int], seed: int, signals: bool) -> list[Run]:
+        found = self.runs.play(numbers, seed, signals)
+        self.ended += [run.cycles if run.outcome != UNFINISHED else -1 for run in found]
+        return found
 
 
 def negated(place: str) -> Change:

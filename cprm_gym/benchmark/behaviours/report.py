@@ -10,6 +10,7 @@ from typing import Any
 from rich.table import Table
 
 from .analysis import BehaviourReport
+from .films import net_film, pitch_film
 
 COLUMNS = ("outcome", "exact", "bounded", "unknown state", "sampled", "simulator")
 
@@ -57,6 +58,8 @@ def sentences(report: BehaviourReport) -> list[str]:
         said.append(f"Required: {report.done} with at least {report.require:g}. In the simulator this {word}.")
     for name, p in data["properties"].items():
         said.append(f"Property {name}: {_interval(p['interval'])} of the sampled runs, robustness at least {p['least_robustness']}.")
+    for name, p in data["simulator_properties"].items():
+        said.append(f"Property {name}: {_interval(p['interval'])} of the simulator's runs, robustness at least {p['least_robustness']}.")
     return said + [f"Note: {note}." for note in report.notes]
 
 
@@ -75,6 +78,8 @@ def to_markdown(report: BehaviourReport) -> str:
         told = report.witness(report.worst)
         if told:
             lines += [f"## The likeliest run to {report.worst}", "", "```text", *told, "```", ""]
+    if report.causes():
+        lines += [f"## What sets runs to {report.worst} apart", "", *(f"* {cause}" for cause in report.causes()), ""]
     return "\n".join(lines)
 
 
@@ -85,6 +90,11 @@ def to_html(report: BehaviourReport, plot: str = "") -> str:
     head = "".join(f"<th>{cell(c)}</th>" for c in COLUMNS)
     told = report.witness(report.worst) if report.worst else []
     run = f"<h2>The likeliest run to {cell(report.worst)}</h2><pre>{cell(chr(10).join(told))}</pre>" if told else ""
+    causes = "".join(f"<li>{cell(cause)}</li>" for cause in report.causes())
+    run += f"<h2>What sets runs to {cell(report.worst)} apart</h2><ul>{causes}</ul>" if causes else ""
+    shown = report.film()
+    if shown is not None:
+        run += f"<h2>A run of the simulator to {cell(shown.outcome)}</h2><p>{pitch_film(shown)}</p><p>{net_film(shown)}</p>"
     picture = f'<img src="{cell(plot)}" alt="outcomes over time">' if plot else ""
     said = "".join(f"<p>{cell(s)}</p>" for s in sentences(report))
     return (
