@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +65,14 @@ class Task(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What a part goes through in a slice; the columns of `ops`, `leaves` and `inputs` are told in `kernels`."""
+    """What a part goes through in a slice.
+
+    A row of `ops`: kind, slot or column of the child, whether it is there to be read only, its reading, states, first of its links and
+    how many, first case, first number of its table, number of its period, of its edges, columns in use before it, its random number, the
+    first column that is still needed, whether a formula of it bends, whether each component stays one. A row of `leaves`: kind, formula of
+    the mean or chance, of the deviation, columns among the inputs, first input, how many, how it depends on the columns, first of its
+    numbers, how many conditions it has, the first of them. A row of `inputs`: kind, where it is found, first of the middles of bins.
+    """
 
     ops: np.ndarray
     links: np.ndarray
@@ -108,12 +115,23 @@ class Writer:
         self.width = 1
         self._assembler = Assembler(lambda name: 0)
         self._lists: dict[tuple[float, ...], int] = {}
+        self._reads: list[set[int]] = []
 
-    def finish(self) -> Program:
-        """The program."""
+    def finish(self, kept: Iterable[int] = ()) -> Program:
+        """The program.
+
+        Parameters
+        ----------
+        kept : iterable of int
+            Columns that are needed after it.
+        """
         code = self._assembler.finish()
+        needed = set(kept)
+        for op, read in zip(reversed(self.ops), reversed(self._reads)):
+            needed |= read
+            op[13] = min((*needed, op[11]))
         return Program(
-            np.array(self.ops, np.int64).reshape(-1, 13),
+            np.array(self.ops, np.int64).reshape(-1, 16),
             np.array(self.links, np.int64).reshape(-1, 3),
             np.array(self.cases, np.int64).reshape(-1, 2),
             np.array(self.weights, np.float64),
@@ -133,6 +151,7 @@ class Writer:
         """Append the operation of a family."""
         variable, density = task.variable, task.cpd.density
         links, cases, table, kind = len(self.links), -1, -1, steps.TABLE
+        first_leaf, read = len(self.leaves), set[int]()
         if density is None:
             shape = task.cpd.table.shape[:-1]
             self._link(task.parents, shape)
@@ -147,7 +166,7 @@ class Writer:
                 first = len(self.leaves)
                 for weight, leaf in row:
                     self.weights.append(float(np.log(weight)))
-                    self._leaf(leaf, density, task.parents)
+                    read |= self._leaf(leaf, density, task.parents)
                 self.cases.append((first, len(self.leaves)))
         inner = 1 if variable.quantity is not None else variable.card
         self.growth *= alternatives if task.leaf else inner * alternatives
@@ -155,9 +174,13 @@ class Writer:
         period = variable.quantity.period if variable.quantity is not None else 0.0
         if variable.circular and variable.edges is not None:
             period = float(variable.edges[-1] - variable.edges[0])
+        leaves = self.leaves[first_leaf:]
+        bends = any(leaf[0] == k.NORMAL and leaf[3] > 0 and leaf[6] == k.NONLINEAR for leaf in leaves)
+        alone = kind == steps.NUMBER and alternatives == 1
+        self._reads.append(read)
         self.ops.append([
             kind, task.target, int(task.leaf), task.reading, variable.card, links, len(self.links) - links, cases, table,
-            self._list([period]), edges, task.used, task.drawn,
+            self._list([period]), edges, task.used, task.drawn, 0, int(bends), int(alone),
         ])  # fmt: skip
 
     def _list(self, values: Sequence[float] | np.ndarray) -> int:
@@ -175,8 +198,8 @@ class Writer:
             self.links.append((0 if place.kind == "slot" else 1, place.at, stride))
             stride *= size
 
-    def _leaf(self, leaf: Leaf, density: Density, parents: Sequence[Place]) -> None:
-        """Append a leaf with its formulas and inputs."""
+    def _leaf(self, leaf: Leaf, density: Density, parents: Sequence[Place]) -> set[int]:
+        """Append a leaf with its formulas and inputs; the columns among these."""
         names = sorted(leaf.inputs, key=lambda name: parents[leaf.inputs[name]].kind != "column")
         # a parent that goes by two names is one input
         order: dict[int, int] = {}
@@ -204,6 +227,7 @@ class Writer:
         kind = {NORMAL: k.NORMAL, FLAT: k.FLAT, CHANCE: k.CHANCE}.get(leaf.kind, k.ROW)
         self.leaves.append([kind, mean, sd, len(columns), first, len(order), mode, self._list(values), breaks, condition])
         self.formulas.append(" with sd ".join(f.text for f in (leaf.formula, leaf.deviation) if f is not None))
+        return {parents[at].at for at in columns}
 
     def _input(self, place: Place) -> tuple[int, int, int]:
         variable = place.variable
@@ -218,17 +242,21 @@ class Writer:
 
 
 def _shape(mean: Formula, sd: Formula, columns: set[str], d: int, slots: Mapping[str, int]) -> tuple[int, tuple[float, ...]]:
-    """How a normal depends on its columns, and where that is constant the numbers themselves: intercept, deviation, slopes."""
-    if columns & set(sd.names) or not mean.is_affine_in(*columns):
-        return k.NONLINEAR, (0.0,)
-    if set(mean.names) <= columns and not sd.names:
+    """How a normal depends on its columns, and as far as that is constant the numbers themselves: intercept, deviation or -1, slopes."""
+    if not mean.is_affine_in(*columns):
+        return k.NONLINEAR, (k.SLOPES_UNKNOWN, -1.0, *(0.0,) * d)
+    deviation, slopes, intercept = -1.0 if sd.names else float(sd({}, 1)[0]), [0.0] * d, k.SLOPES_UNKNOWN
+    if mean.is_affine_in(*mean.names):
         names = list(mean.names)
         points = {n: np.zeros(len(names) + 1) for n in names}
         for i, n in enumerate(names):
             points[n][i + 1] = 1.0
         at = mean(points, len(names) + 1)
-        slopes = [0.0] * d
+        intercept = float(at[0])
         for i, n in enumerate(names):
-            slopes[slots[n]] += float(at[i + 1] - at[0])
-        return k.CONSTANT, (float(at[0]), float(sd({}, 1)[0]), *slopes)
-    return k.AFFINE, (0.0,)
+            if n in columns:
+                slopes[slots[n]] += float(at[i + 1] - at[0])
+    if columns & set(sd.names):
+        return k.SPREAD, (intercept, deviation, *slopes)
+    constant = intercept != k.SLOPES_UNKNOWN and not sd.names and set(mean.names) <= columns
+    return (k.CONSTANT if constant else k.AFFINE), (intercept, deviation, *slopes)

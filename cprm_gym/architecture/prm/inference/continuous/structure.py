@@ -183,11 +183,11 @@ class Structure:
             if not leaf:
                 new[cpd.child] = ("slot", slots) if v.quantity is None else ("column", used)
                 slots, used = slots + (v.quantity is None), used + (v.quantity is not None)
-        program = writer.finish()
-        program.ops[program.ops[:, 1] < 0, 1] = slots  # leaves share the last slot
         kept = [(n if "#" in n or not self.label or n not in self.old else f"{n}{self.label}", old[n]) for n in stays] + list(new.items())
         keep_slots = [i for _, (kind, i) in kept if kind == "slot"]
         keep_columns = [i for _, (kind, i) in kept if kind == "column"]
+        program = writer.finish(keep_columns)
+        program.ops[program.ops[:, 1] < 0, 1] = slots  # leaves share the last slot
         part = Part(tuple(n for n, (kind, _) in kept if kind == "slot"), tuple(n for n, (kind, _) in kept if kind == "column"))
         periods = [self._period(n) for n in part.columns]
         turns = [0.0] * (used + 1)

@@ -100,14 +100,23 @@ class MixtureEngine(Engine):
             When not empty, what was believed of the slice before is kept too, each name with this behind it.
         room : int
             Components to keep at most, if not as many as ever.
+
+        Returns
+        -------
+        MixtureResult
+            Its report says which agents' readings were ``"impossible"`` and of what, where straight lines that were sought again where the
+            readings led to did not settle (``"astray"``, (W,) bool array: those through the points of the prediction were taken), and
+            what hangs together (``"parts"``).
         """
         structure = self.structure(belief, info, readings, wanted, label)
         told = _Told.of(info, readings)
         groups, agents = [], belief.batch
         increment, loss = np.zeros(agents), np.zeros(agents)
         dead: dict[int, list[np.ndarray]] = {}
+        astray = np.zeros(agents, bool)
         for work in structure.works:
-            group, more, lost = self._run(work, belief, told, room or self.count)
+            group, more, lost, strayed = self._run(work, belief, told, room or self.count)
+            astray |= strayed.reshape(-1, agents).any(axis=0)
             increment += more.reshape(-1, agents).sum(axis=0)
             loss += lost.reshape(-1, agents).sum(axis=0)
             if not np.isfinite(more).all():
@@ -120,7 +129,7 @@ class MixtureEngine(Engine):
         return MixtureResult(
             after, info, readings, status, increment, loss,
             lambda more: self.step(belief, info, readings, wanted | more, label, room).belief,
-            self.name, False, {"impossible": dead, "parts": tuple(p.names for g in groups for p in g.parts)},
+            self.name, False, {"impossible": dead, "astray": astray, "parts": tuple(p.names for g in groups for p in g.parts)},
         )  # fmt: skip
 
     def structure(self, belief: MixtureBelief, info: SliceInfo, readings: Readings, wanted: frozenset[str], label: str) -> Structure:
@@ -136,8 +145,8 @@ class MixtureEngine(Engine):
         inner = inner_variables(info, self.temporal, wanted)
         return inner, linking_leaves(info, inner)
 
-    def _run(self, work: Work, belief: MixtureBelief, told: _Told, room: int) -> tuple[Group, np.ndarray, np.ndarray]:
-        """One group of a step: what is believed after it, what its readings add, and the loss."""
+    def _run(self, work: Work, belief: MixtureBelief, told: _Told, room: int) -> tuple[Group, np.ndarray, np.ndarray, np.ndarray]:
+        """One group of a step: what is believed after it, what its readings add, the loss, and where lines did not settle."""
         agents, members, program = belief.batch, len(work.parts), work.program
         old, lost = _before(work, belief, max(room, LEAST_ROOM))
         copies = room if work.draws else 1
@@ -150,18 +159,18 @@ class MixtureEngine(Engine):
             np.empty((rows, count)), np.zeros((rows, count, slots), np.int64), np.zeros((rows, count, keep)),
             np.zeros((rows, count, keep, keep)),
         )  # fmt: skip
-        increment, loss, fault = np.empty(rows), np.empty(rows), np.zeros(3, np.int64)
+        increment, loss, astray, fault = np.empty(rows), np.empty(rows), np.zeros(rows, bool), np.zeros(3, np.int64)
         scratch = self._rooms(capacity, work.slots, work.columns, program.depth, program.width, min(capacity, 2 * room), there)
         normals, uniforms = self._numbers(rows, capacity if work.draws else 0, work.draws)
         kernels.step_group(
             *old, work.load_slots, work.load_columns, copies, *program[:10], told.hard, told.low, told.high, told.soft, work.rows,
             told.soft_rows(work.rows), normals, uniforms, work.keep_slots,
             work.keep_columns, work.periods, work.turns, room, self.merge, self.draws,
-            *scratch, *new, increment, loss, fault,
+            *scratch, *new, increment, loss, astray, fault,
         )  # fmt: skip
         if fault[0]:
             raise _fault(work, fault, agents)
-        return Group(work.parts, *new), increment, loss + lost
+        return Group(work.parts, *new), increment, loss + lost, astray
 
     draws: ClassVar[bool] = False
     """Which components stay is drawn."""
@@ -179,7 +188,7 @@ class MixtureEngine(Engine):
                 np.empty((3, capacity)), np.zeros((3, capacity, slots), np.int64), np.zeros((3, capacity, columns)),
                 np.zeros((3, capacity, columns, columns)), np.empty(max(width, 1)), np.empty(depth + 1), np.empty((6 + 2 * width, wide)),
                 np.empty((width, columns)), np.empty(capacity), np.empty((few, few)), np.empty(capacity), np.empty(capacity, np.int64),
-                np.empty(columns), np.empty((columns, columns)), np.empty((columns, columns)), np.empty(2), np.empty(there),
+                np.empty(columns), np.empty((columns, columns)), np.empty((columns + 1, columns)), np.empty(2), np.empty(there),
                 np.empty((there, columns)), np.empty((there, columns, columns)),
             )  # fmt: skip
 
@@ -195,12 +204,21 @@ class MixtureEngine(Engine):
         belief = with_agents(result.belief, anew.belief, agents, max(self.count, LEAST_ROOM))
         dead = {a: rows for a, rows in result.report["impossible"].items() if a not in agents}
         dead |= {int(agents[a]): rows for a, rows in anew.report["impossible"].items()}
+        astray = result.report["astray"].copy()
+        astray[agents] = anew.report["astray"]
 
         def again(more: frozenset[str]) -> MixtureBelief:
             begun = self.step(self.start(len(agents)), first, readings, kept | more)
             return with_agents(result.again(more), begun.belief, agents, LEAST_ROOM)
 
-        return replace(result, belief=belief, increment=increment, loss=loss, again=again, report={**result.report, "impossible": dead})
+        return replace(
+            result,
+            belief=belief,
+            increment=increment,
+            loss=loss,
+            again=again,
+            report={**result.report, "impossible": dead, "astray": astray},
+        )
 
     # ------------------------------------------------------------------------------------------------- agents
 

@@ -34,23 +34,40 @@ def note_lines(lw, st, mu, cv, count, lines, line_mu, line_cv):
 
 
 @kernel
+def weight_of(lw, mu, cv, room, count, kept):
+    """Log of the weight of all components; those that have left the range of numbers weigh nothing."""
+    total = -np.inf
+    for k in range(count):
+        fine = lw[room, k] < np.inf
+        for i in range(len(kept)):
+            c = kept[i]
+            fine = fine and abs(mu[room, k, c]) < np.inf and cv[room, k, c, c] < np.inf
+        if fine:
+            total = added(total, lw[room, k])
+        else:
+            lw[room, k] = -np.inf
+    return total
+
+
+@kernel
 def step_group(
     old_lw, old_st, old_mu, old_cv, load_slots, load_columns, copies,
     ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, rows, soft_rows, normals, uniforms,
     keep_slots, keep_columns, periods, turns, limit, threshold, draw,
     lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost, lines, line_mu, line_cv,
-    new_lw, new_st, new_mu, new_cv, increment, loss, fault,
+    new_lw, new_st, new_mu, new_cv, increment, loss, astray, fault,
 ):  # fmt: skip
     """Take every part of a group through a slice: the belief after it, what the readings add to the log likelihood, and the loss.
 
-    b = part * agents + agent everywhere. ``fault`` gets what went wrong first and in which leaf.
+    b = part * agents + agent everywhere. ``fault`` gets what went wrong first and in which leaf; `astray` where lines that were sought
+    again did not settle, so that those through the points of the prediction were taken.
     """
     agents = hard.shape[1]
     for b in range(old_lw.shape[0]):
         part, agent = b // agents, b % agents
-        room, total, before = 0, -np.inf, np.inf
-        for turn in range(TURNS + 1):  # those that do not settle are taken as at first
+        room, total, before, turn = 0, -np.inf, np.inf, 0
+        while True:
             lost[0], lost[1] = -np.inf, 0.0
             again = turn > 0 and turn < TURNS
             count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
@@ -59,16 +76,19 @@ def step_group(
                 hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
                 again, lines, line_mu, line_cv, turns,
             )  # fmt: skip
-            if wrong != 0:
+            if wrong != 0 and not again:
                 fault[0], fault[1], fault[2] = wrong, leaf, b
                 return
-            total = -np.inf
-            for k in range(count):
-                total = added(total, lw[room, k])
-            if turn == 0 and lost[1] == 0.0 or total == -np.inf or abs(total - before) < SETTLED:
+            total = -np.inf if wrong != 0 else weight_of(lw, mu, cv, room, count, keep_columns)
+            if not again and (turn == TURNS or lost[1] == 0.0 or total == -np.inf):
                 break
+            if again and total > -np.inf and abs(total - before) < SETTLED:
+                break
+            turn = TURNS if total == -np.inf else turn + 1  # where it leads astray or nowhere, all is as at first
             before = total
-            note_lines(lw[room], st[room], mu[room], cv[room], count, lines, line_mu, line_cv)
+            if turn < TURNS:
+                note_lines(lw[room], st[room], mu[room], cv[room], count, lines, line_mu, line_cv)
+        astray[b] = turn == TURNS
         for k in range(new_lw.shape[1]):
             new_lw[b, k] = -np.inf
         increment[b] = total

@@ -13,7 +13,11 @@ from .normals import backward, factor, forward, wrapped
 kernel = kernel_group(_nrt=False)
 
 NORMAL, FLAT, CHANCE, ROW = 0, 1, 2, 3
-NONLINEAR, AFFINE, CONSTANT = 0, 1, 2
+NONLINEAR, AFFINE, CONSTANT, SPREAD = 0, 1, 2, 3
+"""How a normal depends on its columns: it bends; a straight line, by numbers that are given too; by constants; a straight line, but
+its deviation depends on them."""
+SLOPES_UNKNOWN = np.inf
+"""Instead of an intercept: slopes depend on what is given."""
 COLUMN, SLOT, GIVEN_NUMBER, GIVEN_STATE, SLOT_MIDDLE, GIVEN_MIDDLE = 0, 1, 2, 3, 4, 5
 FINE, UNDEFINED, NEGATIVE, NO_CHANCE = 0, 1, 2, 3
 """What can be wrong: a formula without a value, a deviation below 0, a chance that is none."""
@@ -56,10 +60,13 @@ def value_of(program, start, code, constants, row, stack):
 
 
 @kernel
-def append_affine(mean, cov, n, leaf, inputs, slopes, centre, noise, period):
-    """Column n: ``centre`` plus slopes times how far the columns are from their means, plus noise of that variance."""
+def append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre, noise, period):
+    """Column n: ``centre`` plus slopes times how far the columns are from their means, plus noise of that variance.
+
+    The columns before `begin` are needed no more.
+    """
     d = leaf[3]
-    for j in range(n):
+    for j in range(begin, n):
         total = 0.0
         for i in range(d):
             total += slopes[i] * cov[inputs[leaf[4] + i, 1], j]
@@ -73,7 +80,7 @@ def append_affine(mean, cov, n, leaf, inputs, slopes, centre, noise, period):
 
 
 @kernel
-def append_normal(mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns):
+def append_normal(mean, cov, n, begin, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns):
     """Append a number with noise as column n; inputs are in `row`, taken at the normal `at_mean`, `at_cov`. Gives what is wrong.
 
     Returns
@@ -83,36 +90,67 @@ def append_normal(mean, cov, n, leaf, inputs, numbers, start, code, constants, r
     """
     d, first = leaf[3], leaf[7]
     slopes = scratch[0]
+    for i in range(d):
+        slopes[i] = numbers[first + 2 + i]
     if leaf[6] == CONSTANT:
         centre = numbers[first]
         for i in range(d):
-            slopes[i] = numbers[first + 2 + i]
             centre += slopes[i] * row[i]
-        append_affine(mean, cov, n, leaf, inputs, slopes, centre, numbers[first + 1] ** 2, period)
+        append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre, numbers[first + 1] ** 2, period)
         return FINE, 0.0
     centre = value_of(leaf[1], start, code, constants, row, stack)
-    sd = value_of(leaf[2], start, code, constants, row, stack)
+    sd = numbers[first + 1] if numbers[first + 1] >= 0.0 else value_of(leaf[2], start, code, constants, row, stack)
     if centre != centre or sd != sd:
         return UNDEFINED, 0.0
     if sd < 0.0:
         return NEGATIVE, 0.0
-    if leaf[6] == AFFINE or d == 0:
+    if leaf[6] == NONLINEAR and d > 0:
+        bend = append_by_sigma_points(
+            mean, cov, n, begin, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
+        )
+        return FINE, bend
+    if numbers[first] == SLOPES_UNKNOWN:
         for i in range(d):
             x = row[i]
             row[i] = x + 1.0
             slopes[i] = value_of(leaf[1], start, code, constants, row, stack) - centre
             row[i] = x
-        append_affine(mean, cov, n, leaf, inputs, slopes, centre, sd * sd, period)
-        return FINE, 0.0
-    bend = append_by_sigma_points(
-        mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
-    )
-    return FINE, bend
+    noise = sd * sd
+    if leaf[6] == SPREAD:
+        noise = mean_square(leaf, inputs, start, code, constants, row, stack, scratch, sd, at_cov)
+        for i in range(d):
+            c = inputs[leaf[4] + i, 1]
+            centre += slopes[i] * wrapped(mean[c] - at_mean[c], turns[c])
+    append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre, noise, period)
+    return FINE, 0.0
+
+
+@kernel
+def mean_square(leaf, inputs, start, code, constants, row, stack, scratch, sd, at_cov):
+    """Mean of the square of a deviation, `sd` in the middle, by unscented points of the columns on which it depends."""
+    d = leaf[3]
+    lower, base = scratch[1 : 1 + d], scratch[1 + d]
+    factor(at_cov, inputs[leaf[4] : leaf[4] + d, 1], d, lower)
+    kappa = max(3.0 - d, 0.0)
+    reach = math.sqrt(d + kappa)
+    total = kappa * sd * sd
+    for k in range(d):
+        base[k] = row[k]
+    for i in range(d):
+        for sign in range(2):
+            step = reach if sign == 0 else -reach
+            for k in range(d):
+                row[k] = base[k] + step * lower[k, i]
+            width = value_of(leaf[2], start, code, constants, row, stack)
+            total += 0.5 * (sd * sd if width != width else width * width)
+    for k in range(d):
+        row[k] = base[k]
+    return total / (d + kappa)
 
 
 @kernel
 def append_by_sigma_points(
-    mean, cov, n, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
+    mean, cov, n, begin, leaf, inputs, start, code, constants, row, stack, period, scratch, centre, sd, at_mean, at_cov, turns
 ):
     """Append a number that is no straight line of its inputs: the line through unscented points, and what is beside it."""
     d = leaf[3]
@@ -150,7 +188,7 @@ def append_by_sigma_points(
     rest = max(rest, 0.0)
     for i in range(d):
         first += slopes[i] * wrapped(mean[columns[i]] - at_mean[columns[i]], turns[columns[i]])
-    append_affine(mean, cov, n, leaf, inputs, slopes, centre + first, noise + rest, period)
+    append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre + first, noise + rest, period)
     return rest / max(noise, 1e-300)
 
 
@@ -274,7 +312,7 @@ def add_point(leaf, floor, start, code, constants, row, stack, d, lower, base, f
 
 
 @kernel
-def weigh(mean, cov, n, leaf, inputs, total, holds, scratch, columns):
+def weigh(mean, cov, begin, n, leaf, inputs, total, holds, scratch, columns):
     """Condition on a two-state variable with the moments of `chance_moments` (first two moments); gives its log probability.
 
     columns : (d, n) scratch
@@ -289,7 +327,7 @@ def weigh(mean, cov, n, leaf, inputs, total, holds, scratch, columns):
     shift = scratch[0]
     for i in range(d):
         shift[i] = (first[i] if holds else -first[i]) / p
-    for j in range(n):  # what a unit of each input is to each column
+    for j in range(begin, n):  # what a unit of each input is to each column
         for i in range(d):
             shift[d + i] = cov[inputs[leaf[4] + i, 1], j]
         forward(lower, d, shift[d : 2 * d])
@@ -300,10 +338,10 @@ def weigh(mean, cov, n, leaf, inputs, total, holds, scratch, columns):
             unit = 1.0 if i == j else 0.0
             spread = second[i, j] if holds else unit - second[i, j]
             change = spread / p - shift[i] * shift[j] - unit
-            for a in range(n):
-                for b in range(n):
+            for a in range(begin, n):
+                for b in range(begin, n):
                     cov[a, b] += columns[i, a] * change * columns[j, b]
-    for a in range(n):
+    for a in range(begin, n):
         for i in range(d):
             mean[a] += columns[i, a] * shift[i]
         if cov[a, a] < 0.0:

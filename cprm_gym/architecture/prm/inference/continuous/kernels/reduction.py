@@ -18,19 +18,37 @@ FLOOR = 1e-13
 @kernel
 def log_volume(cov, d, lower):
     """Log determinant of the first d columns."""
-    total = 0.0
-    for i in range(d):
-        for j in range(i + 1):
-            rest = cov[i, j]
-            for k in range(j):
-                rest -= lower[i, k] * lower[j, k]
-            if i == j:
-                pivot = max(rest, FLOOR * cov[i, i] + 1e-24)
-                lower[i, i] = math.sqrt(pivot)
-                total += math.log(pivot)
-            else:
-                lower[i, j] = rest / lower[j, j]
-    return total
+    return log_volume_between(cov, cov, 0.0, lower[d], d, lower)
+
+
+@kernel
+def log_volume_between(ci, cj, share, away, d, lower):
+    """Log determinant of two covariances as one, `share` of the second, whose mean is `away`: by pivots, without roots (LDL').
+
+    lower : (d + 1, d) scratch: pivot times factor below the diagonal, the factor above it; the last row may be `away`
+    """
+    total, product, both = 0.0, 1.0, share * (1.0 - share)
+    for a in range(d):
+        for b in range(a):
+            rest = ci[a, b]
+            if share > 0.0:
+                rest += share * (cj[a, b] - ci[a, b]) + both * away[a] * away[b]
+            for k in range(b):
+                rest -= lower[a, k] * lower[k, b]
+            lower[a, b] = rest
+        whole = ci[a, a]
+        if share > 0.0:
+            whole += share * (cj[a, a] - ci[a, a]) + both * away[a] * away[a]
+        pivot = whole
+        for k in range(a):
+            lower[k, a] = lower[a, k] / lower[k, k]
+            pivot -= lower[a, k] * lower[k, a]
+        pivot = max(pivot, FLOOR * whole + 1e-24)
+        lower[a, a] = pivot
+        product *= pivot
+        if a % 8 == 7:  # before it leaves the range of numbers
+            total, product = total + math.log(product), 1.0
+    return total + math.log(product)
 
 
 @kernel
@@ -56,10 +74,12 @@ def alike(states, i, j):
 
 
 @kernel
-def merge_cost(w, mu, cv, volume, i, j, d, periods, mean, cov, lower):
+def merge_cost(w, mu, cv, volume, i, j, d, periods, lower):
     """What merging two components loses at most: Runnalls' bound of the Kullback-Leibler divergence."""
-    merged(w[i], w[j], mu[i], mu[j], cv[i], cv[j], d, periods, mean, cov)
-    both = log_volume(cov, d, lower)
+    away = lower[d]
+    for a in range(d):
+        away[a] = wrapped(mu[j, a] - mu[i, a], periods[a])
+    both = log_volume_between(cv[i], cv[j], w[j] / (w[i] + w[j]), away, d, lower)
     return max(0.0, 0.5 * ((w[i] + w[j]) * both - w[i] * volume[i] - w[j] * volume[j]))
 
 
@@ -87,7 +107,7 @@ def merge_down(w, st, mu, cv, count, limit, threshold, periods, cost, volume, me
     for i in range(count):
         volume[i] = log_volume(cv[i], d, lower)
         for j in range(i):
-            cost[i, j] = merge_cost(w, mu, cv, volume, i, j, d, periods, mean, cov, lower) if alike(st, i, j) else np.inf
+            cost[i, j] = merge_cost(w, mu, cv, volume, i, j, d, periods, lower) if alike(st, i, j) else np.inf
     while left > 1:
         best, a, b = np.inf, -1, -1
         for i in range(count):
@@ -111,7 +131,7 @@ def merge_down(w, st, mu, cv, count, limit, threshold, periods, cost, volume, me
         for i in range(count):
             if w[i] > 0.0 and i != b:
                 i1, j1 = (i, b) if i > b else (b, i)
-                cost[i1, j1] = merge_cost(w, mu, cv, volume, i1, j1, d, periods, mean, cov, lower) if alike(st, i1, j1) else np.inf
+                cost[i1, j1] = merge_cost(w, mu, cv, volume, i1, j1, d, periods, lower) if alike(st, i1, j1) else np.inf
     return left, loss
 
 

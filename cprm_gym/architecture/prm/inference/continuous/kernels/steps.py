@@ -16,7 +16,9 @@ from .leaves import (
     FINE,
     FLAT,
     NO_CHANCE,
+    NONLINEAR,
     NORMAL,
+    SPREAD,
     append_flat,
     append_normal,
     chance_moments,
@@ -35,14 +37,14 @@ SPARE = 2
 
 
 @kernel
-def copied(lw, st, mu, cv, source, k, target, j, weight):
-    """Copy component k of room `source` to place j of room `target`, with another weight."""
+def copied(lw, st, mu, cv, source, k, target, j, weight, first, n):
+    """Copy component k of room `source` to place j of room `target`, with another weight: its columns from `first` to `n`."""
     lw[target, j] = weight
     for i in range(st.shape[2]):
         st[target, j, i] = st[source, k, i]
-    for i in range(mu.shape[2]):
+    for i in range(first, n):
         mu[target, j, i] = mu[source, k, i]
-        for m in range(mu.shape[2]):
+        for m in range(first, n):
             cv[target, j, i, m] = cv[source, k, i, m]
 
 
@@ -105,7 +107,7 @@ def load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, slots, columns, copi
 
 
 @kernel
-def put_state(lw, st, mu, cv, room, count, k, op, weights, offset, hard, soft, soft_at, lost):
+def put_state(lw, st, mu, cv, room, count, k, op, first, weights, offset, hard, soft, soft_at, lost):
     """Give the child of a component every state that it can have, by ``weights[offset:]``; the new count in the other room."""
     for s in range(op[4]):
         weight = weights[offset + s]
@@ -120,7 +122,7 @@ def put_state(lw, st, mu, cv, room, count, k, op, weights, offset, hard, soft, s
         total = lw[room, k] + math.log(weight)
         j, count = room_for(lw, 1 - room, count, total, lost)
         if j >= 0:
-            copied(lw, st, mu, cv, room, k, 1 - room, j, total)
+            copied(lw, st, mu, cv, room, k, 1 - room, j, total, first, op[11])
             st[1 - room, j, op[1]] = s
     return count
 
@@ -134,12 +136,34 @@ def read_number(mean, cov, n, low, high, period):
 
 
 @kernel
+def append_flat_read(mean, cov, n, limits, low, high):
+    """Append a number that is as likely everywhere between limits and was read: what the reading says, and its log probability."""
+    append_flat(mean, cov, n, limits[0], limits[1])
+    width, seen = limits[1] - limits[0], high - low
+    if not seen > 0.0:
+        mean[n], cov[n, n] = low, 0.0
+        return -math.log(width)
+    if seen < np.inf:
+        mean[n], cov[n, n] = 0.5 * (low + high), min(seen, width) ** 2 / 12.0
+    return math.log(min(1.0, seen / width))
+
+
+@kernel
+def bends(ops, hard, at, agent):
+    """Whether something that may bend is read: then all columns are kept up to date to the end, for another turn."""
+    for o in range(len(ops)):
+        if ops[o, 14] == 1 and hard[at[ops[o, 3]], agent] >= 0:
+            return True
+    return False
+
+
+@kernel
 def put_bins(lw, st, mu, cv, room, j, op, numbers, hard, soft, soft_at, lost, count, n):
     """Part component j of the other room by the bins of its last column; it becomes the first that is possible. The new count."""
     target, first, edges = 1 - room, True, op[10]
     period = numbers[op[9]]
     weight = lw[target, j]
-    copied(lw, st, mu, cv, target, j, SPARE, 0, weight)
+    copied(lw, st, mu, cv, target, j, SPARE, 0, weight, 0, n)
     for s in range(op[4]):
         if hard >= 0 and s != hard:
             continue
@@ -153,7 +177,7 @@ def put_bins(lw, st, mu, cv, room, j, op, numbers, hard, soft, soft_at, lost, co
             place, count = room_for(lw, target, count, weight, lost)
             if place < 0:
                 continue
-        copied(lw, st, mu, cv, SPARE, 0, target, place, weight)
+        copied(lw, st, mu, cv, SPARE, 0, target, place, weight, 0, n)
         told = read_number(mu[target, place], cv[target, place], n, low, high, period)
         if soft_at >= 0:
             told = told + math.log(soft[soft_at + s]) if soft[soft_at + s] > 0.0 else -np.inf
@@ -164,6 +188,69 @@ def put_bins(lw, st, mu, cv, room, j, op, numbers, hard, soft, soft_at, lost, co
 
 
 @kernel
+def put_number(
+    mean, cov, states, op, first, leaf, inputs, numbers, start, code, constants, hard, low, high, at, agent, normal,
+    row, stack, scratch, again, lines, line_mu, line_cv, turns,
+):  # fmt: skip
+    """Append a number to a component, and condition on what was read of it; of what is cut into bins only the first.
+
+    Returns
+    -------
+    (fault, log likelihood, bends)
+    """
+    n, reading = op[11], at[op[3]]
+    value, period = hard[reading, agent], numbers[op[9]]
+    if leaf[0] == FLAT:
+        limits = numbers[leaf[7] : leaf[7] + 2]
+        if value >= 0 and op[0] == NUMBER:
+            return FINE, append_flat_read(mean, cov, n, limits, low[reading, agent], high[reading, agent]), False
+        append_flat(mean, cov, n, limits[0], limits[1])
+        bend = 0.0
+    else:
+        at_mean, at_cov, origin = mean, cov, states[-1]
+        if again and (leaf[6] == NONLINEAR or leaf[6] == SPREAD) and lines[origin] > -np.inf:
+            at_mean, at_cov = line_mu[origin], line_cv[origin]
+        fill(leaf, inputs, numbers, at_mean, states, hard, low, at, agent, row)
+        fault, bend = append_normal(
+            mean, cov, n, first, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns
+        )
+        if fault != FINE:
+            return fault, 0.0, False
+    told = 0.0
+    if op[0] == NUMBER and value >= 0:
+        told = read_number(mean[first:], cov[first:, first:], n + 1 - first, low[reading, agent], high[reading, agent], period)
+        mean[n] = wrapped(mean[n], period)
+    elif op[0] == NUMBER and op[12] >= 0:
+        condition_point(mean[first:], cov[first:, first:], n + 1 - first, n - first, mean[n] + math.sqrt(cov[n, n]) * normal, period)
+    return FINE, told, value >= 0 and bend > BENT
+
+
+@kernel
+def put_chance(lw, st, mu, cv, room, made, k, op, first, leaf, weight, inputs, numbers, start, code, constants, hard, low, at, agent,
+               soft, soft_at, lost, row, stack, scratch, columns):  # fmt: skip
+    """Give the child of component k its two states, by a chance that depends on numbers; the new count, -1 where that is none."""
+    fill(leaf, inputs, numbers, mu[room, k], st[room, k], hard, low, at, agent, row)
+    total = chance_moments(cv[room, k], leaf, inputs, numbers, start, code, constants, row, stack, scratch)
+    if total != total:
+        return -1
+    total = min(max(total, 0.0), 1.0)
+    value = hard[at[op[3]], agent]
+    for s in range(2):
+        if value >= 0 and s != value:
+            continue
+        j, made = room_for(lw, 1 - room, made, weight, lost)
+        if j < 0:
+            continue
+        copied(lw, st, mu, cv, room, k, 1 - room, j, weight, first, op[11])
+        told = weigh(mu[1 - room, j], cv[1 - room, j], first, op[11], leaf, inputs, total, s == 1, scratch, columns)
+        if soft_at >= 0:
+            told = told + math.log(soft[soft_at + s]) if soft[soft_at + s] > 0.0 else -np.inf
+        lw[1 - room, j] = weight + told
+        st[1 - room, j, op[1]] = s
+    return made
+
+
+@kernel
 def run_slice(
     lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, at, soft_at, agent, normals, lost, row, stack, scratch, columns,
@@ -171,100 +258,65 @@ def run_slice(
 ):  # fmt: skip
     """Take the components of one agent through a program; gives the room they end in, how many they are, and what went wrong where.
 
-    ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, formulas are taken where the slice leads to, `line_mu` and
+    ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, those that bend are taken where the slice leads to, `line_mu` and
     `line_cv` of the component from which each came, its last slot (iterated posterior linearisation, Garcia-Fernandez and others 2015).
 
     Returns
     -------
     (room, count, fault, leaf)
     """
-    room = 0
+    room, whole = 0, bends(ops, hard, at, agent)
     for o in range(len(ops)):
         op = ops[o]
-        kind, n = op[0], op[11]
-        value = hard[at[op[3]], agent]
-        likelihood = soft_at[op[3]]
+        value, likelihood = hard[at[op[3]], agent], soft_at[op[3]]
         if op[2] == 1 and value < 0 and likelihood < 0:
             continue
-        period = numbers[op[9]]
+        first = 0 if whole else op[13]
         made = 0
         for k in range(count):
             if lw[room, k] == -np.inf:
                 continue
             case = row_of(op, links, st[room, k], hard, at, agent)
-            if kind == TABLE:
-                made = put_state(lw, st, mu, cv, room, made, k, op, numbers, op[8] + case * op[4], value, soft[agent], likelihood, lost)
+            if op[0] == TABLE:
+                made = put_state(
+                    lw, st, mu, cv, room, made, k, op, first, numbers, op[8] + case * op[4], value, soft[agent], likelihood, lost
+                )
                 continue
             for a in range(cases[op[7] + case, 0], cases[op[7] + case, 1]):
-                leaf = leaves[a]
-                weight = lw[room, k] + weights[a]
+                leaf, weight = leaves[a], lw[room, k] + weights[a]
                 if leaf[0] == NORMAL or leaf[0] == FLAT:
-                    j, made = room_for(lw, 1 - room, made, weight, lost)
-                    if j < 0:
-                        continue
-                    copied(lw, st, mu, cv, room, k, 1 - room, j, weight)
-                    mean, cov = mu[1 - room, j], cv[1 - room, j]
-                    if leaf[0] == FLAT and value >= 0:  # as likely everywhere
-                        width = numbers[leaf[7] + 1] - numbers[leaf[7]]
-                        append_flat(mean, cov, n, numbers[leaf[7]], numbers[leaf[7] + 1])
-                        mean[n], cov[n, n] = 0.5 * (low[at[op[3]], agent] + high[at[op[3]], agent]), 0.0
-                        seen = high[at[op[3]], agent] - low[at[op[3]], agent]
-                        if seen > 0.0:
-                            cov[n, n] = min(seen, width) ** 2 / 12.0
-                            lw[1 - room, j] = weight + math.log(min(1.0, seen / width))
-                            if seen == np.inf:
-                                append_flat(mean, cov, n, numbers[leaf[7]], numbers[leaf[7] + 1])
-                        else:
-                            lw[1 - room, j] = weight - math.log(width)
-                        continue
-                    if leaf[0] == FLAT:
-                        append_flat(mean, cov, n, numbers[leaf[7]], numbers[leaf[7] + 1])
-                    else:
-                        at_mean, at_cov = mean, cov
-                        origin = st[room, k, -1]
-                        if again and lines[origin] > -np.inf:
-                            at_mean, at_cov = line_mu[origin], line_cv[origin]
-                        fill(leaf, inputs, numbers, at_mean, st[1 - room, j], hard, low, at, agent, row)
-                        fault, bend = append_normal(
-                            mean, cov, n, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns
-                        )
-                        if fault != FINE:
-                            return room, count, fault, a
-                        if value >= 0 and bend > BENT:
-                            lost[1] = 1.0
-                    if kind == BIN:
-                        made = put_bins(lw, st, mu, cv, room, j, op, numbers, value, soft[agent], likelihood, lost, made, n + 1)
-                    elif value >= 0:
-                        told = read_number(mean, cov, n + 1, low[at[op[3]], agent], high[at[op[3]], agent], period)
-                        mean[n] = wrapped(mean[n], period)
-                        lw[1 - room, j] = weight + told
-                    elif op[12] >= 0:
-                        drawn = mean[n] + math.sqrt(cov[n, n]) * normals[j % normals.shape[0], op[12]]
-                        condition_point(mean, cov, n + 1, n, drawn, period)
-                elif leaf[0] == CHANCE:
-                    total = numbers[leaf[7]]
-                    fill(leaf, inputs, numbers, mu[room, k], st[room, k], hard, low, at, agent, row)
-                    total = chance_moments(cv[room, k], leaf, inputs, numbers, start, code, constants, row, stack, scratch)
-                    if total != total:
-                        return room, count, NO_CHANCE, a
-                    total = min(max(total, 0.0), 1.0)
-                    for s in range(2):
-                        if value >= 0 and s != value:
-                            continue
-                        j, made = room_for(lw, 1 - room, made, weight, lost)
+                    to, j = room, k
+                    if op[15] == 0:
+                        to = 1 - room
+                        j, made = room_for(lw, to, made, weight, lost)
                         if j < 0:
                             continue
-                        copied(lw, st, mu, cv, room, k, 1 - room, j, weight)
-                        told = weigh(mu[1 - room, j], cv[1 - room, j], n, leaf, inputs, total, s == 1, scratch, columns)
-                        if likelihood >= 0:
-                            told = told + math.log(soft[agent, likelihood + s]) if soft[agent, likelihood + s] > 0.0 else -np.inf
-                        lw[1 - room, j] = weight + told
-                        st[1 - room, j, op[1]] = s
+                        copied(lw, st, mu, cv, room, k, to, j, weight, first, op[11])
+                    normal = normals[j % normals.shape[0], op[12]] if op[12] >= 0 else 0.0
+                    fault, told, bent = put_number(
+                        mu[to, j], cv[to, j], st[to, j], op, first, leaf, inputs, numbers, start, code, constants, hard, low, high, at,
+                        agent, normal, row, stack, scratch, again, lines, line_mu, line_cv, turns,
+                    )  # fmt: skip
+                    if fault != FINE:
+                        return room, count, fault, a
+                    lw[to, j] = weight + told
+                    if bent:
+                        lost[1] = 1.0
+                    if op[0] == BIN:
+                        made = put_bins(lw, st, mu, cv, room, j, op, numbers, value, soft[agent], likelihood, lost, made, op[11] + 1)
+                elif leaf[0] == CHANCE:
+                    made = put_chance(
+                        lw, st, mu, cv, room, made, k, op, first, leaf, weight, inputs, numbers, start, code, constants, hard, low, at,
+                        agent, soft[agent], likelihood, lost, row, stack, scratch, columns,
+                    )  # fmt: skip
+                    if made < 0:
+                        return room, count, NO_CHANCE, a
                 else:
-                    before = lw[room, k]
-                    lw[room, k] = weight
-                    made = put_state(lw, st, mu, cv, room, made, k, op, numbers, leaf[7], value, soft[agent], likelihood, lost)
+                    before, lw[room, k] = lw[room, k], weight
+                    made = put_state(lw, st, mu, cv, room, made, k, op, first, numbers, leaf[7], value, soft[agent], likelihood, lost)
                     lw[room, k] = before
+        if op[15] == 1:
+            continue
         room, count = 1 - room, made
         if count == 0:
             return room, 0, FINE, -1
