@@ -1,4 +1,4 @@
-"""Formulas that bend, in the engine of Gaussian mixtures: lines taken again where the readings lead to, and what keeps that from running away."""
+"""Formulas that bend, in the engine of Gaussian mixtures: lines that are taken again where readings lead to, and what guards them."""
 
 import numpy as np
 import pytest

@@ -258,8 +258,8 @@ def run_slice(
 ):  # fmt: skip
     """Take the components of one agent through a program; gives the room they end in, how many they are, and what went wrong where.
 
-    ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, those that bend are taken where the slice leads to, `line_mu` and
-    `line_cv` of the component from which each came, its last slot (iterated posterior linearisation, Garcia-Fernandez and others 2015).
+    ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, those that bend are taken where the slice leads to, `line_mu`
+    and `line_cv` of the component from which each came, its last slot (iterated posterior linearisation, Garcia-Fernandez and others 2015).
 
     Returns
     -------
