@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from itertools import product
@@ -42,8 +42,8 @@ SENSES: dict[str, Senses] = {
 }  # fmt: skip
 """Name -> senses of the agents."""
 STATED: dict[str, str] = {
-    "Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8", "KickOffShot2v2": "default",
-    **dict.fromkeys(("PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "lost .6"),
+    "Goalie2v1": "lost .6", "Goalie3v2": "lost .8", "LostAndFound": "lost .8",
+    **dict.fromkeys(("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "lost .6"),
 }  # fmt: skip
 """Task, with the options of its player, -> senses in which, as measured (``docs/knowledge.md``, ``docs/attackers.md``), ``foresight``
 succeeds in at least 80 % and ``frozen`` in at most 50 %."""
@@ -264,21 +264,52 @@ def plot(report: KnowledgeReport) -> bytes | None:
     plan = report.plan
     figure = Figure(figsize=(3.0 + 1.1 * len(plan.senses), 3.6 * len(plan.tasks)), layout="constrained")
     axes = np.atleast_1d(figure.subplots(len(plan.tasks), 1))
-    width = 0.8 / len(plan.tiers)
     for axis, task in zip(axes, plan.tasks):
-        for k, tier in enumerate(plan.tiers):
-            rows = [
-                (i, r) for i, senses in enumerate(plan.senses) for r in report.rows if (r.task, r.senses, r.tier) == (task, senses, tier)
-            ]
-            places = [i + (k - (len(plan.tiers) - 1) / 2) * width for i, _ in rows]
-            rates = [100 * r.rate for _, r in rows]
-            errors = [[max(0.0, 100 * (r.rate - r.low)) for _, r in rows], [max(0.0, 100 * (r.high - r.rate)) for _, r in rows]]
-            axis.bar(places, rates, 0.92 * width, yerr=errors, capsize=2, label=tier)
-        axis.set_xticks(range(len(plan.senses)), plan.senses, rotation=20)
+        _bars(axis, [row for row in report.rows if row.task == task], lambda row: row.senses)
         axis.set_ylabel(f"{task}: success, %")
-        axis.set_ylim(0, 105)
-        axis.spines[["top", "right"]].set_visible(False)
-    axes[0].legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=len(plan.tiers))
+    return _picture(figure, axes[0])
+
+
+def plot_groups(rows: Sequence[Row]) -> bytes:
+    """One panel with a group of bars for each task and senses; needs matplotlib.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+    """
+    from matplotlib.figure import Figure
+
+    tasks = len({row.task for row in rows})
+    name: Callable[[Row], str] = (lambda row: f"{row.task}\n{row.senses}") if tasks > 1 else (lambda row: row.senses)
+    figure = Figure(figsize=(2.0 + 0.8 * len({name(row) for row in rows}), 4.2), layout="constrained")
+    axis = figure.subplots()
+    _bars(axis, rows, name)
+    axis.set_ylabel("success, %" if tasks > 1 else f"{rows[0].task}: success, %")
+    return _picture(figure, axis)
+
+
+def _bars(axis: Any, rows: Sequence[Row], name: Callable[[Row], str]) -> None:
+    """Rates by tier, side by side in groups; Wilson intervals. A tier has one colour everywhere."""
+    groups = list(dict.fromkeys(name(row) for row in rows))
+    tiers = [tier for tier in TIERS if any(row.tier == tier for row in rows)]
+    width = 0.8 / max(1, len(tiers))
+    for k, tier in enumerate(tiers):
+        own = [row for row in rows if row.tier == tier]
+        places = [groups.index(name(row)) + (k - (len(tiers) - 1) / 2) * width for row in own]
+        errors = [[max(0.0, 100 * (r.rate - r.low)) for r in own], [max(0.0, 100 * (r.high - r.rate)) for r in own]]
+        color = f"C{list(TIERS).index(tier)}"
+        axis.bar(places, [100 * r.rate for r in own], 0.92 * width, yerr=errors, capsize=2, label=tier, color=color)
+    axis.set_xticks(
+        range(len(groups)), groups, rotation=0 if "\n" in "".join(groups) else 30, ha="center" if "\n" in "".join(groups) else "right"
+    )
+    axis.set_ylim(0, 105)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _picture(figure: Any, axis: Any) -> bytes:
+    """As PNG, with the legend above an axis."""
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, loc="outside upper center", ncols=len(labels))
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
     return buffer.getvalue()

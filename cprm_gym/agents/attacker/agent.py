@@ -1,6 +1,6 @@
 """The attacker: a player of two or more who attack against opponents (demonstrations 1 and 3 with a defence).
 
-    decide --(before the kick-off)--> setup           decide --(ball out of sight)--> look round
+    decide --(before the kick-off)--> setup           decide --(ball out of sight, or before a set play the team-mate)--> look round
     decide --(he is first at the ball)--> meet (intercept) --> with_ball
     decide --(else)--> walk to where a pass can be taken, or turn to the ball
     with_ball --> shoot | give (a pass) | push (drives the ball) --> decide
@@ -33,6 +33,8 @@ from .percepts import AIM, Motion, attacker_percepts, terms
 
 LOST = 8
 """Cycles without a sight of the ball after which he looks round."""
+MATE_SEEN = 10
+"""Cycles without a sight of the team-mate after which he looks round for him before a set play: he may have been placed elsewhere."""
 SURE_OF_BALL = 3.0
 """Cycles for which a ball in reach is trusted to be there."""
 OFF_PLACE = 2.0
@@ -66,15 +68,18 @@ _INPUTS = {
 def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace, ...]:
     """What he derives from what he knows, and decides by."""
     return (
-        Math("lost", f"1 if ball_age > {LOST} else 0"),
+        # before a set play of his own the ball lies where it was last seen
+        Math("lost", f"1 if ball_age > {LOST} and not ours else 0"),
         Math("may", "1 if playing or ours else 0"),
-        Math("reach", f"1 if ball_distance < {body.within(SURE)} and ball_age < {SURE_OF_BALL} and may else 0"),
+        Math("reach", f"1 if ball_distance < {body.within(SURE)} and (ours or ball_age < {SURE_OF_BALL}) and may else 0"),
+        Math("seeks", f"1 if ours and reach and mate_age > {MATE_SEEN} else 0"),
+        Math("eyes", "0 if seeks else gaze"),
         Math("beyond", "1 if me_x > max(line, 0) + 0.2 else 0"),
         Math("chase", f"1 if may and not lost and not offside and me_time <= mate_time + {number(c.yielding)} else 0"),
         Math("off_place", "hypot(support_x - me_x, support_y - me_y)"),
         Math("off_axis", "abs(ball_direction)"),
         Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
-        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost else {HAVE} if reach else {MEET} if chase else off_ball"),
+        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost or seeks else {HAVE} if reach else {MEET} if chase else off_ball"),
         # with the ball
         Math("enough", f"1 if swaps + his >= {passes} else 0" if passes else "1"),
         Math("kicking", "1 if push.ongoing + give.ongoing >= 1 else 0"),
@@ -125,7 +130,7 @@ def _transitions(passes: int) -> tuple[Transition, ...]:
         Transition("look_for_it", (), ("meet.abort",), tests={"meet.ongoing": 1, "plan": SEARCH},
                    inhibitors={"meet.abort": 1, "meet.begin": 1}, priority=7),
         # the neck
-        Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
+        Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="eyes")),
         *_possession(passes),
     )  # fmt: skip
 
