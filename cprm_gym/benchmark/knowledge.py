@@ -299,9 +299,8 @@ def _bars(axis: Any, rows: Sequence[Row], name: Callable[[Row], str]) -> None:
         errors = [[max(0.0, 100 * (r.rate - r.low)) for r in own], [max(0.0, 100 * (r.high - r.rate)) for r in own]]
         color = f"C{list(TIERS).index(tier)}"
         axis.bar(places, [100 * r.rate for r in own], 0.92 * width, yerr=errors, capsize=2, label=tier, color=color)
-    axis.set_xticks(
-        range(len(groups)), groups, rotation=0 if "\n" in "".join(groups) else 30, ha="center" if "\n" in "".join(groups) else "right"
-    )
+    turned = any("\n" not in group for group in groups)
+    axis.set_xticks(range(len(groups)), groups, rotation=30 if turned else 0, ha="right" if turned else "center")
     axis.set_ylim(0, 105)
     axis.spines[["top", "right"]].set_visible(False)
 

@@ -169,7 +169,7 @@ def successes(name, tier, episodes, seed):
 
 
 def test_before_a_set_play_he_looks_round_for_his_team_mate():
-    """With a team-mate whom he had not seen he kicked off straight ahead: 60 of 60 team-mate's goals, and 15 of 60 goals against a defence."""
+    """Who had not seen him kicked off straight ahead: 60 of 60 goals were the team-mate's, and against a defence there were 15 of 60."""
     make = lambda task, agent: AttackerAgent(opponents=max(1, task.right), keeper=task.right_goalie)  # noqa: E731
     assert play_episodes(make_task("KickOffShot"), make, 30, 3).success.mean() > 0.9
     player = PLAYERS["KickOffShot2v2"]
