@@ -154,5 +154,5 @@ class PoseFilter:
             np.asarray(observation["landmark_level"], np.float64), np.asarray(observation["lines"], np.float64), TIMES,
             self.terms, self._work,
         )  # fmt: skip
-        tell_self(felt, self.mean, self.known, self._neck, self._free, me)
+        tell_self(felt, self.mean, self.known, self._free, me)
         return me

@@ -9,7 +9,7 @@ from cprm_gym.agents.knowledge.scene.kernels.pose import MARKS, begin, landmark_
 from cprm_gym.agents.knowledge.scene.pose import PoseFilter, pose_model
 from cprm_gym.architecture.prm import Filter, Grounding, Interval, model_from_json, model_to_json
 from cprm_gym.envs.core import SoccerCore
-from cprm_gym.envs.observations import SelfFeature
+from cprm_gym.envs.observations import BodyFeature, SelfFeature
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import make_task
 
@@ -153,6 +153,17 @@ def test_it_knows_where_he_is_better_than_memory(senses):
         pose, memory = (np.concatenate(found[name]) for name in ("pose", "memory"))
         assert np.median(pose) < 0.5 * np.median(memory)
         assert np.sqrt((pose**2).mean()) < np.sqrt((memory**2).mean())
+
+
+def test_body_and_neck_as_they_are_told_make_the_face():
+    """The neck is felt in whole degrees; who adds it to the body has to look where he looks."""
+    told, sent, _, _ = record(Senses(), worlds=4, cycles=12)
+    filter = PoseFilter(Senses())
+    filter.reset(4)
+    for k, seen in enumerate(told):
+        me = filter.step(seen, sent[k - 1] if k else None)
+        off = me[:, SelfFeature.BODY] + seen["body"][:, BodyFeature.NECK] - me[:, SelfFeature.FACE]
+        assert np.sin(off) == pytest.approx(np.zeros(4), abs=1e-6)
 
 
 def test_one_who_was_put_elsewhere_finds_out_with_the_next_look():

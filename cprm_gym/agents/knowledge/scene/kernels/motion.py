@@ -67,12 +67,12 @@ def motion_of(felt, kinds, moments, necks, neck, speed, free, still, b, motion):
 
 
 @kernel
-def tell_self(felt, mean, known, neck, free, me):
-    """What N agents say of themselves, (N, 8) of `SelfFeature`, into `me`."""
+def tell_self(felt, mean, known, free, me):
+    """What N agents say of themselves, (N, 8) of `SelfFeature`, into `me`; the body is what is left of the face without the neck as felt."""
     for n in range(len(felt)):
         face, pace = mean[n, 0], felt[n, PACE]
         heading = face + middle(felt[n, WAY])
         me[n, X], me[n, Y] = mean[n, 1], mean[n, 2]
         me[n, VX], me[n, VY] = pace * math.cos(heading), pace * math.sin(heading)
-        me[n, BODY], me[n, FACE] = turned_back(face - neck[n]), turned_back(face)
+        me[n, BODY], me[n, FACE] = turned_back(face - felt[n, NECK]), turned_back(face)
         me[n, LOCATED], me[n, FREE] = known[n], free[n]
