@@ -77,8 +77,8 @@ def serve(
     typer.echo(f"{result_line(server.stadium)} ({server.over or 'a team did not come'})")
     if results is not None:
         append_result(server.stadium, results)
-    if guests.missing:
-        raise CprmError(guests.missing)
+    if guests.missing or (settings.server.auto_mode and server.over == "the match is over"):
+        guests.complain()
 
 
 def port_words(port: int | None) -> list[str]:
@@ -157,6 +157,23 @@ class Guests:
             f"see what --{absent} does, or allow more time with --wait"
         )
         return False
+
+    def complain(self) -> None:
+        """At the end of a match that was to have two teams.
+
+        Raises
+        ------
+        CprmError
+            When one of them never came.
+        """
+        absent = [word for word, team in zip(("left", "right"), self._server.stadium.teams) if not team.joined]
+        if self.missing:
+            raise CprmError(self.missing)
+        if absent:
+            raise CprmError(
+                f"no player of the {absent[0]} team came before the match began without it; start one that plays at port "
+                f"{self._places['port']}, or allow more cycles with server::connect_wait=..."
+            )
 
     def stop(self) -> None:
         """End the teams."""

@@ -123,6 +123,19 @@ def test_shoot_outs_end_as_they_ended(name):
     check(name, sense_body=(0.0, 99.0), hear=(0.0, 85.0), msg=(0.0, 96.0), ok=SURE)
 
 
+def test_a_drawn_shoot_out_has_the_same_order():
+    """s09f in structure: who shoots, what counts and the draw; whether a taker reaches the ball in time, and so the clock, is noise."""
+    replay = replayed("s09f_end_penalty_draw")
+    said = [
+        [name[1] for text in messages if (name := re.fullmatch(r"\(hear \d+ referee (.+)\)", text)) and "taken" not in name[1]]
+        for messages in (replay.of["l1"].wanted, replay.of["l1"].got)
+    ]
+    assert said[0] == said[1]
+    assert said[0][-2:] == ["penalty_draw", "time_over"]
+    assert len(said[0]) > 25
+    assert replay.server.over == "the match is over"
+
+
 @pytest.mark.parametrize("name", ["s08a_monitors", "s08b_monitors"])
 def test_every_command_of_monitors(name):
     check(name, sense_body=SURE, hear=SURE, ok=SURE, msg=(90.0, 100.0))

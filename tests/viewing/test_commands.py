@@ -66,6 +66,7 @@ def test_a_log_is_watched_converted_and_counted(log, tmp_path):
         (("serve", "--wait", "-1"), "seconds above 0"),
         (("serve", "--port", "0", "--left", "/no/such/team"), "cannot be started"),
         (("serve", "--port", "0", "--clock", "fast", "--wait", "0.1"), "no player of the left team came within 0.1 s"),
+        (("serve", "--port", "0", "--automatic", "--clock", "fast", "server::connect_wait=2", "server::game_over_wait=1"), "without it"),
         (("join", "A", "--port", "99999"), "a port is 1 to 65535"),
         (("join", "A", "--wait", "-3"), "seconds above 0"),
         (("join", "A", "--controller", "nobody"), "unknown controller"),
