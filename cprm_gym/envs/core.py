@@ -540,8 +540,19 @@ class SoccerCore(Pitch):
 
     # ------------------------------------------------------------------ saved states
 
-    def save_state(self) -> dict[str, np.ndarray]:
-        """Everything that decides how the episodes go on, as arrays with the worlds first: `load_state` takes it, ``np.savez`` keeps it."""
+    def save_state(self, world: int | None = None) -> dict[str, np.ndarray]:
+        """Everything that decides how the episodes go on, as arrays with the worlds first: `load_state` takes it, ``np.savez`` keeps it.
+
+        Parameters
+        ----------
+        world : int, optional
+            Only this one; all if not given.
+        """
+        if world is not None:
+            rows = slice(world, world + 1)
+            own = {name: values[rows].copy() for name, values in self._state().items()}
+            reward = {name: values[rows] for name, values in self.reward.save_state().items()}
+            return {"world": self.sim.world[rows].copy(), "max_cycles": self._limit()[rows], **own, **reward}
         own = {name: values.copy() for name, values in self._state().items()}
         return {"world": self.sim.snapshot(), "max_cycles": self._limit(), **own, **self.reward.save_state()}
 

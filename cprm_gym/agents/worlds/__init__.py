@@ -4,5 +4,8 @@
 `trials`    every skill alone: where it starts, what it promises
 `learned`   cells of what a net tests, with counts of how they follow each other in the simulator
 `pair`      one passes and the other receives: two nets, one world
+`stage`     what both are played on, in batch
+`runs`      episodes on it as runs to be sampled, and films of them
+`splitting` worlds that are copied with the agents in them
 ==========  ============================================================================================
 """

@@ -318,18 +318,18 @@ class Executor:
             streams = np.random.SeedSequence(seed).spawn(self.batch)
             self._state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
 
-    def snapshot(self) -> Snapshot:
-        """The whole state, as plain arrays."""
-        return Snapshot(*(array.copy() for array in self._state))
+    def snapshot(self, copies: slice = slice(None)) -> Snapshot:
+        """The whole state, or that of some copies, as plain arrays."""
+        return Snapshot(*(array[copies].copy() for array in self._state))
 
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a state of this net with this number of copies."""
+    def restore(self, snapshot: Snapshot, copies: slice = slice(None)) -> None:
+        """Return to a state of this net with this number of copies, or put a snapshot of some into as many of these."""
         arrays = [np.asarray(array) for array in snapshot]
         for name, mine, theirs in zip(Snapshot._fields, self._state, arrays):
-            if theirs.shape != mine.shape:
-                raise NetError(f"snapshot: `{name}` must have shape {mine.shape}, got {theirs.shape}")
+            if theirs.shape != mine[copies].shape:
+                raise NetError(f"snapshot: `{name}` must have shape {mine[copies].shape}, got {theirs.shape}")
         for mine, theirs in zip(self._state, arrays):
-            mine[...] = theirs
+            mine[copies] = theirs
 
     def replay(self, trace: Trace) -> None:
         """Run through the cycles that an executor of the same net and batch recorded, and check that the same happens.
