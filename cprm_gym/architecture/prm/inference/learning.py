@@ -18,11 +18,13 @@ import numpy as np
 
 from ....errors import EvidenceError, ModelError, ParameterError
 from ..grounding.grounding import PREVIOUS, STATIC, Grounding, GroundSlice, Situation
-from ..model.cpds import Dense
+from ..model.cpds import CPD, Dense
 from ..model.model import Model
 from ..model.resolved import all_rules
+from .continuous.noise_learning import refitted
+from .engines.engine import Engine
 from .evidence import read_hard
-from .filter import Filter
+from .filter import Filter, make_engine
 
 Counts = dict[Hashable, np.ndarray]
 
@@ -149,13 +151,14 @@ def em(
     tolerance: float = 0.0,
     prior: float = 0.0,
     only: Iterable[tuple[str, ...]] | None = None,
+    engine: str | Engine = "exact",
 ) -> Fit:
     """Expectation-maximisation from the model's own CPDs, for data with hidden variables and missing readings.
 
     Parameters
     ----------
     world : Grounding
-        Real numbers of its model are learned as their bins.
+        With the engine ``"exact"`` real numbers of its model are learned as their bins.
     episodes : iterable of Episode
         Or of sequences of steps.
     iterations : int
@@ -163,9 +166,13 @@ def em(
     tolerance : float
         Stop when the log-likelihood gains less than this.
     prior : float
-        Pseudo-count of every cell (then the fixed point maximises the posterior).
+        Pseudo-count of every cell (then the fixed point maximises the posterior); of a `Noise`, readings without offset and of scale 1.
     only : iterable of tuple of str, optional
         Beginnings of the keys to learn; default all.
+    engine : {"exact", "mixture"} or Engine
+        With ``"mixture"`` real numbers stay such: of each `Noise`, also in a `Switch`, an offset of the mean and a scale of the deviation
+        are learned, and tables as ever; a `Mixture`, a `Uniform` and a `Chance` of real numbers stay as they are. All of an episode is
+        believed together, so its cost grows with the cube of its length: cut long ones.
 
     Returns
     -------
@@ -182,12 +189,13 @@ def em(
     wanted = _keys(only)
     data = _episodes(episodes)
     likelihoods: list[float] = []
-    world = world.binned()
+    if not make_engine(engine, None, 2.0**31, {}).continuous:
+        world = world.binned()
     model = world.model
     tally = _Tally()
     kept: tuple[Hashable, ...] = ()
     for _ in range(iterations):
-        tally, total = _expect(Grounding(model, world.objects, _nested(world)), data)
+        tally, total = _expect(Grounding(model, world.objects, _nested(world)), data, engine)
         likelihoods.append(total)
         learned, kept = _maximise(model, tally.counts, prior, wanted, stay=True)
         model = model.with_cpds(learned)
@@ -196,11 +204,11 @@ def em(
     return Fit(model, tuple(likelihoods), tally.counts, kept)
 
 
-def _expect(world: Grounding, episodes: Sequence[Episode]) -> tuple[_Tally, float]:
+def _expect(world: Grounding, episodes: Sequence[Episode], engine: str | Engine) -> tuple[_Tally, float]:
     """Expected counts and log-likelihood of all episodes."""
     tally, total = _Tally(), 0.0
     for episode in episodes:
-        tracked = Filter(world, batch=episode.batch, window=len(episode.steps))
+        tracked = Filter(world, batch=episode.batch, engine=engine, window=len(episode.steps))
         for step, situation in zip(episode.steps, _situations(world, episode)):
             tracked.step(step.evidence, relations=situation)
         total += float(tracked.log_likelihood.sum())
@@ -249,19 +257,26 @@ def _keys(only: Iterable[tuple[str, ...]] | None) -> list[tuple[str, ...]] | Non
 
 def _maximise(
     model: Model, counts: Counts, prior: float, only: Iterable[tuple[str, ...]] | None, stay: bool
-) -> tuple[dict[tuple[str, ...], Dense], tuple[Hashable, ...]]:
+) -> tuple[dict[tuple[str, ...], CPD], tuple[Hashable, ...]]:
     """New tables from counts, and the keys that were left alone."""
     rules = all_rules(model.checked)
     starts = _keys(only)
     for start in starts or ():
         if not any(key[: len(start)] == start for key in rules):
             raise ModelError(f"model {model.name!r}: no CPD begins with {start!r}")
-    learned: dict[tuple[str, ...], Dense] = {}
+    learned: dict[tuple[str, ...], CPD] = {}
     kept = []
     for key, table in counts.items():
         rule = rules.get(key)  # type: ignore[call-overload]
         if rule is None or (starts is not None and not any(rule.key[: len(s)] == s for s in starts)):
             kept.append(key)
+            continue
+        if rule.density is not None:
+            fitted = refitted(rule, table, prior)
+            if fitted is None:
+                kept.append(key)
+            else:
+                learned[rule.key] = fitted
             continue
         pseudo = table + prior
         total = pseudo.sum(axis=-1, keepdims=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ....errors import ModelError
-from .cpds import Dense
+from .cpds import CPD
 from .domains import Angle, Domain, Real, is_continuous
 from .resolved import Checked
 from .schema import PRMClass, Relation, as_tuple
@@ -84,12 +84,12 @@ class Model:
         found: Checked = self._checked  # type: ignore[attr-defined]
         return found
 
-    def with_cpds(self, learned: Mapping[tuple[str, ...], Dense]) -> Model:
+    def with_cpds(self, learned: Mapping[tuple[str, ...], CPD]) -> Model:
         """The same model with other CPDs.
 
         Parameters
         ----------
-        learned : mapping of key to Dense
+        learned : mapping of key to CPD
             Keys as in `GroundCPD.key`: ``("class", class, attribute, "cpd" or "initial")`` or ``("relation", relation,
             target or attribute, "cpd" or "initial")``.
 

@@ -32,6 +32,7 @@ from ..conflicts import smallest_conflict
 from ..continuous.belief import Group, MixtureBelief, joined, side_by_side, with_agents
 from ..continuous.kernels import groups as kernels
 from ..continuous.kernels import leaves
+from ..continuous.noise_learning import expected_statistics
 from ..continuous.structure import Structure, Work, inner_variables, linking_leaves
 from ..evidence import UNOBSERVED, Readings
 from .engine import Engine, StepResult
@@ -238,18 +239,23 @@ class MixtureEngine(Engine):
 
     def smooth(self, window: Sequence[smoothing.Slice]) -> list[Any]:
         """Posteriors of the slices of a window given all its readings: the filter of a state that forgets nothing."""
+        belief = self.path(window)
+        return [SmoothedNumbers(belief, window, t) for t in range(len(window))]
+
+    def path(self, window: Sequence[smoothing.Slice]) -> MixtureBelief:
+        """The belief of all slices of a window together; `noise_learning.kept_name` says what a variable is called there."""
         belief: MixtureBelief = window[0].before
         room = max(self.count, 256)
         for t, (_, info, readings) in enumerate(window):
             wanted = frozenset(n for n in info.slice.variables if not info.given[info.row[n]])
             belief = self.step(belief, info, readings, wanted, f"#{t - 1}", room).belief
-        return [SmoothedNumbers(belief, window, t) for t in range(len(window))]
+        return belief
 
     def most_probable_path(self, window: Sequence[smoothing.Slice]) -> list[Any]:
         self._cannot("knows no most probable path; `smooth` gives the posteriors of a window")
 
     def expected_counts(self, window: Sequence[smoothing.Slice]) -> dict[Hashable, np.ndarray]:
-        self._cannot("has no tables to count for")
+        return expected_statistics(self.path(window), window)
 
     def sample(self, belief: MixtureBelief, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
         found: dict[str, np.ndarray] = {}

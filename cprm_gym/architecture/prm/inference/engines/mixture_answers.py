@@ -13,6 +13,7 @@ from cprm_gym.errors import ModelError, did_you_mean
 from .. import smoothing
 from ..compiled.slice_info import SliceInfo
 from ..continuous.belief import MixtureBelief
+from ..continuous.noise_learning import kept_name
 from ..continuous.normal_mixture import NormalMixture
 from ..evidence import Readings, one_hot
 from ..factors import Factor
@@ -152,7 +153,7 @@ class SmoothedNumbers(Mapping[str, Any]):
                 return one_hot(readings.hard[info.row[name]], variable.card)
             low = readings.numbers[name].low[:, None]
             return NormalMixture(np.ones(low.shape), low, np.zeros(low.shape), variable.quantity.period)
-        kept = name if self._t == len(self._window) - 1 or info.static[info.row[name]] else f"{name}#{self._t}"
+        kept = kept_name(self._window, self._t, name)
         if variable.quantity is not None:
             return self._belief.number(kept, variable.quantity.period)
         return self._belief.states((kept,), (variable.card,))

@@ -1,0 +1,155 @@
+"""Noise learned with the engine of Gaussian mixtures: closed forms, one update by brute force, and parameters that come out again."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.architecture.prm import BOOL, Attribute, Given, Grounding, Model, Noise, PRMClass, Real, Switch, Table, em
+from cprm_gym.architecture.prm.inference.continuous.noise_learning import moved, scaled, unscented
+from cprm_gym.architecture.prm.inference.learning import Episode
+
+
+def world(*attributes, given=()):
+    return Grounding(Model("test", (PRMClass("A", attributes, given=given),)), {"a": "A"})
+
+
+def noise(model, name, part="cpd"):
+    found = next(a for a in model.classes[0].attributes if a.name == name)
+    return getattr(found, part)
+
+
+def level(sd=0.5, read=1.0, start=2.0, drift=""):
+    """A number that wanders, and a reading of it."""
+    return world(
+        Attribute("x", Real("m"), Noise(f"prev.x{drift}", sd=sd), ("prev.x",), initial=Noise("0", sd=start)),
+        Attribute("z", Real("m"), Noise("x", sd=read), ("x",)),
+    )
+
+
+def wander(rng, runs, steps, sd, read, drift=0.0, start=1.0):
+    x = start * rng.normal(size=runs)
+    out = []
+    for t in range(steps):
+        x = x + drift + sd * rng.normal(size=runs) if t else x
+        out.append({"a.z": x + read * rng.normal(size=runs)})
+    return Episode(tuple(out), batch=runs)
+
+
+def test_of_numbers_that_are_read_the_fit_is_the_sample_mean_and_deviation():
+    rng = np.random.default_rng(1)
+    x = np.cumsum(0.3 + rng.normal(size=(20, 12)), axis=0)
+    fit = em(level(), [Episode(tuple({"a.x": row} for row in x), batch=12)], iterations=1, engine="mixture")
+    steps = np.diff(x, axis=0)
+    cpd, initial = noise(fit.model, "x"), noise(fit.model, "x", "initial")
+    assert cpd.mean == f"(prev.x) + {steps.mean():.3}"[:10] + cpd.mean[10:]
+    assert float(cpd.mean.split("+")[1]) == pytest.approx(steps.mean(), abs=1e-9)
+    assert cpd.sd == pytest.approx(steps.std(), abs=1e-9)
+    assert [float(initial.mean), initial.sd] == pytest.approx([x[0].mean(), x[0].std()], abs=1e-9)
+    assert noise(fit.model, "z") == Noise("x", sd=1.0)  # nobody read it
+    assert ("class", "A", "z", "cpd") in fit.kept
+
+
+def test_one_update_of_a_linear_model_is_the_closed_form():
+    """Expectations under the normal of the whole path, conditioned on all readings at once, by numpy."""
+    rng = np.random.default_rng(2)
+    steps, q, r, start = 7, 0.5, 1.0, 2.0
+    z = np.cumsum(rng.normal(size=steps)) + rng.normal(size=steps)
+    z[3] = np.nan
+    fit = em(level(q, r, start), [[{"a.z": v} for v in z]], iterations=1, engine="mixture")
+    covariance = start**2 + q**2 * np.minimum.outer(np.arange(steps), np.arange(steps))
+    there = ~np.isnan(z)
+    gain = covariance[:, there] @ np.linalg.inv(covariance[np.ix_(there, there)] + r**2 * np.eye(there.sum()))
+    mean, rest = gain @ z[there], covariance - gain @ covariance[there]
+    residual = mean[1:] - mean[:-1]
+    spread = np.diag(rest)[1:] + np.diag(rest)[:-1] - 2.0 * np.diag(rest, 1)
+    offset = residual.mean()
+    cpd, sensor = noise(fit.model, "x"), noise(fit.model, "z")
+    assert float(cpd.mean.partition(") ")[2].replace(" ", "")) == pytest.approx(offset, abs=1e-9)
+    assert cpd.sd == pytest.approx(np.sqrt((residual**2 + spread).mean() - offset**2), abs=1e-9)
+    off = (z - mean)[there]
+    assert sensor.sd == pytest.approx(np.sqrt((off**2 + np.diag(rest)[there]).mean() - off.mean() ** 2), abs=1e-9)
+    total = np.linalg.slogdet(2 * np.pi * (covariance[np.ix_(there, there)] + r**2 * np.eye(there.sum())))[1]
+    total += z[there] @ np.linalg.solve(covariance[np.ix_(there, there)] + r**2 * np.eye(there.sum()), z[there])
+    assert fit.log_likelihoods[0] == pytest.approx(-0.5 * total, abs=1e-9)
+
+
+def test_transition_and_sensor_come_out_again():
+    data = wander(np.random.default_rng(3), runs=60, steps=15, sd=0.4, read=0.8, drift=0.2)
+    fit = em(level(0.6, 0.6, 1.0), [data], iterations=40, engine="mixture", only=[("class", "A", "x", "cpd"), ("class", "A", "z")])
+    assert all(b > a - 1e-6 for a, b in zip(fit.log_likelihoods, fit.log_likelihoods[1:]))
+    cpd, sensor = noise(fit.model, "x"), noise(fit.model, "z")
+    assert cpd.sd == pytest.approx(0.4, rel=0.12)
+    assert sensor.sd == pytest.approx(0.8, rel=0.06)
+    assert float(cpd.mean.partition(") ")[2].replace(" ", "")) == pytest.approx(0.2, abs=0.05)
+    assert noise(fit.model, "x", "initial") == Noise("0", sd=1.0)
+
+
+def test_modes_that_nobody_told_have_noise_of_their_own():
+    """A hidden mode turns the noise of a step; its table and both deviations are learned together."""
+    rng = np.random.default_rng(4)
+    runs, steps = 30, 12
+    wild = rng.random((steps, runs)) < 0.25
+    x = np.cumsum(np.where(wild, 2.0, 0.2) * rng.normal(size=(steps, runs)), axis=0)
+    modes = world(
+        Attribute("wild", BOOL, Table({(): (0.5, 0.5)})),
+        Attribute("x", Real("m"), Switch("wild", {"no": Noise("prev.x", sd=0.5), "yes": Noise("prev.x", sd=1.0)}), ("prev.x", "wild"),
+                  initial=Noise("0", sd=1.0), initial_parents=()),
+    )  # fmt: skip
+    fit = em(modes, [Episode(tuple({"a.x": row} for row in x), batch=runs)], iterations=12, engine="mixture",
+             only=[("class", "A", "wild"), ("class", "A", "x", "cpd")])  # fmt: skip
+    assert fit.log_likelihoods[-1] > fit.log_likelihoods[0] + 50.0
+    cases = dict(noise(fit.model, "x").cases)
+    step = np.diff(x, axis=0)  # what is found is near what would be, had the modes been told
+    assert cases["no"].sd == pytest.approx(step[~wild[1:]].std(), rel=0.15)
+    assert cases["yes"].sd == pytest.approx(step[wild[1:]].std(), rel=0.15)
+    assert noise(fit.model, "wild").values[1] == pytest.approx(wild[1:].mean(), abs=0.05)
+
+
+def test_a_deviation_that_depends_on_numbers_keeps_its_form_and_gets_a_scale():
+    rng = np.random.default_rng(5)
+    far = rng.uniform(5.0, 40.0, 400)
+    told = far + (0.1 + 0.05 * far) * rng.normal(size=400) + 0.5
+    eye = world(
+        Attribute("far", Real("m"), Noise("20", sd=15.0)),
+        Attribute("seen", Real("m"), Noise("far + bias", sd="0.02 + 0.01 * far"), ("far", "bias")),
+        given=(Given("bias", Real("m"), 0.0),),
+    )
+    fit = em(eye, [Episode(({"a.far": far, "a.seen": told},), batch=400)], iterations=2, engine="mixture", only=[("class", "A", "seen")])
+    cpd = noise(fit.model, "seen")
+    scale, _, text = cpd.sd.partition(" * ")
+    assert text == "(0.02 + 0.01 * far)"
+    assert float(scale) == pytest.approx(5.0, rel=0.1)
+    assert cpd.mean.startswith("(far + bias) + ")
+    assert float(cpd.mean.rpartition(" ")[2]) == pytest.approx(0.5, abs=0.25)
+
+
+def test_a_prior_holds_the_parameters_where_there_is_little_to_learn_from():
+    one = [[{"a.x": 5.0}]]
+    free, held = (em(level(), one, iterations=1, engine="mixture", prior=p).model for p in (0.0, 1e6))
+    assert float(noise(free, "x", "initial").mean) == pytest.approx(5.0)
+    assert float(noise(held, "x", "initial").mean) == pytest.approx(0.0, abs=1e-4)
+    assert noise(held, "x", "initial").sd == pytest.approx(2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "offset", "text"),
+    [("x", 0.5, "(x) + 0.5"), ("(x) + 0.5", -1.0, "(x) - 0.5"), ("(a) + (b) - 3", 1.0, "((a) + (b) - 3) + 1.0"), ("2", 0.5, "2.5")],
+)
+def test_offsets_are_added_up(given, offset, text):
+    assert moved(given, offset) == text
+
+
+@pytest.mark.parametrize(
+    ("given", "scale", "text"), [("0.1 * x", 2.0, "2.0 * (0.1 * x)"), ("2.0 * (0.1 * x)", 0.5, "1.0 * (0.1 * x)"), (0.3, 2.0, 0.6)]
+)
+def test_scales_are_multiplied(given, scale, text):
+    assert scaled(given, scale) == text
+
+
+def test_points_have_the_moments_they_stand_for():
+    rng = np.random.default_rng(6)
+    root = rng.normal(size=(3, 4, 4))
+    means, covs = rng.normal(size=(3, 4)), root @ root.transpose(0, 2, 1)
+    points, shares = unscented(means, covs)
+    np.testing.assert_allclose(np.einsum("p,npd->nd", shares, points), means, atol=1e-12)
+    off = points - means[:, None]
+    np.testing.assert_allclose(np.einsum("p,npi,npj->nij", shares, off, off), covs, atol=1e-12)
