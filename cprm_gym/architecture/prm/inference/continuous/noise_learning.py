@@ -116,7 +116,8 @@ class _Family:
     def _sums(self, leaf: Leaf, there: np.ndarray) -> np.ndarray:
         """The sums of a normal, by unscented points of the columns on which it depends; exact for straight lines."""
         density = self.cpd.density
-        assert density is not None and leaf.formula is not None
+        assert density is not None
+        assert leaf.formula is not None
         assert leaf.deviation is not None
         numbers = {n: k for n, k in leaf.inputs.items() if is_continuous(density.parents[k]) and not self._given(k)}
         columns = list(dict.fromkeys([self._kept(-1), *(self._kept(k) for k in numbers.values())]))
