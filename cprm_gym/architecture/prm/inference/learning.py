@@ -21,8 +21,8 @@ from ..grounding.grounding import PREVIOUS, STATIC, Grounding, GroundSlice, Situ
 from ..model.cpds import CPD, Dense
 from ..model.model import Model
 from ..model.resolved import all_rules
-from .continuous.noise_learning import refitted
 from .engines.engine import Engine
+from .engines.noise_learning import refitted
 from .evidence import read_hard
 from .filter import Filter, make_engine
 

@@ -32,11 +32,11 @@ from ..conflicts import smallest_conflict
 from ..continuous.belief import Group, MixtureBelief, joined, side_by_side, with_agents
 from ..continuous.kernels import groups as kernels
 from ..continuous.kernels import leaves
-from ..continuous.noise_learning import expected_statistics
 from ..continuous.structure import Structure, Work, inner_variables, linking_leaves
 from ..evidence import UNOBSERVED, Readings
 from .engine import Engine, StepResult
 from .mixture_answers import MixtureResult, SmoothedNumbers
+from .noise_learning import expected_statistics
 
 LEAST_ROOM = 64
 """Components that a step may have for an agent and a part, at least, before some are merged."""

@@ -13,11 +13,11 @@ from cprm_gym.errors import ModelError, did_you_mean
 from .. import smoothing
 from ..compiled.slice_info import SliceInfo
 from ..continuous.belief import MixtureBelief
-from ..continuous.noise_learning import kept_name
 from ..continuous.normal_mixture import NormalMixture
 from ..evidence import Readings, one_hot
 from ..factors import Factor
 from .engine import StepResult
+from .noise_learning import kept_name
 
 
 @dataclass

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cprm_gym.architecture.prm import BOOL, Attribute, Given, Grounding, Model, Noise, PRMClass, Real, Switch, Table, em
-from cprm_gym.architecture.prm.inference.continuous.noise_learning import moved, scaled, unscented
+from cprm_gym.architecture.prm.inference.engines.noise_learning import moved, scaled, unscented
 from cprm_gym.architecture.prm.inference.learning import Episode
 
 

@@ -24,7 +24,7 @@ from ...model.densities import NORMAL, Leaf
 from ...model.domains import is_continuous
 from ...model.resolved import Rule
 from .. import smoothing
-from .belief import MixtureBelief
+from ..continuous.belief import MixtureBelief
 
 STATISTICS = 4
 """Of each row of a density: how often, and the sums of precision, precision times residual, and precision times its square."""
