@@ -57,7 +57,7 @@ def save_heat_map(part: Part, teams: tuple[str, str], path: str | os.PathLike[st
     extent = (-HALF_LENGTH, HALF_LENGTH, HALF_WIDTH, -HALF_WIDTH)
     for axis, heat, name in zip(axes, part.heat, ("ball", teams[0] or "left", teams[1] or "right")):
         share = 100.0 * heat.T / max(heat.sum(), 1.0)
-        image = axis.imshow(share, extent=extent, cmap="magma", interpolation="nearest")
+        image = axis.imshow(share, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=brightest(share))
         lines = [Rectangle((-HALF_LENGTH, -HALF_WIDTH), 2 * HALF_LENGTH, 2 * HALF_WIDTH), Circle((0, 0), CENTRE_RADIUS)]
         lines += [Rectangle((x, -PENALTY_Y), HALF_LENGTH - PENALTY_X, 2 * PENALTY_Y) for x in (-HALF_LENGTH, PENALTY_X)]
         for line in lines:
@@ -67,10 +67,19 @@ def save_heat_map(part: Part, teams: tuple[str, str], path: str | os.PathLike[st
         axis.set_title(f"{name}, {part.name}")
         axis.set_xlabel("m")
         axis.set_ylabel("m")
-        figure.colorbar(image, ax=axis, label="% of the time")
+        figure.colorbar(image, ax=axis, label="% of the time", extend="max")
     try:
         figure.savefig(path, dpi=110)
     except (OSError, ValueError) as error:
         raise CprmError(f"--heat {path}: cannot be written: {error}") from None
     finally:
         pyplot.close(figure)
+
+
+def brightest(share: np.ndarray) -> float:
+    """The value above which a heat map gets no brighter: of cells where anything was, one in a hundred has more.
+
+    Where everybody waits for a kick-off would leave all else in the dark.
+    """
+    visited = share[share > 0.0]
+    return float(np.percentile(visited, 99)) if visited.size else 1.0

@@ -17,7 +17,7 @@ from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.simulator import Simulator
 from cprm_gym.viewing.command import place_of, recorded
 from cprm_gym.viewing.keys import Pace
-from cprm_gym.viewing.pictures import world_of
+from cprm_gym.viewing.pictures import brightest, world_of
 
 
 @pytest.fixture(scope="module")
@@ -147,6 +147,13 @@ def test_a_picture_stands_as_its_frame(log):
     world = world_of(frame)[0]
     assert np.array_equal(world["pos"][1:], frame.players["pos"])
     assert int(world["time"]) == frame.time
+
+
+def test_where_all_wait_leaves_nothing_else_in_the_dark():
+    share = np.ones((42, 28))
+    share[21, 14] = 100.0
+    assert brightest(share) == 1.0
+    assert brightest(np.zeros((3, 3))) == 1.0
 
 
 def test_keys_pause_hasten_and_end():
