@@ -65,6 +65,8 @@ class SceneError(NamedTuple):
         missing or not there counts `FAR`.
     density : float
         Mean log density of the others' true places, nats, by number; NaN where the tier tells none.
+    worlds : (W,) array
+        ``capped`` of each world, by which tiers are compared in pairs; NaN where nobody was seen.
     """
 
     place: float
@@ -74,6 +76,14 @@ class SceneError(NamedTuple):
     capped: float
     anybody: float
     density: float
+    worlds: np.ndarray
+
+    def less(self, other: SceneError) -> tuple[float, float, float]:
+        """How much less the others' capped error is than another tier's in the same worlds, m, with its 95 % interval (normal)."""
+        off = self.worlds - other.worlds
+        off = off[np.isfinite(off)]
+        half = 1.96 * float(off.std(ddof=1)) / np.sqrt(len(off))
+        return float(off.mean()), float(off.mean()) - half, float(off.mean()) + half
 
 
 def record_scene(task: str, worlds: int, seed: int, senses: Senses) -> SceneRecord:
@@ -130,6 +140,7 @@ def scene_error(tier: str, record: SceneRecord, senses: Senses, task: str) -> Sc
     if made is not None:
         made.reset(record.told[0])
     own, faces, others, matched, densities = [], [], [], [], []
+    totals, counts = np.zeros(len(record.playing[0])), np.zeros(len(record.playing[0]))
     for k, told in enumerate(record.told):
         now = told if made is None else {**told, **made.know(told, record.sent[k - 1] if k else None)}
         true, playing, rows = record.true[k], record.playing[k], np.arange(len(record.playing[k]))
@@ -142,7 +153,10 @@ def scene_error(tier: str, record: SceneRecord, senses: Senses, task: str) -> Sc
         there[rows, mine] = known[rows, mine] = False
         seen = there & (np.asarray(told["memory_age"])[:, 1:] < MAX_AGE) & playing[:, None]
         real = true["memory"][:, 1:, :2]
-        others.append(np.hypot(*(places[..., i] - real[..., i] for i in (0, 1)))[seen])
+        gaps = np.hypot(*(places[..., i] - real[..., i] for i in (0, 1)))
+        others.append(gaps[seen])
+        totals += (np.minimum(gaps, FAR) * seen).sum(axis=1)
+        counts += seen.sum(axis=1)
         for world in np.flatnonzero(playing):
             for team in (slice(0, 11), slice(11, 22)):
                 matched.append(unmatched(known[world, team], places[world, team], there[world, team], real[world, team]))
@@ -156,6 +170,7 @@ def scene_error(tier: str, record: SceneRecord, senses: Senses, task: str) -> Sc
         float(np.sqrt((place**2).mean())), float(np.degrees(np.sqrt((face**2).mean()))), float((place > LOST).mean()),
         float(np.sqrt((other**2).mean())), float(np.minimum(other, FAR).mean()), float(np.nanmean(matched)),
         float(np.concatenate(densities).mean()) if densities else float("nan"),
+        np.where(counts > 0, totals / np.maximum(counts, 1), np.nan),
     )  # fmt: skip
 
 
@@ -173,15 +188,18 @@ def main() -> None:
     parser.add_argument("--task", default="Goalie3v2")
     parser.add_argument("--senses", default=",".join(SENSES))
     options = parser.parse_args()
-    print("| senses | tier | place, m | face, degrees | lost, % | others, m | at most 3 m | whoever they are, m | log density, nats |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print(
+        "| senses | tier | place, m | face, degrees | lost, % | others, m | at most 3 m | less tracker, paired 95 % | whoever they are, m |"
+        " log density, nats |\n|---|---|---|---|---|---|---|---|---|---|"
+    )
     for name in options.senses.split(","):
         record = record_scene(options.task, options.worlds, options.seed, SENSES[name])
-        for tier in TIERS:
-            e = scene_error(tier, record, SENSES[name], options.task)
+        found = {tier: scene_error(tier, record, SENSES[name], options.task) for tier in TIERS}
+        for tier, e in found.items():
+            pairs = "" if tier != "belief" else "{:+.3f} ({:+.3f}, {:+.3f})".format(*e.less(found["tracker"]))
             density = "" if np.isnan(e.density) else f"{e.density:.2f}"
             own = f"{e.place:.3f} | {e.face:.2f} | {100 * e.lost:.1f}"
-            print(f"| {name} | {tier} | {own} | {e.others:.2f} | {e.capped:.3f} | {e.anybody:.3f} | {density} |", flush=True)
+            print(f"| {name} | {tier} | {own} | {e.others:.2f} | {e.capped:.3f} | {pairs} | {e.anybody:.3f} | {density} |", flush=True)
 
 
 if __name__ == "__main__":

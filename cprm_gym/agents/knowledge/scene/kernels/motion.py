@@ -68,7 +68,7 @@ def motion_of(felt, kinds, moments, necks, neck, speed, free, still, b, motion):
 
 @kernel
 def tell_self(felt, mean, known, free, me):
-    """What N agents say of themselves, (N, 8) of `SelfFeature`, into `me`; the body is what is left of the face without the neck as felt."""
+    """What N agents say of themselves, (N, 8) of `SelfFeature`, into `me`: the body is the face less the neck as felt."""
     for n in range(len(felt)):
         face, pace = mean[n, 0], felt[n, PACE]
         heading = face + middle(felt[n, WAY])
