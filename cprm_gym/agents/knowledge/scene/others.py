@@ -26,7 +26,7 @@ from ...percepts import NEVER
 from ..ball import RATE_STEP, ROUNDING, SWING_STEP
 from .constants import PlayerConstants
 from .kernels import players as terms
-from .kernels.association import PLAYERS, Modes, Room, Seen, Tracks, know_players
+from .kernels.association import PLAYERS, Modes, Room, Seen, Tracks, expected_places, know_players
 
 HYPOTHESES, PAIRS = 32, 64
 """Assignments of the nameless readings of a look that are kept, and pairs of a reading and a player that are weighed."""
@@ -34,6 +34,7 @@ WIDTHS = {ViewWidth.NARROW: (60.0, 0.5), ViewWidth.NORMAL: (120.0, 1.0), ViewWid
 """View cone of an eye in step (degrees), and the factor of ``visible_angle`` of one that is not."""
 MODES = ("rests", "runs", "changes")
 """How a player moves: he slows down, he goes on, or he starts, stops or turns."""
+COLUMNS = [SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY, SelfFeature.FACE]
 LEAST = 1e-6
 """m^2 that are added to every variance where a density is asked for."""
 
@@ -188,6 +189,7 @@ class PlayersFilter:
             cones[width] = np.radians(0.5 * (factor * body.server.visible_angle if senses.asynchronous else degrees))
         self._cones = cones
         self.tracks: Tracks = self._nobody(0)
+        self._none = np.zeros(0, bool)
 
     @staticmethod
     def _nobody(count: int) -> Tracks:
@@ -200,7 +202,7 @@ class PlayersFilter:
     def reset(self, count: int, worlds: np.ndarray | None = None) -> None:
         """Forget; in `worlds` (N,) bool alone, if given."""
         if worlds is None or len(self.tracks.w) != count:
-            self.tracks = self._nobody(count)
+            self.tracks, self._none = self._nobody(count), np.zeros(count, bool)
             return
         self.tracks.known[worlds] = 0
         self.tracks.age[worlds] = int(NEVER)
@@ -228,14 +230,14 @@ class PlayersFilter:
             Whose news are the same as before: nothing is done.
         """
         felt, level = np.asarray(observation["body"], np.float64), np.asarray(observation["level"], np.float64)
-        columns = [SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY, SelfFeature.FACE]
-        none = np.zeros(len(felt), bool)
-        fresh = (level > 0).any(axis=1) | (felt[:, BodyFeature.FRESH] > 0)
+        none = self._none
+        told = np.empty((len(felt), len(COLUMNS) + 2))
+        told[:, :-2], told[:, -2:] = me[:, COLUMNS], unsure
+        fresh = (felt[:, BodyFeature.FRESH] > 0) | (level > 0).any(axis=1)
+        width = np.clip(felt[:, BodyFeature.VIEW_WIDTH].astype(np.int64), 1, 3)
         seen = Seen(
-            np.ascontiguousarray(np.concatenate([me[:, columns], unsure], axis=1)),
-            self._cones[np.clip(np.rint(felt[:, BodyFeature.VIEW_WIDTH]).astype(np.int64), 1, 3)],
-            fresh & (me[:, SelfFeature.LOCATED] > 0), none if before is None else before,
-            np.asarray(observation["players"], np.float64), np.ascontiguousarray(level[:, 1:]), felt[:, BodyFeature.SIDE].copy(),
+            told, self._cones[width], fresh & (me[:, SelfFeature.LOCATED] > 0), none if before is None else before,
+            np.asarray(observation["players"], np.float64), level[:, 1:], felt[:, BodyFeature.SIDE],
             felt[:, BodyFeature.UNUM].astype(np.int64) - 1, none if still is None else still,
         )  # fmt: skip
         know_players(self.tracks, seen, self.modes, self.terms, self._room)
@@ -247,13 +249,9 @@ class PlayersFilter:
 
     def places(self, ahead: int = 0) -> np.ndarray:
         """(N, 22, 4) expected places and velocities, `ahead` cycles from the last news on; 0 of those not known."""
-        t, m = self.tracks, self.modes
-        mu = t.mu
-        if ahead:
-            kept = m.keeps[:, None] ** np.arange(1, ahead + 1)
-            way = kept.sum(axis=1) / self.terms[terms.DECAY]
-            mu = np.concatenate([mu[..., :2] + way[:, None] * mu[..., 2:], kept[:, -1:] * mu[..., 2:]], axis=-1)
-        return np.where(self.known[..., None], np.einsum("nkm,nkmi->nki", t.w, mu), 0.0)
+        out = np.empty((len(self.tracks.w), PLAYERS, terms.STATE))
+        expected_places(self.tracks, self.modes, ahead, self.terms[terms.DECAY], out)
+        return out
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """(N, 22) log density of places (N, 22, 2) at the time of the last news, of all modes together; -inf of those not known."""

@@ -483,3 +483,22 @@ def know_players(t, seen, modes, p, room):
                 if seen.fresh[n]:
                     paths_of(t, n, k, True, modes, p, room)
                 keep(t, n, k, room.pw[k], room.pm[k], room.pc[k], room)
+
+
+@kernel
+def expected_places(t, modes, ahead, decay, out):
+    """Expected places and velocities (N, 22, 4) of those who are known, `ahead` cycles from the last news on; 0 of the others."""
+    for n in range(len(t.w)):
+        for k in range(PLAYERS):
+            for i in range(STATE):
+                out[n, k, i] = 0.0
+            if not t.known[n, k]:
+                continue
+            for m in range(MODES):
+                kept, way = 1.0, 0.0
+                for _ in range(ahead):
+                    kept *= modes.keeps[m]
+                    way += kept / decay
+                for a in range(2):
+                    out[n, k, a] += t.w[n, k, m] * (t.mu[n, k, m, a] + way * t.mu[n, k, m, 2 + a])
+                    out[n, k, 2 + a] += t.w[n, k, m] * kept * t.mu[n, k, m, 2 + a]
