@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from ....errors import FormatError, ModelError
 from ....files import read_bounded
-from ..markov.chain import STOCHASTIC, MarkovChain, start_at
+from ..markov.chain import STOCHASTIC, MarkovChain, States, start_at
 from ..markov.files import MAX_BYTES
 
 
 @dataclass(frozen=True, eq=False)
-class IntervalChain:
+class IntervalChain(States):
     """A finite chain with a lower and an upper chance on each edge.
 
     Attributes
@@ -70,19 +70,6 @@ class IntervalChain:
         for name, value in (("offsets", plain.offsets), ("targets", plain.targets), ("lower", lower), ("upper", upper),
                             ("outcomes", plain.outcomes), ("initial", plain.initial)):  # fmt: skip
             object.__setattr__(self, name, value)
-
-    @property
-    def n(self) -> int:
-        """Number of states."""
-        return len(self.offsets) - 1
-
-    @property
-    def absorbing(self) -> NDArray[np.bool_]:
-        """(n,) Whether each state belongs to an outcome."""
-        mask = np.zeros(self.n, bool)
-        for states in self.outcomes.values():
-            mask[states] = True
-        return mask
 
     def chain(self, chances: NDArray[np.float64], outcomes: Mapping[str, NDArray[np.int64]] | None = None) -> MarkovChain:
         """The chain with the given chances on the same edges."""

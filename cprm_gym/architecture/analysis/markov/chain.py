@@ -39,8 +39,35 @@ class Certified(NamedTuple):
         return f"{self.value:.10g} +- {self.error:.1g}"
 
 
+class States:
+    """What every chain says of its states, whatever it knows of their chances."""
+
+    offsets: NDArray[np.int64]
+    outcomes: Mapping[str, NDArray[np.int64]]
+    names: Sequence[str] | Callable[[int], str]
+
+    @property
+    def n(self) -> int:
+        """Number of states."""
+        return len(self.offsets) - 1
+
+    @property
+    def absorbing(self) -> NDArray[np.bool_]:
+        """(n,) Whether each state belongs to an outcome."""
+        mask = np.zeros(self.n, bool)
+        for states in self.outcomes.values():
+            mask[states] = True
+        return mask
+
+    def name(self, state: int) -> str:
+        """What a state is called."""
+        if callable(self.names):
+            return self.names(state)
+        return self.names[state] if len(self.names) else str(state)
+
+
 @dataclass(frozen=True, eq=False)
-class MarkovChain:
+class MarkovChain(States):
     """A finite Markov chain whose outcomes are absorbing.
 
     Attributes
@@ -107,30 +134,11 @@ class MarkovChain:
                     taken[s] = name
 
     @property
-    def n(self) -> int:
-        """Number of states."""
-        return len(self.offsets) - 1
-
-    @property
-    def absorbing(self) -> NDArray[np.bool_]:
-        """(n,) Whether each state belongs to an outcome."""
-        mask = np.zeros(self.n, bool)
-        for states in self.outcomes.values():
-            mask[states] = True
-        return mask
-
-    @property
     def matrix(self) -> Any:
         """(n, n) `scipy.sparse.csr_array`; shares memory."""
         from scipy.sparse import csr_array
 
         return csr_array((self.chances, self.targets, self.offsets), shape=(self.n, self.n))
-
-    def name(self, state: int) -> str:
-        """What a state is called."""
-        if callable(self.names):
-            return self.names(state)
-        return self.names[state] if len(self.names) else str(state)
 
     def row(self, state: int) -> dict[int, float]:
         """Successors of a state and their probabilities."""

@@ -158,8 +158,25 @@ class Bins:
         return self.edges[-1] - self.edges[0]
 
 
+class _Numbers:
+    """What has no states: real numbers and angles."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """None that could be listed."""
+        return ()
+
+    def __len__(self) -> int:
+        return 0
+
+
 @dataclass(frozen=True)
-class Real:
+class Real(_Numbers):
     """A real number, ``Real("m")``: what Gaussian engines keep as it is and discrete ones cut into `bins`.
 
     Attributes
@@ -204,26 +221,13 @@ class Real:
         return 0.0
 
     @property
-    def states(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """None that could be listed."""
-        return ()
-
-    @property
     def stamp(self) -> tuple[str, ...]:
         """What a learned table remembers of the domain."""
         return ("real", self.unit)
 
-    def __len__(self) -> int:
-        return 0
-
 
 @dataclass(frozen=True)
-class Angle:
+class Angle(_Numbers):
     """A direction, ``Angle("deg")``: a real number that goes round.
 
     Attributes
@@ -261,22 +265,9 @@ class Angle:
         return -0.5 * self.period, 0.5 * self.period
 
     @property
-    def states(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """None that could be listed."""
-        return ()
-
-    @property
     def stamp(self) -> tuple[str, ...]:
         """What a learned table remembers of the domain."""
         return ("angle", self.unit)
-
-    def __len__(self) -> int:
-        return 0
 
 
 Domain = Labels | Bins | Real | Angle
