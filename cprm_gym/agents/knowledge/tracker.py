@@ -232,8 +232,10 @@ class Tracker:
         self._mean[first] = told[first]
         self._mean[first & still, 2:] = 0.0
         self._cov[first] = noise[first]
-        for k in (2, 3):
-            self._cov[first, k, k] = np.minimum(self._cov[first, k, k], 1.0)
+        for k in (2, 3):  # no ball is that fast; row and column together, so that it stays a covariance
+            share = 1.0 / np.sqrt(np.maximum(self._cov[first, k, k], 1.0))
+            self._cov[first, k] *= share[:, None]
+            self._cov[first, :, k] *= share[:, None]
         again = seen & self._seen
         self._seen |= seen
         if not again.any():

@@ -82,6 +82,12 @@ def test_his_own_error_has_its_share_of_what_a_reading_leaves(known):
     assert misplaced(nothing, np.array([[far, after]]), Senses(), constants).tolist() == [[0.0, 0.0]]
 
 
+def test_the_trackers_covariance_stays_one_and_its_density_a_density():
+    """Of a first look with large errors the variances of the motion are cut, and what it shares with others with them."""
+    found = ball_error("tracker", Senses(noise=1.0), 150, 31337)
+    assert found.log_density < 0.0
+
+
 def test_a_kick_is_another_mode():
     """A ball that rolled and then is where no roll leads to: the mode of a changed way takes over."""
     tier = BeliefTier(Senses(view="narrow"))
