@@ -41,3 +41,11 @@ def test_who_has_no_numbers_still_knows_where_players_are():
     belief, tracker = (scene_error(tier, record, senses, "Goalie3v2") for tier in ("belief", "tracker"))
     assert belief.anybody < 0.9 * tracker.anybody
     assert belief.density > tracker.density
+
+
+def test_a_match_has_twenty_one_others_to_know():
+    record = record_scene("Soccer11v11", 3, 5, Senses())
+    belief, tracker = (scene_error(tier, record, Senses(), "Soccer11v11") for tier in ("belief", "tracker"))
+    assert (record.true[0]["memory_age"][:, 1:] == 0).sum(axis=1).tolist() == [22, 22, 22]
+    assert belief.capped < tracker.capped
+    assert belief.density > tracker.density

@@ -10,20 +10,21 @@ not those of a study.
 from __future__ import annotations
 
 import argparse
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...agents.body import Body
 from ...agents.knowledge.belief import BeliefTier
-from ...agents.knowledge.players import RIVAL, player_of
+from ...agents.knowledge.players import PLAYERS, RIVAL
 from ...agents.knowledge.tracker import Tracker, normal_log_density
-from ...envs.controller import Action, Observation
+from ...envs.controller import Action, Controller, Observation, no_action
 from ...envs.core import SoccerCore
 from ...envs.observations import MAX_AGE, BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
-from ...envs.tasks import make_task
+from ...envs.tasks import Task, make_task
+from ...simulator.state import CommandKind
 from ..knowledge import SENSES
 
 FAR = 3.0
@@ -86,13 +87,36 @@ class SceneError(NamedTuple):
         return float(off.mean()), float(off.mean()) - half, float(off.mean()) + half
 
 
+class Wanderer:
+    """One who dashes and turns at random, for matches in which nobody is registered: there is much to see."""
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin; all his luck is of the seed."""
+        if worlds is None:
+            self._random = np.random.default_rng(seed)
+
+    def act(self, observation: Observation) -> Action:
+        """A dash more often than a turn."""
+        count = len(observation["level"])
+        action = no_action(count)
+        action["type"][:] = self._random.choice([CommandKind.DASH, CommandKind.TURN], count, p=[0.7, 0.3])
+        action["params"][:, 0] = self._random.uniform(-0.3, 0.8, count)
+        return action
+
+
+def task_of(task: str) -> Task:
+    """A task, with the options of its player if it has one."""
+    return make_task(task, **PLAYERS[task].options) if task in PLAYERS else make_task(task)
+
+
 def record_scene(task: str, worlds: int, seed: int, senses: Senses) -> SceneRecord:
-    """What the task's player is told and sends on the tier `RIVAL`, and the truth."""
-    player = player_of(task)
-    made = make_task(task, **player.options)
-    core = SoccerCore(made, worlds, seed=seed, include=("memory", "landmarks", "lines"), senses=senses)
+    """What the task's player is told and sends on the tier `RIVAL`, or number 7 of a match who wanders, and the truth."""
+    made, registered = task_of(task), task in PLAYERS
+    options: dict[str, Any] = {} if registered else {"controlled": "left_7", "others": "strong"}
+    core = SoccerCore(made, worlds, seed=seed, include=("memory", "landmarks", "lines"), senses=senses, **options)
     observation = core.reset(seed)
-    controllers = [player.on(RIVAL, senses)(made, agent) for agent in core.agents]
+    make = PLAYERS[task].on(RIVAL, senses) if registered else lambda task, agent: Wanderer()
+    controllers: list[Controller] = [make(made, agent) for agent in core.agents]
     for i, controller in enumerate(controllers):
         controller.reset({key: value[:, i] for key, value in observation.items()}, seed)
     found = SceneRecord([], [], [], [np.ones(worlds, bool)])
@@ -136,7 +160,7 @@ def scene_error(tier: str, record: SceneRecord, senses: Senses, task: str) -> Sc
     task : str
     """
     make = TIERS[tier]
-    made = None if make is None else make(senses, Body.of(make_task(task, **player_of(task).options)))
+    made = None if make is None else make(senses, Body.of(task_of(task)))
     if made is not None:
         made.reset(record.told[0])
     own, faces, others, matched, densities = [], [], [], [], []

@@ -7,8 +7,11 @@ from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge.scene.constants import PlayerConstants
 from cprm_gym.agents.knowledge.scene.kernels import players as kernels
 from cprm_gym.agents.knowledge.scene.others import MODES, PlayersFilter, make_terms, modes_of, players_model
+from cprm_gym.agents.knowledge.scene.pose import PoseFilter
 from cprm_gym.architecture.prm import Filter, Grounding, Interval, model_from_json, model_to_json
 from cprm_gym.architecture.prm.inference.engines.mixture import MixtureEngine
+from cprm_gym.envs.controller import no_action
+from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import SelfFeature
 from cprm_gym.envs.players.senses import Senses
 
@@ -377,3 +380,25 @@ def test_long_blindness_is_no_growth_without_end():
     assert filter.tracks.w[0, 13].sum() == pytest.approx(1.0)
     assert np.isfinite(filter.tracks.cv[0, 13]).all()
     assert np.hypot(*(place(filter, 13) - (10.0, 5.0))) < 60.0
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_cycles_of_a_match_leave_it_as_exact_as_the_first():
+    """The looks of a match again and again: nothing grows, and after each round the places are those of the round before."""
+    core = SoccerCore("Soccer5v5", 1, controlled="left_3", others="strong", include=("landmarks", "lines"), seed=3)
+    core.reset(3)
+    told = []
+    for _ in range(50):
+        told.append({key: value[:, 0].copy() for key, value in core.observation.items()})
+        core.step({key: value[:, None] for key, value in no_action(1).items()})
+    pose, others = PoseFilter(Senses()), fresh_filter()
+    pose.reset(1)
+    rounds = []
+    for _ in range(2000):
+        for seen in told:
+            me = pose.step(seen, None)
+            others.step(seen, me, np.stack([pose.cov[:, 1, 1], pose.cov[:, 0, 0]], axis=1))
+        rounds.append(np.concatenate([pose.mean[0, 1:], others.places()[others.known].ravel()]))
+        assert np.isfinite(rounds[-1]).all()
+    assert rounds[-1] == pytest.approx(rounds[5], abs=1e-6)
+    assert np.abs(pose.mean[0, 0]) < 1e3
