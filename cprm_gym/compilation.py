@@ -74,27 +74,47 @@ def _key(source: str) -> str:
     return content_key(import_closure(Path(source).resolve()))
 
 
-def kernel_group(**flags: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel_group(*, side_by_side: bool = False, **flags: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator like ``numba.njit(cache=True)`` whose cache depends on every file of the package that the kernel's file imports.
 
     Parameters
     ----------
+    side_by_side : bool
+        Let the compiler make one instruction of several equal ones on neighbouring numbers, written out one after the other (numba's
+        ``NUMBA_SLP_VECTORIZE``, for these kernels alone). Results are the same to the last bit.
     **flags
         Passed on to ``numba.njit`` (``parallel=True`` for example). ``fastmath`` is refused: results must be reproducible.
     """
     if flags.get("fastmath"):
         raise ValueError("fastmath would make results depend on the machine; kernels are compiled without it")
     # numba's index does not tell the flags apart: a version without a way in from Python must not be loaded for Python to call
-    kind = "".join(f"-{name}" for name in sorted(flags) if flags[name])
+    kind = "".join(f"-{name}" for name in sorted(flags) if flags[name]) + "-side_by_side" * side_by_side
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(nogil=True, error_model="numpy", **flags)(function)
         root = cache_root()
         if root is not None and not config.DISABLE_JIT:
             dispatcher._cache = KernelCache(function, root / "kernels" / (_key(function.__code__.co_filename) + kind))
-        return _widen_integers(dispatcher)
+        return _widen_integers(_side_by_side(dispatcher) if side_by_side else dispatcher)
 
     return decorate
+
+
+def _side_by_side(dispatcher: Any) -> Any:
+    """Compile a kernel with numba's setting for neighbouring instructions, which is read when code is made."""
+    if config.DISABLE_JIT:
+        return dispatcher
+    compile_as_set = dispatcher.compile
+
+    def compile_so(signature: Any) -> Any:
+        before, config.SLP_VECTORIZE = config.SLP_VECTORIZE, 1
+        try:
+            return compile_as_set(signature)
+        finally:
+            config.SLP_VECTORIZE = before
+
+    dispatcher.compile = compile_so
+    return dispatcher
 
 
 def _plain(kind: types.Type) -> types.Type:

@@ -48,3 +48,25 @@ def lazy_face(package: str, homes: Mapping[str, str]) -> Face:
 
     offered = sorted(home_of)
     return offered, load, lambda: sorted({*offered, *vars(sys.modules[package])})
+
+
+def made_on_use(module: str, makers: Mapping[str, Callable[[], Any]]) -> Callable[[str], Any]:
+    """A module's ``__getattr__`` for values that take time to make: each is made when it is first asked for, and then kept.
+
+    Parameters
+    ----------
+    module : str
+        ``__name__`` of the module.
+    makers : mapping of str to callable
+        Name -> what makes the value.
+    """
+
+    def load(name: str) -> Any:
+        if name not in makers:
+            hint = "" if name.startswith("_") else did_you_mean(name, makers)
+            raise AttributeError(f"module {module!r} has no attribute {name!r}.{hint}")
+        value = makers[name]()
+        setattr(sys.modules[module], name, value)
+        return value
+
+    return load

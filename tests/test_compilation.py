@@ -6,9 +6,11 @@ import sys
 import textwrap
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import cprm_gym
+from cprm_gym import compilation
 from cprm_gym.compilation import content_key, import_closure, kernel_group
 
 PROGRAM = textwrap.dedent(
@@ -93,3 +95,22 @@ def test_content_key_depends_on_every_file(tmp_path):
     assert first == content_key([b, a])
     b.write_text("3")
     assert content_key([a, b]) != first
+
+
+@pytest.mark.skipif(compilation.config.DISABLE_JIT, reason="nothing is compiled")
+def test_neighbouring_instructions_are_asked_for_while_such_a_kernel_is_compiled_and_not_after(monkeypatch):
+    def three_times(x, y):
+        y[0], y[1], y[2], y[3] = x[0] * 3.0, x[1] * 3.0, x[2] * 3.0, x[3] * 3.0
+
+    monkeypatch.setattr(compilation, "cache_root", lambda: None)  # compiled here, not loaded
+    before = compilation.config.SLP_VECTORIZE
+    for side_by_side in (True, False):
+        kernel = compilation.kernel_group(side_by_side=side_by_side)(three_times)
+        seen = []
+        as_it_is = kernel._compiler.compile
+        kernel._compiler.compile = lambda *args: (seen.append(compilation.config.SLP_VECTORIZE), as_it_is(*args))[1]  # noqa: B023
+        x, y = np.array([0.1, 0.2, 0.3, 0.4]), np.zeros(4)
+        kernel(x, y)
+        assert (y == x * 3.0).all()
+        assert seen == [1 if side_by_side else before]
+    assert before == compilation.config.SLP_VECTORIZE

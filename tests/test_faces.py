@@ -94,3 +94,22 @@ def test_importing_cprm_gym_loads_neither_compiler_nor_simulator():
     loaded = loaded_by("import cprm_gym")
     assert not loaded & {"numba", "scipy", "pandas", "pgmpy", "cprm_gym.simulator", "cprm_gym.architecture", "cprm_gym.agents"}
     assert {name for name in loaded if name.startswith("cprm_gym.")} == NEEDED
+
+
+@pytest.mark.parametrize("module", ["models", "passer", "seeker", "striker", "outfielder.agent", "outfielder.model"])
+def test_agents_of_default_players_are_made_when_they_are_asked_for(module):
+    """Their tables take longer than everything else at import."""
+    code = (
+        f"import cprm_gym.agents.{module} as home\n"
+        "made = [name for name, value in vars(home).items() if type(value).__name__ in ('Model', 'CPRM')]\n"
+        "assert made == [], made\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_is_made_when_asked_for_is_kept_and_a_wrong_name_gets_the_right_one():
+    models = importlib.import_module("cprm_gym.agents.models")
+    assert models.BALL_MODEL is models.BALL_MODEL
+    assert models.ball_model() == models.BALL_MODEL
+    with pytest.raises(AttributeError, match="has no attribute 'BALL_MODELL'. Did you mean 'BALL_MODEL'"):
+        models.BALL_MODELL  # noqa: B018

@@ -6,11 +6,13 @@ Distances in metres, directions in degrees relative to the player's body, one sl
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ..architecture.prm.model.cpds import Chance, Mixture, Noise, Prior, Switch, Table, Uniform
 from ..architecture.prm.model.domains import BOOL, Bins, Labels
 from ..architecture.prm.model.model import Model
 from ..architecture.prm.model.schema import Attribute, Given, PRMClass, Relation, Replace, prev
+from ..lazy import made_on_use
 from ..simulator.parameters import ServerParameters
 from ..simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from .body import Body, number, of_body
@@ -55,9 +57,6 @@ def ball_model(body: Body) -> Model:
     """One ball and the player's own motion."""
     return Model("ball", classes=(_seen_ball(body),))
 
-
-BALL_MODEL = ball_model()
-"""Of a default player."""
 
 # ------------------------------------------------------------------ what a goalie tracks, in the frame of his team's pitch
 
@@ -188,9 +187,6 @@ def goalie_model(body: Body) -> Model:
     """Ball, opponents, and the two relations between them (§2.3.5)."""
     return Model("goalie", classes=(_tracked_ball(body), _opponent(body)), relations=(ATTENDED, _possesses(body)))
 
-
-GOALIE_MODEL = goalie_model()
-"""Of a default goalie."""
 
 # ------------------------------------------------------------------ what a player of the passing pair tracks, from where he is
 
@@ -326,5 +322,12 @@ def passer_model(body: Body) -> Model:
     return Model("passer", classes=(_passed_ball(body), TEAMMATE), relations=(ATTENDED_MATE, _possesses_mate(body)))
 
 
-PASSER_MODEL = passer_model()
-"""Of a default player."""
+if TYPE_CHECKING:
+    BALL_MODEL: Model
+    """Of a default player."""
+    GOALIE_MODEL: Model
+    """Of a default goalie."""
+    PASSER_MODEL: Model
+    """Of a default player."""
+
+__getattr__ = made_on_use(__name__, {"BALL_MODEL": ball_model, "GOALIE_MODEL": goalie_model, "PASSER_MODEL": passer_model})

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, M
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
+from ..lazy import made_on_use
 from ..simulator.pitch import HALF_LENGTH
 from .attacker import agent as attacker
 from .body import DEFAULT, Body, number
@@ -264,12 +265,6 @@ def passer_cprm(recovering: bool = True, mates: int = 1, body: Body = DEFAULT) -
     )
 
 
-PASSER = passer_cprm()
-"""One of the pair."""
-PASSER_WITHOUT_RECOVERY = passer_cprm(recovering=False)
-"""For comparison."""
-
-
 class PasserAgent(SoccerAgent):
     """One of the pair as a controller.
 
@@ -300,3 +295,12 @@ def make_controller(task: Task, agent: str, recovering: bool = True) -> SoccerAg
     if task.right if agent.startswith("left") else task.left:
         return attacker.make_controller(task, agent)
     return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task))
+
+
+if TYPE_CHECKING:
+    PASSER: CPRM
+    """One of the pair."""
+    PASSER_WITHOUT_RECOVERY: CPRM
+    """For comparison."""
+
+__getattr__ = made_on_use(__name__, {"PASSER": passer_cprm, "PASSER_WITHOUT_RECOVERY": lambda: passer_cprm(recovering=False)})

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..architecture.cprm import CPRM, Observe
 from ..architecture.petri import PetriNet, Place, Transition
 from ..envs.tasks import Task
+from ..lazy import made_on_use
 from .body import Body, of_body
 from .models import ball_model
 from .percepts import ball_percepts
@@ -51,11 +54,14 @@ def seeker_cprm(body: Body) -> CPRM:
     )
 
 
-SEEKER = seeker_cprm()
-"""Of a default player."""
-
-
 def make_controller(task: Task, agent: str) -> SoccerAgent:
     """The seeker as a controller."""
     body = Body.of(task)
     return SoccerAgent(seeker_cprm(body), ball_percepts, body=body)
+
+
+if TYPE_CHECKING:
+    SEEKER: CPRM
+    """Of a default player."""
+
+__getattr__ = made_on_use(__name__, {"SEEKER": seeker_cprm})

@@ -11,9 +11,12 @@ The neck is a concurrent activity: it keeps the face on the ball, or on the team
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..architecture.cprm import CPRM
 from ..architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ..envs.tasks import Task
+from ..lazy import made_on_use
 from .attacker import agent as attacker
 from .body import Body, number, of_body
 from .percepts import field_percepts
@@ -109,13 +112,16 @@ def striker_cprm(body: Body) -> CPRM:
     return CPRM("striker", net=striker_net(body))
 
 
-STRIKER = striker_cprm()
-"""Of a default player."""
-
-
 def make_controller(task: Task, agent: str) -> SoccerAgent:
     """The striker as a controller; against opponents an attacker who decides anew with every kick (`attacker`)."""
     if task.right if agent.startswith("left") else task.left:
         return attacker.make_controller(task, agent)
     body = Body.of(task)
     return SoccerAgent(striker_cprm(body), field_percepts, needs=("memory",), body=body)
+
+
+if TYPE_CHECKING:
+    STRIKER: CPRM
+    """Of a default player."""
+
+__getattr__ = made_on_use(__name__, {"STRIKER": striker_cprm})

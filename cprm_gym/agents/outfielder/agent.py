@@ -14,7 +14,7 @@ opponent at the ball possesses it. Where the ball was not seen for a while, the 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from ...architecture.petri import AnyPlace, Belief, Command, Continuous, Input, 
 from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature
 from ...envs.tasks import Task
+from ...lazy import made_on_use
 from ...simulator.pitch import CENTRE_RADIUS, HALF_LENGTH, HALF_WIDTH
 from ..body import DEFAULT, Body, number, of_body
 from ..percepts import Percepts
@@ -305,10 +306,6 @@ def outfielder_cprm(body: Body) -> CPRM:
     )  # fmt: skip
 
 
-OUTFIELDER = outfielder_cprm()
-"""Of a default player."""
-
-
 class OutfieldAgent(SoccerAgent):
     """An outfield player as a controller; each copy may be another of the ten.
 
@@ -356,3 +353,10 @@ class OutfieldAgent(SoccerAgent):
 def make_controller(task: Task, agent: str) -> OutfieldAgent:
     """An outfield player as a controller."""
     return OutfieldAgent(Body.of(task))
+
+
+if TYPE_CHECKING:
+    OUTFIELDER: CPRM
+    """Of a default player."""
+
+__getattr__ = made_on_use(__name__, {"OUTFIELDER": outfielder_cprm})

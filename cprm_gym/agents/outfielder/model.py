@@ -7,10 +7,13 @@ a player: so every object stays a small component of its own, and a slice is fil
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ...architecture.prm.model.cpds import Chance, Noise, Switch, Uniform
 from ...architecture.prm.model.domains import BOOL, Bins
 from ...architecture.prm.model.model import Model
 from ...architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace, prev
+from ...lazy import made_on_use
 from ..body import Body, of_body
 from ..models import speeds
 
@@ -111,5 +114,8 @@ def outfield_model(body: Body) -> Model:
     return Model("outfielder", classes=(ball, PLAYER, OPPONENT, TEAMMATE), relations=relations)
 
 
-OUTFIELD_MODEL = outfield_model()
-"""Of a default player."""
+if TYPE_CHECKING:
+    OUTFIELD_MODEL: Model
+    """Of a default player."""
+
+__getattr__ = made_on_use(__name__, {"OUTFIELD_MODEL": outfield_model})

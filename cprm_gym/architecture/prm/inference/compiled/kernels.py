@@ -16,7 +16,7 @@ from cprm_gym.compilation import kernel_group
 
 kernel = kernel_group()
 
-CONTRACT, DIVIDE, NORMALISE, ENTROPY = 0, 1, 2, 3
+CONTRACT, DIVIDE, NORMALISE, ENTROPY, BAND_ROWS, BAND_SUM = 0, 1, 2, 3, 4, 5
 """What an operation does."""
 
 KIND, A, B, C, SIZE, LOOP, LOOP_END, A_SHIFT, A_SHIFT_END, B_SHIFT, B_SHIFT_END, EXTRA = range(12)
@@ -89,9 +89,41 @@ def strided(heap, a, b, c, n, count, sa, sb, sc, ja, jb, jc):
 
 
 @kernel
-def contract(heap, a, b, c, loops, first, last, counter):
+def band_rows(heap, constant, rows, values, a, b, c, n, count, sa, sb):
+    """``heap[c + j] += T[a + k sa, j] * heap[b + k sb]`` summed over k < `count`, where row r of T is `constant` outside of
+    ``rows[r]`` (first column, first after it, where its values stand)."""
+    total = 0.0
+    for k in range(count):
+        x = heap[b + k * sb]
+        if x == 0.0:
+            continue
+        total += x
+        row = a + k * sa
+        at = np.uint64(rows[row, 2])
+        to = np.uint64(c + rows[row, 0])
+        for j in range(np.uint64(rows[row, 1] - rows[row, 0])):
+            heap[to + j] += values[at + j] * x
+    total *= constant
+    for j in range(np.uint64(n)):
+        heap[np.uint64(c) + j] += total
+
+
+@kernel
+def band_sum(heap, rows, values, a, b, c, n, sa):
+    """``heap[c + j] += heap[a + k sa + j] * V[b, k]`` summed over the columns k of the band of row `b` of a table."""
+    at = rows[b, 2] - rows[b, 0]
+    for k in range(rows[b, 0], rows[b, 1]):
+        x = values[at + k]
+        ai = np.uint64(a + k * sa)
+        for j in range(np.uint64(n)):
+            heap[np.uint64(c) + j] += heap[ai + j] * x
+
+
+@kernel
+def contract(heap, kind, constant, rows, values, a, b, c, loops, first, last, counter):
     """Add the sum of products that the loops ``loops[first:last]`` describe to the table at `c`.
 
+    kind : `CONTRACT`; `BAND_ROWS` or `BAND_SUM` where the table at `a` or `b` is one of bands, and its address the number of a row
     counter : (at least last - first,) int scratch
     """
     n, ja, jb, jc = 1, 0, 0, 0
@@ -104,7 +136,11 @@ def contract(heap, a, b, c, loops, first, last, counter):
     for d in range(outer):
         counter[d] = 0
     while True:
-        if jc == 1 and ja == 1 and jb == 0:
+        if kind == BAND_ROWS:
+            band_rows(heap, constant, rows, values, a, b, c, n, count, sa, sb)
+        elif kind == BAND_SUM:
+            band_sum(heap, rows, values, a, b, c, n, sa)
+        elif jc == 1 and ja == 1 and jb == 0:
             axpy(heap, a, b, c, n, count, sa, sb, sc)
         elif jc == 1 and ja == 1 and jb == 1:
             multiply_add(heap, a, b, c, n, count, sa, sb, sc)
@@ -163,7 +199,7 @@ def read_row(heap, values, columns, evidence, previous, soft, soft_at, w):
 
 
 @kernel
-def operate(op, loops, shifts, counter, heap, values, sums, entropies):
+def operate(op, constant, rows, banded, loops, shifts, counter, heap, values, sums, entropies):
     """One operation of a plan for one row."""
     a, b, c, size = op[A], op[B], op[C], op[SIZE]
     for s in range(op[A_SHIFT], op[A_SHIFT_END]):
@@ -171,10 +207,11 @@ def operate(op, loops, shifts, counter, heap, values, sums, entropies):
     for s in range(op[B_SHIFT], op[B_SHIFT_END]):
         b += shifts[s, 0] * values[shifts[s, 1]]
     kind = op[KIND]
-    if kind == CONTRACT:
-        for i in range(c, c + size):
-            heap[i] = 0.0
-        contract(heap, a, b, c, loops, op[LOOP], op[LOOP_END], counter)
+    if kind == CONTRACT or kind >= BAND_ROWS:
+        if kind != BAND_SUM:  # that adds to what an operation before has left
+            for i in range(c, c + size):
+                heap[i] = 0.0
+        contract(heap, kind, constant, rows, banded, a, b, c, loops, op[LOOP], op[LOOP_END], counter)
     elif kind == DIVIDE:
         for i in range(size):
             heap[c + i] = heap[a + i] / heap[b + i] if heap[b + i] > 0.0 else 0.0
@@ -188,6 +225,9 @@ def operate(op, loops, shifts, counter, heap, values, sums, entropies):
 @kernel
 def run_plan(
     ops,
+    constants,
+    rows,
+    banded,
     loops,
     shifts,
     counter,
@@ -215,6 +255,12 @@ def run_plan(
     ----------
     ops : (O, 12) int
         Operations, columns as named above; `EXTRA` is the slot of a sum, or the sign and slot of an entropy.
+    constants : (O,) float
+        What stands outside of the bands of an operation's table.
+    rows : (R, 3) int
+        Of tables of bands: first column of the band, first after it, where its values stand.
+    banded : (B,) float
+        Values in bands, beyond the constant.
     loops : (L, 4) int
     shifts : (S, 2) int
         Stride and index into `values`: how an observed variable moves the address of a table.
@@ -259,7 +305,7 @@ def run_plan(
         for e in range(entropies.shape[1]):
             entropies[row, e] = 0.0
         for o in range(ops.shape[0]):
-            operate(ops[o], loops, shifts, counter, heap, values, sums[row], entropies[row])
+            operate(ops[o], constants[o], rows, banded, loops, shifts, counter, heap, values, sums[row], entropies[row])
         for r in range(sums.shape[1]):
             increment[w] += np.log(sums[row, r])
         for p in range(outputs.shape[0]):

@@ -10,9 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import kernels
+from .bands import bands_of
 
 LONG_RUN = 8
 """Entries in a row of memory from which on it pays to make them the innermost loop."""
+
+
+Loop = tuple[int, int, int, int]
+"""How often, and the stride of each operand."""
 
 
 class MessageFactor(NamedTuple):
@@ -140,6 +145,10 @@ class Builder:
         self.sizes: list[int] = []
         self.constants: list[np.ndarray] = [np.ones(1)]
         self.constant_size = 1
+        self.bands: dict[tuple[Any, ...], tuple[float, int] | None] = {}
+        self.band_constants: dict[int, float] = {}  # of an operation
+        self.band_rows: list[np.ndarray] = [np.zeros((0, 3), np.int64)]
+        self.band_values: list[np.ndarray] = [np.zeros(0)]
         self.placed: dict[tuple[Any, ...], tuple[int, tuple[int, ...]]] = {}
         self.flops = 0.0
         self.sums = 0
@@ -165,16 +174,21 @@ class Builder:
             return tensor
         factor: TableFactor = tensor.constant
         observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
-        positions = (*observed, *(factor.axes.index(v) for v in order))
-        key = factor.table, factor.missing, positions
+        key, flat, strides = self.materialised(factor, order)
         if key not in self.placed:
-            flat, strides = materialise(self.tables[factor.table], positions, factor.missing)
             self.placed[key] = self.constant_size, tuple(strides)
             self.constants.append(flat)
             self.constant_size += len(flat)
         base, strides_ = self.placed[key]
         shifts = tuple((strides_[i], -1 - factor.axes[k]) for i, k in enumerate(observed))
         return Tensor(tuple(order), -2, base, shifts)
+
+    def materialised(self, factor: TableFactor, order: Sequence[int]) -> tuple[tuple[Any, ...], np.ndarray, list[int]]:
+        """The table of a constant with observed axes first and the others in this order: its key, the table, the strides."""
+        observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
+        positions = (*observed, *(factor.axes.index(v) for v in order))
+        key = factor.table, factor.missing, positions
+        return key, *materialise(self.tables[factor.table], positions, factor.missing)
 
     def ones(self, size: int) -> Tensor:
         """A constant table of ones, flat."""
@@ -217,16 +231,81 @@ class Builder:
             order = self.result_order(x, y, kept)
         inner = self.inner(x, y, order)
         sequence = [v for v in order if v not in inner] + [v for v in scope if v in drop and v not in inner] + inner
-        x, y = self.place(x, sequence_of(x, sequence)), self.place(y, sequence_of(y, sequence))
+        x, y = self.ordered(x, sequence), self.ordered(y, sequence)
         result = self.new(tuple(order))
         sx, sy, sc = self.strides(x), self.strides(y), self.strides(result)
         loops = [(self.cards[v], sx.get(v, 0), sy.get(v, 0), sc.get(v, 0)) for v in sequence if self.cards[v] > 1]
         if loops and loops[-1][1] == 0 and loops[-1][2] == 1:
             x, y = y, x
             loops = [(n, b, a, c) for n, a, b, c in loops]
-        self.emit(kernels.CONTRACT, x, y, result, merge_loops(loops))
+        loops = merge_loops(loops)
+        if not self.by_bands(x, y, result, loops):
+            self.emit(kernels.CONTRACT, self.place(x, x.scope), self.place(y, y.scope), result, loops)
         self.flops += 2.0 * self.size(scope)
         return result
+
+    def ordered(self, tensor: Tensor, sequence: Sequence[int]) -> Tensor:
+        """A constant without a place with its axes in the order of the loops; anything else as it is."""
+        return tensor._replace(scope=tuple(sequence_of(tensor, sequence))) if tensor.buffer == -1 else tensor
+
+    def by_bands(self, x: Tensor, y: Tensor, result: Tensor, loops: list[Loop]) -> bool:
+        """Emit a product with a table of bands, summed over its rows or along them; False where it is none."""
+        if len(loops) < 2 or loops[-1][1:] != (1, 0, 1) or loops[-2][3] != 0:
+            return False
+        *outer, (count, sa, sb, _), (n, _, _, _) = loops
+        if x.buffer == -1 and sa % n == 0:  # a vector, times rows that stand side by side
+            if (found := self.banded(x, n, [loop[1] for loop in outer])) is None:
+                return False
+            rows, constant, strides = found
+            inner: list[Loop] = [(count, sa // n, sb, 0), (n, 1, 0, 1)]
+            self.band_constants[len(self.ops)] = constant
+            self.emit(kernels.BAND_ROWS, rows, self.place(y, y.scope), result, [*replaced(outer, 1, strides), *inner])
+            return True
+        if y.buffer != -1 or x.buffer == -1 or sb != 1 or any(loop[1] for loop in outer):
+            return False
+        if (found := self.banded(y, count, [loop[2] for loop in outer])) is None:
+            return False
+        rows, constant, strides = found  # several vectors, weighed by what stands in a row: their sum times the constant, and the band
+        total = self.flat(n)
+        self.emit(kernels.CONTRACT, x, self.one, total, [(count, sa, 0, 0), (n, 1, 0, 1)])
+        self.emit(kernels.CONTRACT, total, self.scalar(constant), result, [*((m, 0, 0, c) for m, _, _, c in outer), (n, 1, 0, 1)])
+        self.emit(kernels.BAND_SUM, x, rows, result, [*replaced(outer, 2, strides), (count, sa, 1, 0), (n, 1, 0, 1)])
+        return True
+
+    def flat(self, size: int) -> Tensor:
+        """A new virtual buffer of so many entries, over no variables."""
+        self.sizes.append(size)
+        return Tensor((), len(self.sizes) - 1)
+
+    def scalar(self, value: float) -> Tensor:
+        """A constant."""
+        key = ("scalar", value)
+        if key not in self.placed:
+            self.placed[key] = self.constant_size, ()
+            self.constants.append(np.array([value]))
+            self.constant_size += 1
+        return Tensor((), -2, self.placed[key][0])
+
+    def banded(self, tensor: Tensor, n: int, strides: Sequence[int]) -> tuple[Tensor, float, list[int]] | None:
+        """A constant as bands of rows of `n` entries: where they are, the constant, the strides in rows; None where that does not suit."""
+        factor: TableFactor = tensor.constant
+        key, flat, all_strides = self.materialised(factor, tensor.scope)
+        observed = [k for k, axis in enumerate(factor.axes) if axis < 0]
+        shifts = tuple((all_strides[i], -1 - factor.axes[k]) for i, k in enumerate(observed))
+        if flat.size % n or any(stride % n for stride in (*strides, *(stride for stride, _ in shifts))):
+            return None
+        name = (*key, n)
+        if name not in self.bands:
+            found = bands_of(flat.reshape(-1, n))
+            self.bands[name] = None if found is None else (found.constant, sum(map(len, self.band_rows)))
+            if found is not None:
+                self.band_rows.append(found.rows + np.array([0, 0, sum(map(len, self.band_values))]))
+                self.band_values.append(found.values)
+        known = self.bands[name]
+        if known is None:
+            return None
+        constant, first = known
+        return Tensor((), -2, first, tuple((stride // n, column) for stride, column in shifts)), constant, [s // n for s in strides]
 
     def result_order(self, x: Tensor, y: Tensor, kept: Sequence[int]) -> list[int]:
         """Axes of a product such that the innermost loop runs over consecutive memory."""
@@ -330,6 +409,11 @@ class Builder:
                     best = price, a, b
         assert best is not None
         return best[1], best[2]
+
+
+def replaced(loops: Sequence[Loop], column: int, strides: Sequence[int]) -> list[Loop]:
+    """Loops with other strides of one operand."""
+    return [(*loop[:column], stride, *loop[column + 1 :]) for loop, stride in zip(loops, strides)]  # type: ignore[misc]
 
 
 def sequence_of(tensor: Tensor, sequence: Sequence[int]) -> list[int]:

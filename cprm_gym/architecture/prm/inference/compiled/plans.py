@@ -30,6 +30,7 @@ import numpy as np
 
 from ..join_tree import JoinTree, join_tree
 from . import kernels
+from .lanes import kernels as lanes
 from .operations import (
     Builder,
     Cost,
@@ -51,6 +52,9 @@ class Plan:
 
     spec: PlanSpec
     ops: np.ndarray
+    band_constants: np.ndarray
+    band_rows: np.ndarray
+    band_values: np.ndarray
     loops: np.ndarray
     shifts: np.ndarray
     outputs: np.ndarray
@@ -65,14 +69,21 @@ class Plan:
     sums: int
     projects: bool
     cost: Cost
-    _scratch: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list, repr=False)
+    in_lanes: bool  # whether eight rows are computed at a time: where eight heaps stay in the cache
+    _scratch: list[tuple[Any, ...]] = field(default_factory=list, repr=False)
 
-    def scratch(self, thread: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What one thread needs for itself: counters, a heap with the constants in place, room for observed values."""
+    def scratch(self, thread: int) -> tuple[Any, ...]:
+        """What one thread needs for itself: counters, a heap with the constants in place or beside it, room for observed values."""
         while len(self._scratch) <= thread:
+            counter, columns, constants = np.zeros(MAX_LOOPS, np.int64), max(self.spec.values, 1), len(self.constants)
+            if self.in_lanes:
+                room = np.zeros((self.heap_size - constants, lanes.LANES))
+                values = np.zeros((lanes.LANES, columns), np.int64)
+                self._scratch.append((counter, room, self.constants, values, np.zeros((lanes.LANES, 2), np.int64)))
+                continue
             heap = np.zeros(self.heap_size)
-            heap[: len(self.constants)] = self.constants
-            self._scratch.append((np.zeros(MAX_LOOPS, np.int64), heap, np.zeros(max(self.spec.values, 1), np.int64)))
+            heap[:constants] = self.constants
+            self._scratch.append((counter, heap, np.zeros(columns, np.int64)))
         return self._scratch[thread]
 
     def run(
@@ -106,9 +117,13 @@ class Plan:
         losses = np.empty((rows, int(self.projects)))
         total = np.zeros(evidence.shape[1]) if increment is None else increment
         wait = []
+        run_plan = lanes.run_plan if self.in_lanes else kernels.run_plan
         for thread, (first, last) in enumerate(shares(evidence.shape[1], threads, self.cost.flops * len(columns))):
             arguments: tuple[Any, ...] = (
                 self.ops,
+                self.band_constants,
+                self.band_rows,
+                self.band_values,
                 self.loops,
                 self.shifts,
                 *self.scratch(thread),
@@ -129,9 +144,9 @@ class Plan:
                 last,
             )
             if pool is None or last - first == evidence.shape[1]:
-                kernels.run_plan(*arguments)
+                run_plan(*arguments)
             else:
-                wait.append(pool.submit(kernels.run_plan, *arguments))
+                wait.append(pool.submit(run_plan, *arguments))
         for part in wait:
             part.result()
         return new_message, marginals, sums, losses
@@ -368,6 +383,9 @@ def _finish(build: Builder, pieces: Sequence[Sequence[tuple[Tensor, int]]], foun
     return Plan(
         spec=build.spec,
         ops=ops,
+        band_constants=np.array([build.band_constants.get(k, 0.0) for k in range(len(ops))]),
+        band_rows=np.concatenate(build.band_rows),
+        band_values=np.concatenate(build.band_values),
         loops=np.array(build.loops, np.int64).reshape(-1, 4),
         shifts=np.array(build.shifts, np.int64).reshape(-1, 2),
         outputs=np.array(outputs, np.int64).reshape(-1, 5),
@@ -382,6 +400,7 @@ def _finish(build: Builder, pieces: Sequence[Sequence[tuple[Tensor, int]]], foun
         sums=build.sums,
         projects=bool(build.spec.clusters),
         cost=Cost(8 * end, build.flops, largest),
+        in_lanes=end - build.constant_size <= lanes.LARGEST,
     )
 
 

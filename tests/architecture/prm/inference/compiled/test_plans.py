@@ -12,6 +12,7 @@ from inference_worlds import table
 
 from cprm_gym.architecture.prm.inference.bayes_net import JunctionTree
 from cprm_gym.architecture.prm.inference.compiled import kernels
+from cprm_gym.architecture.prm.inference.compiled.lanes import kernels as lanes
 from cprm_gym.architecture.prm.inference.compiled.operations import Builder, MessageFactor, PlanSpec, SoftFactor, TableFactor, merge_loops
 from cprm_gym.architecture.prm.inference.compiled.plans import compile_plan, structure_cost
 from cprm_gym.architecture.prm.inference.factors import Factor, contract_all
@@ -104,7 +105,9 @@ def test_an_observed_variable_moves_the_address_and_a_missing_reading_is_a_row_o
         np.testing.assert_allclose(found[w], product / product.sum(), atol=1e-14)
 
 
-def test_compiled_and_python_kernels_agree(monkeypatch):
+@pytest.mark.parametrize("module", [kernels, lanes])
+def test_compiled_and_python_kernels_agree(monkeypatch, module):
+    monkeypatch.setattr(lanes, "LARGEST", -1 if module is kernels else lanes.LARGEST)
     rng = np.random.default_rng(1)
     cards = (3, 3, 4, 2)
     tables = {0: table(rng, (3, 4, 3)), 1: table(rng, (3, 2)), 2: table(rng, (3, 2, 4))}
@@ -119,8 +122,8 @@ def test_compiled_and_python_kernels_agree(monkeypatch):
         np.zeros((1, 0, 3), np.int64),
     )
     compiled = plan.run(*arguments)
-    for name in ("axpy", "multiply_add", "dot", "strided", "contract", "normalise", "entropy", "read_row", "operate", "run_plan"):
-        monkeypatch.setattr(kernels, name, getattr(getattr(kernels, name), "py_func", getattr(kernels, name)))
+    for name, found in list(vars(module).items()):
+        monkeypatch.setattr(module, name, getattr(found, "py_func", found))
     interpreted = plan.run(*arguments)
     for mine, theirs in zip(compiled, interpreted):
         np.testing.assert_allclose(mine, theirs, atol=1e-13)

@@ -1,0 +1,1 @@
+"""Plans for eight rows at a time."""
