@@ -111,5 +111,5 @@ def test_what_is_made_when_asked_for_is_kept_and_a_wrong_name_gets_the_right_one
     models = importlib.import_module("cprm_gym.agents.models")
     assert models.BALL_MODEL is models.BALL_MODEL
     assert models.ball_model() == models.BALL_MODEL
-    with pytest.raises(AttributeError, match="has no attribute 'BALL_MODELL'. Did you mean 'BALL_MODEL'"):
+    with pytest.raises(AttributeError, match=r"has no attribute 'BALL_MODELL'\. Did you mean 'BALL_MODEL'"):
         models.BALL_MODELL  # noqa: B018
