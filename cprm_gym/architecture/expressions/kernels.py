@@ -202,3 +202,11 @@ def run_rows(code, constants, begin, end, rows, stack, out):
     """`run` for every row of `rows` (W, S), into `out` (W,)."""
     for w in range(rows.shape[0]):
         out[w] = run(code, constants, begin, end, rows[w], stack)
+
+
+@kernel
+def run_columns(code, constants, start, targets, rows, stack):
+    """`run` of expression e for every row of `rows` (W, S), into its column ``targets[e]``; each may read the columns before it."""
+    for w in range(rows.shape[0]):
+        for e in range(targets.shape[0]):
+            rows[w, targets[e]] = run(code, constants, start[e], start[e + 1], rows[w], stack)
