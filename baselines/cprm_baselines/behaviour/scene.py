@@ -110,6 +110,10 @@ class Scene:
             self._held[text] = (value != 0.0) & (value == value)
         return self._held[text]
 
+    def forget_conditions(self) -> None:
+        """Ask for conditions anew in this cycle, after a constant was written to."""
+        self._held.clear()
+
     def flag(self, name: str, worlds: Mask, value: float) -> None:
         """Write a constant of the sheet in some worlds; it is read from the next cycle on."""
         self.sheet[self._names.get(name, name)][worlds] = value

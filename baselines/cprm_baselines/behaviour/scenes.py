@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
 from cprm_gym.agents.goalie import ReckoningGoalie
 from cprm_gym.agents.passer import AT_FEET, passer_net
 from cprm_gym.agents.percepts import field_percepts, motion_percepts
 from cprm_gym.agents.skills.constants import AttackedConstants, FinderConstants, GoalieConstants
-from cprm_gym.agents.skills.go_to_ball import AHEAD, LOOKS, go_to_ball_reflex
+from cprm_gym.agents.skills.dribble import NEAR
+from cprm_gym.agents.skills.go_to_ball import AHEAD, CLOSE, LOOKS, go_to_ball_reflex
+from cprm_gym.agents.skills.kick import SURE
 from cprm_gym.agents.striker import striker_net
 from cprm_gym.architecture.petri import Input, Math, PetriNet
 from cprm_gym.envs.tasks import Task
@@ -31,7 +35,8 @@ def _seeker(task: Task, agent: str) -> Scene:
         "seeker",
         places=(
             Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("age", observes="ball.age"),
-            Math("known", f"1 if age <= {LOOKS} else 0"),
+            Input("speed", observes="body.speed"), Math("look_moment", body.turn("100")),
+            Math("known", f"1 if age < {2 * LOOKS} else 0"),
         ),
         modules={"go": go_to_ball_reflex(body)},
     )  # fmt: skip
@@ -41,14 +46,23 @@ def _seeker(task: Task, agent: str) -> Scene:
         quantities={"aside": f"1 if go.off_axis >= {AHEAD} else 0"},
         orders={
             "dash": ("dash", {"power": "go.power", "direction": 0.0}), "turn": ("turn", {"moment": "go.moment"}),
-            "search": ("turn", {"moment": "go.look_moment"}),
+            "search": ("turn", {"moment": "look_moment"}),
         },
     )  # fmt: skip
 
 
 def _striker(task: Task, agent: str) -> Scene:
     body = Body.of(task)
-    return Scene(striker_net(body), field_percepts, orders={**_LOOK, "sweep": ("turn", {"moment": "turn_moment"})})
+    net = striker_net(body)
+    net = replace(net, places=(*net.places, Input("not_begun", observes="game.waiting"), Input("goal_distance", observes="goal.distance")))
+    return Scene(
+        net,
+        field_percepts,
+        quantities={
+            "at_ball": f"1 if ball_distance < {body.within(SURE)} else 0", "goal_near": f"1 if goal_distance < {NEAR} else 0",
+        },
+        orders={**_LOOK, "sweep": ("turn", {"moment": "turn_moment"}), "stand": ("turn", {"moment": 0.0})},
+    )  # fmt: skip
 
 
 def _passer(task: Task, agent: str) -> Scene:
@@ -58,8 +72,11 @@ def _passer(task: Task, agent: str) -> Scene:
         lambda observation: motion_percepts(observation, field_percepts(observation), body),
         instead=_RECKONED,
         without=("at_feet", "told", "ball_bearing", "across"),
-        quantities={"out_of_reach": f"1 if ball_distance >= {body.reach + AT_FEET:.10g} else 0"},
-        orders={**_LOOK, "sweep": ("turn", {"moment": "search_moment"})},
+        quantities={
+            "out_of_reach": f"1 if ball_distance >= {body.reach + AT_FEET:.10g} else 0",
+            "at_ball": f"1 if ball_distance < {body.within(CLOSE)} else 0",
+        },
+        orders={**_LOOK, "sweep": ("turn", {"moment": "search_moment"}), "stand": ("turn", {"moment": 0.0})},
     )
 
 

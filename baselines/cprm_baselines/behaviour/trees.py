@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from cprm_gym.errors import ControllerError
@@ -102,6 +102,28 @@ class Waits(Leaf):
         return Status.RUNNING if self._waited <= self.cycles else Status.SUCCESS
 
 
+class Forever(py_trees.decorators.Decorator):
+    """The child, begun again in the same cycle when it has ended: a cycle without a command costs the ball."""
+
+    again = 3
+    """Times in one cycle that it is begun at most."""
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Until the child needs another cycle."""
+        if self.status != Status.RUNNING:
+            self.initialise()
+        for _ in range(self.again):
+            yield from self.decorated.tick()
+            if self.decorated.status == Status.RUNNING:
+                break
+        self.status = Status.RUNNING
+        yield self
+
+    def update(self) -> Status:
+        """It never ends."""
+        return Status.RUNNING
+
+
 class Leaves:
     """Makes the nodes of one world's tree, in the words of its users."""
 
@@ -150,7 +172,7 @@ class Leaves:
 
     def forever(self, child: Behaviour) -> Behaviour:
         """The child, begun again whenever it has ended."""
-        return py_trees.decorators.Repeat("forever", child, num_success=-1)
+        return Forever("forever", child)
 
 
 Grow = Callable[[Leaves], Any]
