@@ -56,12 +56,19 @@ class Player:
             self.scene.restart(chosen)
             self.structure.restart(chosen)
             self._turned[chosen] = 0.0
+        if self.scene.believer is not None:
+            self.scene.believer.reset(count, None if worlds is None else np.asarray(worlds, bool))
 
     def act(self, observation: Observation) -> Action:
         """One cycle of every world."""
         if not self.scene.worlds:
             raise ControllerError("act before reset: the controller does not know how many worlds there are")
         percepts = self.scene.percepts(observation)
+        if self.scene.believer is not None:
+            percepts["body.turned_deg"] = self._turned
+            along = np.cos(np.radians(percepts["body.speed_direction_deg"]))
+            percepts["body.advanced"] = percepts["body.speed"] * along / self.body.kind.player_decay
+            percepts.update(self.scene.believer.believe(percepts, observation))
         self.scene.see(percepts)
         self.structure.decide(self.scene)
         self.scene.sheet.derive_all()  # what the eyes have counted in this cycle decides where they look in it

@@ -13,6 +13,7 @@ from cprm_gym.architecture.petri import Belief, Continuous, Input, Math, PetriNe
 from cprm_gym.envs.controller import Observation
 from cprm_gym.errors import ModelError, unknown_name
 
+from .believer import Believer
 from .sheet import Sheet
 from .skill import NOTHING, Mask, Skill, State, Step
 
@@ -38,6 +39,8 @@ class Scene:
         Further ones: name -> text.
     orders : mapping of str to (str, dict)
         Commands that are no skill: name -> command and its parameters, by the names of quantities or as numbers.
+    believer : Believer, optional
+        A model whose views are percepts too, ``belief.NAME``.
 
     Attributes
     ----------
@@ -53,8 +56,9 @@ class Scene:
         without: Sequence[str] = (),
         quantities: Mapping[str, str] | None = None,
         orders: Mapping[str, tuple[str, dict[str, str | float]]] | None = None,
+        believer: Believer | None = None,
     ) -> None:
-        self.net, self.percepts, self.sheet = net, percepts, Sheet()
+        self.net, self.percepts, self.sheet, self.believer = net, percepts, Sheet(), believer
         names = self._take(net, instead or {}, without)
         for name, text in (quantities or {}).items():
             names[name] = name

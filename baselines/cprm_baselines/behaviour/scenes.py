@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
-from cprm_gym.agents.goalie import ReckoningGoalie
+from cprm_gym.agents.goalie import CLUSTERS, ReckoningGoalie, goalie_cprm, opponent_attributes, reckoning_cprm
+from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import AT_FEET, passer_net
 from cprm_gym.agents.percepts import field_percepts, motion_percepts
-from cprm_gym.agents.skills.constants import AttackedConstants, FinderConstants, GoalieConstants
+from cprm_gym.agents.seeker import seeker_cprm
+from cprm_gym.agents.skills.constants import FinderConstants, GoalieConstants
 from cprm_gym.agents.skills.dribble import NEAR
 from cprm_gym.agents.skills.go_to_ball import AHEAD, CLOSE, LOOKS, go_to_ball_reflex
 from cprm_gym.agents.skills.kick import SURE
 from cprm_gym.agents.striker import striker_net
-from cprm_gym.architecture.petri import Input, Math, PetriNet
+from cprm_gym.architecture.petri import Belief, Input, Math, PetriNet
+from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.tasks import Task
 from cprm_gym.errors import unknown_name
 
+from .believer import Believer
 from .scene import Scene
 
-_LOOK = {"look": ("look", {"direction": "gaze"}), "face": ("turn", {"moment": "face_moment"})}
+_LOOK: dict[str, tuple[str, dict[str, str | float]]] = {
+    "look": ("look", {"direction": "gaze"}), "look at him": ("look", {"direction": "mate_direction"}),
+    "face": ("turn", {"moment": "face_moment"}),
+}  # fmt: skip
 _RECKONED = {
     "ball_distance": "ball.reckoned_distance", "ball_direction": "ball.reckoned_direction_deg", "approach": "ball.approach",
     "vx": "ball.speed_ahead", "vy": "ball.speed_aside", "ball_x": "ball.x", "ball_y": "ball.y", "mate_x": "mate.x", "mate_y": "mate.y",
@@ -54,12 +62,16 @@ def _seeker(task: Task, agent: str) -> Scene:
 def _striker(task: Task, agent: str) -> Scene:
     body = Body.of(task)
     net = striker_net(body)
-    net = replace(net, places=(*net.places, Input("not_begun", observes="game.waiting"), Input("goal_distance", observes="goal.distance")))
+    more = {
+        "not_begun": "game.waiting", "goal_distance": "goal.distance", "ball_x": "ball.x", "ball_y": "ball.y", "mate_x": "mate.x",
+    }  # fmt: skip
+    net = replace(net, places=(*net.places, *(Input(name, observes=observed) for name, observed in more.items())))
     return Scene(
         net,
         field_percepts,
         quantities={
             "at_ball": f"1 if ball_distance < {body.within(SURE)} else 0", "goal_near": f"1 if goal_distance < {NEAR} else 0",
+            "mate_gap": "hypot(mate_x - ball_x, mate_y - ball_y)",
         },
         orders={**_LOOK, "sweep": ("turn", {"moment": "turn_moment"}), "stand": ("turn", {"moment": 0.0})},
     )  # fmt: skip
@@ -80,18 +92,65 @@ def _passer(task: Task, agent: str) -> Scene:
     )
 
 
+def _goalie_constants(task: Task) -> GoalieConstants:
+    """His numbers, as they were tuned on his memory."""
+    constants: Any = PLAYERS[task.name].numbers("memory")
+    return constants
+
+
 def _goalie(task: Task, agent: str) -> Scene:
     opponents = task.right if agent.startswith("left") else task.left
-    if task.name == "Goalie":
-        constants = GoalieConstants.tuned("memory")
-    else:
-        constants = AttackedConstants.tuned("memory", task.name.lower().replace("goalie", "goalie_"))
-    whole = ReckoningGoalie(opponents, Body.of(task), constants)
+    whole = ReckoningGoalie(opponents, Body.of(task), _goalie_constants(task))
     return Scene(whole.cprm.net, whole.percepts)
 
 
 def _finder(task: Task, agent: str) -> Scene:
     return Scene(finder_net(Body.of(task), FinderConstants.tuned("memory")), finder_percepts)
+
+
+def believing_seeker(task: Task, agent: str) -> Scene:
+    """The ball as it is believed to be, and how sure that is."""
+    body = Body.of(task)
+    views = (
+        Belief("distance", variable="ball.dist"), Belief("bearing", variable="ball.dir_deg"),
+        Belief("doubt", variable="ball.dir_deg", view="entropy"),
+    )  # fmt: skip
+    net = PetriNet(
+        "seeker",
+        places=(
+            Input("believed_distance", observes="belief.distance"), Input("believed_bearing", observes="belief.bearing"),
+            Input("doubt", observes="belief.doubt"), Input("speed", observes="body.speed"), Math("look_moment", body.turn("100")),
+        ),
+        modules={"go": go_to_ball_reflex(body)},
+        fuse={"go.believed_distance": "believed_distance", "go.believed_direction": "believed_bearing"},
+    )  # fmt: skip
+    return Scene(
+        net,
+        field_percepts,
+        orders={
+            "dash": ("dash", {"power": "go.power", "direction": 0.0}), "turn": ("turn", {"moment": "go.moment"}),
+            "search": ("turn", {"moment": "look_moment"}),
+        },
+        believer=Believer(seeker_cprm(body), views),
+    )  # fmt: skip
+
+
+def believing_goalie(task: Task, agent: str) -> Scene:
+    """Ball and opponents as the goalie's model believes them to be, with the spread of the ball's place."""
+    opponents = task.right if agent.startswith("left") else task.left
+    body, constants = Body.of(task), _goalie_constants(task)
+    whole = goalie_cprm(opponents, body=body)
+    views = (*(p for p in whole.net.places if isinstance(p, Belief)), Belief("ball_doubt", variable="ball.y", view="variance"))
+    net = reckoning_cprm(body, constants).net
+    known = {"ball_x", "ball_y", "ball_vx", "ball_vy", "watched_x", "watched_y"}
+    return Scene(
+        replace(net, places=(*net.places, Input("ball_doubt", observes="belief.ball_doubt"))),
+        ReckoningGoalie(opponents, body, constants).percepts,
+        instead={name: f"belief.{name}" for name in known},
+        believer=Believer(
+            whole, views, lambda observation: opponent_attributes(observation, opponents), engine=ProjectionEngine(CLUSTERS)
+        ),
+    )
 
 
 SCENES = {
