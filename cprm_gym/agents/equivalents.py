@@ -1,6 +1,6 @@
 """The baselines of chapter 5 that our architecture contains, for soccer: a state machine and a belief-region policy that go to the ball.
 
-`GO_TO_BALL_MACHINE` is the table of `cprm_baselines.fsm`, `GO_TO_BALL_REGIONS` a policy over the belief of the seeker. What they
+`GO_TO_BALL_MACHINE` is the table of `cprm_baselines.fsm.go_to_ball`, `GO_TO_BALL_REGIONS` a policy over the belief of the seeker. What they
 become as nets and CPRMs is in `cprm_gym.architecture.equivalences`.
 """
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cprm_baselines.fsm import GoToBallMachine, State
+from cprm_baselines.fsm.go_to_ball import GoToBallMachine, State
 from cprm_baselines.random_policy import RandomPolicy
 
 from cprm_gym.agents.catalogue import shipped_net, shipped_nets

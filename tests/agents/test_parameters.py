@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cprm_baselines.fsm import GoToBallMachine
 from cprm_baselines.fsm import make_controller as fsm
+from cprm_baselines.fsm.go_to_ball import GoToBallMachine
 from cprm_baselines.goalie_raw import make_controller as raw_goalie
 from cprm_baselines.scripted import ScriptedController
 

@@ -4,7 +4,7 @@ import pkgutil
 
 import numpy as np
 import pytest
-from cprm_baselines.fsm import GoToBallMachine
+from cprm_baselines.fsm.go_to_ball import GoToBallMachine
 
 from cprm_gym.agents import skills
 from cprm_gym.agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS

@@ -73,7 +73,7 @@ def install(wheels, tmp_path):
 def test_the_wheel_owns_two_packages_and_none_is_called_baselines(wheels):
     names = zipfile.ZipFile(wheels[0]).namelist()
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"cprm_gym", "cprm_baselines"}
-    assert "cprm_baselines/fsm.py" in names
+    assert "cprm_baselines/fsm/go_to_ball.py" in names
     assert "cprm_gym/py.typed" in names
 
 
@@ -82,7 +82,7 @@ def test_uninstalling_cprm_gym_leaves_the_neighbour_whole(install):
     pip, files = install
     before = files("baselines")
     assert sorted(before) == ["baselines/__init__.py", "baselines/fsm.py"]
-    assert "cprm_baselines/fsm.py" in files("cprm_baselines")
+    assert "cprm_baselines/scripted.py" in files("cprm_baselines")
     pip("uninstall", "--quiet", "--yes", "cprm-gym")
     assert files("baselines") == before
     assert files("cprm_baselines") == files("cprm_gym") == {}

@@ -81,10 +81,7 @@ class Machine:
             missing = set(outcomes) - set(state.on) - {"aborted"}
             if missing:
                 raise ModelError(f"state {name!r}: nothing follows on {', '.join(sorted(missing))} of {state.skill!r}")
-        self._moves = [
-            [(self._names.index(move.to), move.when, move.after) for move in state.moves]
-            for state in states.values()
-        ]
+        self._moves = [[(self._names.index(move.to), move.when, move.after) for move in state.moves] for state in states.values()]
 
     def begin(self, worlds: int, seed: int) -> None:
         """All worlds in the first state."""

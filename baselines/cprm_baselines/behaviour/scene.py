@@ -11,7 +11,7 @@ from cprm_gym.agents.percepts import Percepts
 from cprm_gym.architecture.expressions import Expression
 from cprm_gym.architecture.petri import Belief, Continuous, Input, Math, PetriNet
 from cprm_gym.envs.controller import Observation
-from cprm_gym.errors import ModelError, unknown_name
+from cprm_gym.errors import ModelError
 
 from .believer import Believer
 from .sheet import Sheet

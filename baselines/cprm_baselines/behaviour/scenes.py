@@ -147,9 +147,7 @@ def believing_goalie(task: Task, agent: str) -> Scene:
         replace(net, places=(*net.places, Input("ball_doubt", observes="belief.ball_doubt"))),
         ReckoningGoalie(opponents, body, constants).percepts,
         instead={name: f"belief.{name}" for name in known},
-        believer=Believer(
-            whole, views, lambda observation: opponent_attributes(observation, opponents), engine=ProjectionEngine(CLUSTERS)
-        ),
+        believer=Believer(whole, views, lambda observation: opponent_attributes(observation, opponents), engine=ProjectionEngine(CLUSTERS)),
     )
 
 

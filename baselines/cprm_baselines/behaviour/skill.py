@@ -127,11 +127,10 @@ class Skill:
         ways = {ports.begin, ports.ongoing, ports.done, *ports.errors, *ports.interrupts}
         self._states = [p.name for p in discrete if p.name not in ways and p.name not in ports.outputs and p.capacity == 1]
         self.registers = [p.name for p in discrete if p.name not in ways and p.name not in self._states]
+        self._room = {p.name: float(p.capacity) for p in discrete if p.name in self.registers and p.capacity is not None}
         self.outcomes: tuple[str, ...] = tuple(o for o in (ports.done, *ports.errors) if o is not None)
         self._names = _quantities(name, net, sheet, given)
-        self.modules = {
-            inner: Skill(f"{name}.{inner}", module, sheet, self._given(inner, module)) for inner, module in net.modules.items()
-        }
+        self.modules = {inner: Skill(f"{name}.{inner}", module, sheet, self._given(inner, module)) for inner, module in net.modules.items()}
         self._order = list(self.modules)
         self.commands: list[tuple[str, dict[str, str | float]]] = []
         self._offset: list[int] = []
@@ -193,7 +192,10 @@ class Skill:
             tuple((self._names[p], float(v)) for p, v in t.tests.items() if p in quantities),
             tuple((self._names[p], float(v)) for p, v in t.inhibitors.items() if p in quantities),
             (*consumed, *((count(p), float(v)) for p, v in t.tests.items() if p in self.registers)),
-            tuple((count(p), float(v)) for p, v in t.inhibitors.items() if p in self.registers),
+            (
+                *((count(p), float(v)) for p, v in t.inhibitors.items() if p in self.registers),
+                *((count(p), self._room[p] - w + 1.0) for p, w in t.outputs.items() if p in self._room),
+            ),
             tuple(adds), tuple((count(p), float(v)) for p, v in t.sets.items() if p in self.registers),
             t.delay, clock, emits, awaits, self._begun(t),
             any(f"{inner}.{i}" in t.outputs for inner in self._order for i in self.modules[inner].net.ports.interrupts),
@@ -236,7 +238,6 @@ class Skill:
         worked = np.zeros((n, len(self._order)), np.bool_)
         self._tick(s, first=True)
         for _ in range(MOVES):
-            self._work(s, worked, emits)
             moved = False
             for at, rules in self._rules:
                 free = s.at >= 0 if at == NOTHING else s.at == at
@@ -248,16 +249,19 @@ class Skill:
                         moved = True
                         free &= ~fires
                         self._fire(rule, fires, s, worked, emits, outcome)
-            if not moved:
+            # what interrupts a module goes before the module's own cycle
+            if not self._work(s, worked, emits) and not moved:
                 break
         self._tick(s, first=False)
         return Step(s, emits, outcome)
 
-    def _work(self, s: State, worked: NDArray[np.bool_], emits: NDArray[np.int64]) -> None:
-        """The modules at work take their cycle."""
+    def _work(self, s: State, worked: NDArray[np.bool_], emits: NDArray[np.int64]) -> bool:
+        """The modules at work take their cycle; whether any did."""
+        any_due = False
         for k, inner in enumerate(self._order):
             due = (s.at >= 0) & (s.runs == k) & ~worked[:, k]
             if due.any():
+                any_due = True
                 step = self.modules[inner].advance(s.inner[k])
                 s.inner[k].take(due, step.state)
                 sends = due & (step.emits >= 0)
@@ -265,6 +269,7 @@ class Skill:
                 ended = due & (step.outcome >= 0)
                 s.told[ended] = step.outcome[ended]
                 worked[due, k] = True
+        return any_due
 
     def _holds(self, rule: Rule, s: State) -> Mask:
         """Where a rule would be taken, in whatever state."""

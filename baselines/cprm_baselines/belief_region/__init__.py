@@ -12,7 +12,8 @@ from ..behaviour.regions import Regions
 from . import go_to_ball, goalie, kick_off_shot, lost_and_found, pass_and_advance
 
 POLICIES = {
-    "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "LostAndFound": lost_and_found,
+    "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie,
+    "Goalie3v2": goalie, "LostAndFound": lost_and_found,
 }  # fmt: skip
 """Task -> the module with its regions."""
 

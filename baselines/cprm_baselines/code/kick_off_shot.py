@@ -12,9 +12,9 @@ COMES = f"approach >= {COMING} and ball_age < {FORGOTTEN}"
 def legs(me: Agent) -> Program:
     """Kick-off, pass, run, receive, dribble, shoot; then fetch the ball and finish, for good."""
     yield from me.do("setup")
-    if (yield from me.do("passing", raises=("passing.ongoing",))) == "passed" and (yield from _await(me)):
-        if (yield from me.do("receive")) == "received":
-            yield from _attack(me)
+    passed = (yield from me.do("passing", raises=("passing.ongoing",))) == "passed"
+    if passed and (yield from _await(me)) and (yield from me.do("receive")) == "received":
+        yield from _attack(me)
     while True:
         yield from _find(me)
         if (yield from me.do("go")) == "at_ball":

@@ -15,8 +15,6 @@ from cprm_gym.agents.percepts import ball_percepts
 from cprm_gym.agents.skills.go_to_ball import TIRED
 from cprm_gym.envs.actions import scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
-from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import UnknownName
 from cprm_gym.simulator.state import CommandKind
 
 
@@ -78,16 +76,3 @@ class GoToBallMachine:
         action["type"] = np.where(running, CommandKind.DASH, np.where(turning, CommandKind.TURN, CommandKind.NONE))
         action["params"] = scaled(action["type"], np.where(running, power, np.where(turning, moment, 0.0)))
         return action
-
-
-def make_controller(task: Task, agent: str) -> GoToBallMachine:
-    """The machine for a task.
-
-    Raises
-    ------
-    UnknownName
-        For a task that it cannot play.
-    """
-    if task.name != "GoToBall":
-        raise UnknownName(f"controller 'fsm' cannot play task {task.name!r}; it plays GoToBall")
-    return GoToBallMachine(Body.of(task))
