@@ -20,11 +20,17 @@ TASKS = {
     "code": tuple(code.PROGRAMS), "belief_region": tuple(belief_region.POLICIES),
 }  # fmt: skip
 PLAYED = [(name, task) for name, tasks in TASKS.items() for task in tasks]
-LEAST = {"GoToBall": 0.9, "KickOffShot": 0.8, "PassAndAdvance": 0.8, "Goalie": 0.6, "Goalie2v1": 0.6, "Goalie3v2": 0.5, "LostAndFound": 0.6}
+LEAST = {"Hike": 0.9, "GoToBall": 0.9, "KickOffShot": 0.8, "PassAndAdvance": 0.8, "Goalie": 0.6, "Goalie2v1": 0.6, "Goalie3v2": 0.5, "LostAndFound": 0.6}
 """Share of 20 worlds that each structure wins at least; it is far higher in most."""
 
 
-@pytest.mark.parametrize(("name", "task"), PLAYED)
+def test_who_has_no_memory_never_gets_home():
+    """The same belief in the middle of the way, the same command: out and home cannot both be right (dissertation 5.3.2)."""
+    played = play_episodes(make_task("Hike"), belief_region.make_controller, 20, seed=3)
+    assert not played.success.any()
+
+
+@pytest.mark.parametrize(("name", "task"), [pair for pair in PLAYED if pair != ("belief_region", "Hike")])
 def test_each_wins(name, task):
     played = play_episodes(make_task(task), STRUCTURES[name].make_controller, 20, seed=3)
     assert played.success.mean() >= LEAST[task]

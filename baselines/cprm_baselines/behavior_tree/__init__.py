@@ -10,11 +10,11 @@ from cprm_gym.errors import unknown_name
 from ..behaviour.player import Player
 from ..behaviour.scenes import make_scene
 from ..behaviour.trees import Trees
-from . import go_to_ball, goalie, kick_off_shot, lost_and_found, pass_and_advance
+from . import go_to_ball, goalie, hike, kick_off_shot, lost_and_found, pass_and_advance
 
 TREES = {
     "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie,
-    "Goalie3v2": goalie, "LostAndFound": lost_and_found,
+    "Goalie3v2": goalie, "LostAndFound": lost_and_found, "Hike": hike,
 }  # fmt: skip
 """Task -> the module with its tree."""
 

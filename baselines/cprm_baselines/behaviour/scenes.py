@@ -8,6 +8,7 @@ from typing import Any
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
 from cprm_gym.agents.goalie import CLUSTERS, ReckoningGoalie, goalie_cprm, opponent_attributes, reckoning_cprm
+from cprm_gym.agents.hiker import WAY, hiker_net
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import AT_FEET, passer_net
 from cprm_gym.agents.percepts import field_percepts, motion_percepts
@@ -151,7 +152,12 @@ def believing_goalie(task: Task, agent: str) -> Scene:
     )
 
 
+def _hiker(task: Task, agent: str) -> Scene:
+    return Scene(hiker_net(Body.of(task), getattr(task, "way", WAY)), field_percepts)
+
+
 SCENES = {
+    "Hike": _hiker,
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,

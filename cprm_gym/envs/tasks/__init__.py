@@ -11,6 +11,7 @@ from .base import Outcome, Status, Task
 from .go_to_ball import GoToBall
 from .goalie import Goalie, GoalieAgainstAttack, against_attack
 from .half_field import LADDER, HalfField, front_goal, hfo
+from .hike import Hike
 from .keepaway import Keepaway, keepaway
 from .kick_off_shot import KickOffShot
 from .lost_and_found import LostAndFound
@@ -20,6 +21,7 @@ from .pass_and_advance import PassAndAdvance
 TASKS: dict[str, Callable[[], Task]] = {
     "GoToBall": GoToBall,
     "LostAndFound": LostAndFound,
+    "Hike": Hike,
     "KickOffShot": KickOffShot,
     "KickOffShot2v2": partial(KickOffShot, name="KickOffShot2v2", right=2, right_goalie=1),
     "Goalie": Goalie,
@@ -73,6 +75,6 @@ def with_options(task: Task, **options: object) -> Task:
 
 
 __all__ = [
-    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Keepaway", "KickOffShot", "LostAndFound", "Outcome",
+    "TASKS", "GoToBall", "Goalie", "GoalieAgainstAttack", "HalfField", "Hike", "Keepaway", "KickOffShot", "LostAndFound", "Outcome",
     "PassAndAdvance", "Soccer", "Status", "Task", "make_task", "with_options",
 ]  # fmt: skip
