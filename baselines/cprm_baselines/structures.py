@@ -4,19 +4,19 @@
     python -m cprm_baselines.structures --task KickOffShot
 
 Every structure plays the same worlds with the same skills and numbers, so a row differs from the next in structure alone, a tier from
-the next in knowledge alone. ``net`` is the agents' own Petri net, on what the tier knows. The difference is paired, to the net on the same tier.
+the next in knowledge alone. ``net`` is the agents' own Petri net, on what the tier knows. The difference is paired, to the net on the
+same tier.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-import inspect
 import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.agents.knowledge.players import PLAYERS
@@ -113,17 +113,6 @@ def compare(
                 )
             )  # fmt: skip
     return rows
-
-
-def lines(structure: str, task: str) -> int:
-    """Lines of the file in which a structure's behaviour for a task is written, without its documentation and imports."""
-    if structure == "net":
-        raise UnknownName("the nets' files hold more than one task")
-    package = importlib.import_module(f"cprm_baselines.{structure}")
-    table: Any = next(v for k, v in vars(package).items() if k in ("TABLES", "LAYERS", "TREES", "PROGRAMS", "POLICIES"))
-    source = inspect.getsource(table.get(task, getattr(package, "go_to_ball", None)))
-    code = [line for line in source.split('"""', 2)[-1].splitlines() if line.strip() and not line.startswith(("from ", "import "))]
-    return len(code)
 
 
 def main() -> None:

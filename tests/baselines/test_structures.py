@@ -7,6 +7,7 @@ from cprm_baselines.behaviour.layers import Layer, Layers
 from cprm_baselines.behaviour.machine import Machine, Move, State
 from cprm_baselines.behaviour.regions import Region, Regions
 from cprm_baselines.behaviour.scenes import make_scene
+from cprm_baselines.structures import compare
 
 from cprm_gym import make_task
 from cprm_gym.benchmark.episodes import play_episodes
@@ -117,3 +118,16 @@ def test_regions_that_overlap_send_a_command_to_body_and_neck():
     regions.decide(scene)
     assert [scene.commands[k][0] for k in scene.chosen[0]] == ["turn", "look"]
     assert scene.commands[scene.chosen[0, 0]][1] == {"moment": "turn_moment"}
+
+
+def test_structure_by_knowledge():
+    rows = compare("Goalie", "noise .5", ("frozen", "state"), ("net", "fsm", "code"), episodes=30)
+    assert [(row.structure, row.tier) for row in rows] == [(s, t) for t in ("frozen", "state") for s in ("net", "fsm", "code")]
+    assert all(row.success > 0.7 for row in rows if row.tier == "state")
+    assert all(row.success < 0.8 for row in rows if row.tier == "frozen")
+    assert rows[0].difference is None
+    assert rows[1].difference[0] == pytest.approx(rows[1].success - rows[0].success)
+    with pytest.raises(UnknownName, match=r"unknown senses 'nois \.5'"):
+        compare("Goalie", "nois .5")
+    with pytest.raises(UnknownName, match=r"unknown structure 'fms'\. Did you mean 'fsm'"):
+        compare("Goalie", structures=("fms",))
