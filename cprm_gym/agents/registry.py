@@ -9,7 +9,7 @@ from ..errors import unknown_name
 AGENTS: dict[str, str] = {
     "GoToBall": "seeker", "KickOffShot": "striker", "KickOffShot2v2": "striker", "PassAndAdvance": "passer",
     **dict.fromkeys(("PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "passer"), "Goalie": "goalie", "Goalie2v1": "goalie",
-    "Goalie3v2": "goalie", "LostAndFound": "finder.agent", "Hike": "hiker",
+    "Goalie3v2": "goalie", "LostAndFound": "finder.agent", "Hike": "hiker.agent",
     "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""

@@ -10,7 +10,8 @@ VERSION = 1
 """Of all environments. 1: success is each agent's own and rewards of the right side have their sign, infos are numbers, ages end at 1000
 cycles, ``hfo_low`` knows rest, every face's default actions are ``discrete``."""
 TASK_CYCLES = {
-    "GoToBall": 200, "LostAndFound": 100, "Hike": 200, "KickOffShot": 600, "KickOffShot2v2": 600, "Goalie": 200, "Goalie2v1": 200, "Goalie3v2": 200,
+    "GoToBall": 200, "LostAndFound": 100, "Hike": 200,
+    "KickOffShot": 600, "KickOffShot2v2": 600, "Goalie": 200, "Goalie2v1": 200, "Goalie3v2": 200,
     "PassAndAdvance": 1000, "PassAndAdvance2v1": 1000, "PassAndAdvance2v2": 1000, "PassAndAdvance2v3": 1000,
     "Keepaway3v2": 1000, "Keepaway4v3": 1000, "Keepaway5v4": 1000,
     "HFO1v0": 500, "HFO1v1": 500, "HFO2v1": 500, "HFO2v2": 500, "HFO3v2": 500, "HFO3v3": 500, "HFO4v5": 500,

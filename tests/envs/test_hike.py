@@ -82,5 +82,5 @@ def test_worlds_do_not_depend_on_the_batch():
 
 
 def test_ways_that_are_none_are_refused():
-    with pytest.raises(ParameterError, match="way: 200.0 given; allowed are finite numbers from 8 to 90"):
+    with pytest.raises(ParameterError, match=r"way: 200\.0 given; allowed are finite numbers from 8 to 90"):
         make_task("Hike", way=200.0)

@@ -8,7 +8,7 @@ from typing import Any
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
 from cprm_gym.agents.goalie import CLUSTERS, ReckoningGoalie, goalie_cprm, opponent_attributes, reckoning_cprm
-from cprm_gym.agents.hiker import WAY, hiker_net
+from cprm_gym.agents.hiker.agent import WAY, hiker_net
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import AT_FEET, passer_net
 from cprm_gym.agents.percepts import field_percepts, motion_percepts

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import functools
 
-from ..architecture.cprm import CPRM
-from ..architecture.petri import Continuous, Input, PetriNet, Place, Transition
-from ..envs.tasks import Task
-from .body import DEFAULT, Body
-from .percepts import field_percepts
-from .play import SoccerAgent
-from .skills.advance import advance
+from ...architecture.cprm import CPRM
+from ...architecture.petri import Continuous, Input, PetriNet, Place, Transition
+from ...envs.tasks import Task
+from ..body import DEFAULT, Body
+from ..percepts import field_percepts
+from ..play import SoccerAgent
+from ..skills.advance import advance
 
 WAY = 30.0
 """Metres between home and the view, unless the task says otherwise."""

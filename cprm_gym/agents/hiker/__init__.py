@@ -1,0 +1,1 @@
+"""The hiker: out to the view and home again."""
