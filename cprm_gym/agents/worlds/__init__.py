@@ -6,6 +6,7 @@
 `pair`      one passes and the other receives: two nets, one world
 `stage`     what both are played on, in batch
 `runs`      episodes on it as runs to be sampled, and films of them
+`observer`  the world of Appendix A with the simulator's motion, noise and roundings
 `splitting` worlds that are copied with the agents in them
 ==========  ============================================================================================
 """

@@ -245,6 +245,121 @@ def bicgstab(offsets, targets, chances, x, reward, nodes, first, last, leave, go
 
 
 @kernel
+def multiply_both(offsets, targets, chances, nodes, first, last, leave, x, out):
+    """(I - D^-1 Q) of two columns side by side, x (n, 2), which are read together: what one row costs is to find its targets."""
+    for a in range(first, last):
+        i = nodes[a]
+        s = 0.0
+        t = 0.0
+        for e in range(offsets[i], offsets[i + 1]):
+            j = targets[e]
+            if j != i:
+                s += chances[e] * x[j, 0]
+                t += chances[e] * x[j, 1]
+        out[i, 0] = x[i, 0] - s / leave[i]
+        out[i, 1] = x[i, 1] - t / leave[i]
+
+
+@kernel
+def residual_both(offsets, targets, chances, x, rewards, nodes, first, last, leave, out):
+    """As `residual`, of two columns side by side."""
+    for a in range(first, last):
+        i = nodes[a]
+        s = rewards[0]
+        t = rewards[1]
+        for e in range(offsets[i], offsets[i + 1]):
+            j = targets[e]
+            s += chances[e] * (x[j, 0] - x[i, 0])
+            t += chances[e] * (x[j, 1] - x[i, 1])
+        out[i, 0] = s / leave[i]
+        out[i, 1] = t / leave[i]
+
+
+@kernel
+def products(nodes, first, last, x, y, out):
+    """Inner products of the columns of x and y (n, 2) into out (2,)."""
+    s = 0.0
+    t = 0.0
+    for a in range(first, last):
+        i = nodes[a]
+        s += x[i, 0] * y[i, 0]
+        t += x[i, 1] * y[i, 1]
+    out[0] = s
+    out[1] = t
+
+
+@kernel
+def advance_both(nodes, first, last, x, p, r, t, alpha, omega, lack, size):
+    """x += alpha p + omega r and r -= omega t, by columns; the largest of r and x into `lack` and `size` (2,)."""
+    lack[:] = 0.0
+    size[:] = 0.0
+    for a in range(first, last):
+        i = nodes[a]
+        for k in range(2):
+            x[i, k] += alpha[k] * p[i, k] + omega[k] * r[i, k]
+            r[i, k] -= omega[k] * t[i, k]
+            lack[k] = max(lack[k], abs(r[i, k]))
+            size[k] = max(size[k], abs(x[i, k]))
+
+
+@kernel
+def bicgstab_both(offsets, targets, chances, x, rewards, nodes, first, last, leave, goal, limit, r, shadow, p, v, t):
+    """As `bicgstab`, of two columns side by side (n, 2); one that has come to its goal stays while the other goes on."""
+    rho, alpha, omega = np.ones(2), np.ones(2), np.ones(2)
+    beta, along, square, lack, size = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    live = np.ones(2, np.bool_)
+    residual_both(offsets, targets, chances, x, rewards, nodes, first, last, leave, r)
+    begun = np.zeros(2)
+    for a in range(first, last):
+        i = nodes[a]
+        for k in range(2):
+            shadow[i, k] = r[i, k]
+            begun[k] = max(begun[k], abs(r[i, k]))
+    for count in range(limit):
+        products(nodes, first, last, shadow, r, along)
+        for k in range(2):
+            if live[k]:
+                if along[k] == 0.0 or omega[k] == 0.0:
+                    return -count - 1
+                beta[k] = along[k] / rho[k] * (alpha[k] / omega[k])
+                rho[k] = along[k]
+            else:
+                beta[k] = 0.0
+        for a in range(first, last):
+            i = nodes[a]
+            for k in range(2):
+                p[i, k] = r[i, k] + beta[k] * (p[i, k] - omega[k] * v[i, k])
+        multiply_both(offsets, targets, chances, nodes, first, last, leave, p, v)
+        products(nodes, first, last, shadow, v, along)
+        for k in range(2):
+            if live[k] and along[k] == 0.0:
+                return -count - 1
+            alpha[k] = rho[k] / along[k] if live[k] else 0.0
+        for a in range(first, last):
+            i = nodes[a]
+            for k in range(2):
+                r[i, k] -= alpha[k] * v[i, k]
+        multiply_both(offsets, targets, chances, nodes, first, last, leave, r, t)
+        products(nodes, first, last, t, r, along)
+        products(nodes, first, last, t, t, square)
+        for k in range(2):
+            omega[k] = along[k] / square[k] if live[k] and square[k] > 0.0 else 0.0
+        advance_both(nodes, first, last, x, p, r, t, alpha, omega, lack, size)
+        for k in range(2):
+            if live[k] and not lack[k] < np.inf:
+                return -count - 1
+            if lack[k] <= goal * size[k]:
+                live[k] = False
+            elif live[k] and (count == 24 or count == 59):  # is it on the way?
+                done = np.log(begun[k] / lack[k])
+                if done <= 0.0 or np.log(lack[k] / (goal * size[k])) > done * (limit - count) / (count + 1):
+                    return -count - 1
+        if not (live[0] or live[1]):
+            return count + 1
+    return -limit
+
+
+@kernel
 def certify(offsets, targets, chances, closed, values, ratio):
     """How far the values can be from the true ones: ``ratio[k]`` times the expected time of the state; returns whether that holds.
 

@@ -68,6 +68,15 @@ def _solve_large(chain: MarkovChain, parts: Components, c: int, values: NDArray[
     # the time first: where it gets stuck, all would; of the chances one follows from the others, unless it would be small
     time, *ends = (len(values) - 1, *range(len(values) - 1))
     missing = [k for k in ends if values[k].any()]
+    if 1 <= len(missing) <= 2:
+        if _gradients_both(chain, parts, c, values, (time, missing[0]), leave, KRYLOV if thin else LAST):
+            rest = 1.0 - values[missing[0], states]
+            if len(missing) == 1 or rest.min() > 0.01:
+                values[missing[1:], states] = rest
+                return "gradients"
+        elif thin:
+            _factors(chain, parts, c, values, leave)
+            return "factors"
     scratch = [np.zeros(chain.n) for _ in range(5)]
     done = True
     for k in [time, *missing]:
@@ -112,6 +121,30 @@ def _gradients(
         if used < 0 and limit == KRYLOV:
             break
     return False
+
+
+def _gradients_both(
+    chain: MarkovChain, parts: Components, c: int, values: NDArray[np.float64], columns: tuple[int, int], leave: NDArray[np.float64],
+    limit: int,
+) -> bool:  # fmt: skip
+    """The same of two columns at once: rows of a large chain lie all over memory, and are fetched once for both."""
+    first, last = int(parts.start[c]), int(parts.start[c + 1])
+    states, pair = parts.nodes[first:last], list(columns)
+    rewards = np.array([float(k == len(values) - 1) for k in pair])
+    x = np.ascontiguousarray(values[pair].T)
+    where = (chain.offsets, chain.targets, chain.chances, x, rewards, parts.nodes, first, last, leave)
+    done = False
+    for _ in range(4):
+        scratch = [np.zeros((chain.n, 2)) for _ in range(5)]
+        used = int(kernels.bicgstab_both(*where, GOAL, limit, *scratch))
+        kernels.residual_both(*where, scratch[0])
+        lack = np.abs(scratch[0][states]).max(axis=0)
+        done = bool((lack <= 20 * GOAL * np.abs(x[states]).max(axis=0)).all())
+        if done or (used < 0 and limit == KRYLOV):
+            break
+    for at, k in enumerate(pair):
+        values[k, states] = x[states, at]
+    return done
 
 
 def _factors(chain: MarkovChain, parts: Components, c: int, values: NDArray[np.float64], leave: NDArray[np.float64]) -> None:

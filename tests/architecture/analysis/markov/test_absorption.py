@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from markov_chains import as_chain, exact_absorption, random_rational_chain
 from paths import SHARED
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
 
 from cprm_gym.architecture.analysis.markov import solving
 from cprm_gym.architecture.analysis.markov.absorption import NEVER, absorption, caught_states
@@ -167,3 +169,27 @@ def test_components_come_after_those_they_lead_to():
 def test_an_unknown_outcome_is_named():
     with pytest.raises(UnknownName, match="Known: broke, never, rich"):
         absorption(walk_chain(4)).probability("poor")
+
+
+@pytest.mark.parametrize("rare", [False, True])
+def test_two_columns_at_once_are_what_a_direct_solver_says(rare):
+    """Also where the second outcome is so rare that it does not follow from the others, and one column is there before the other."""
+    chain = random_chain(4000, leak=0.02)
+    if rare:
+        chances = chain.chances.copy()
+        to_lost = chain.targets == chain.outcomes["lost"][0]
+        to_goal = chain.targets == chain.outcomes["goal"][0]
+        moved = 0.999 * chances[to_lost]
+        chances[to_lost] -= moved
+        chances[to_goal] += moved
+        chain = MarkovChain(chain.offsets, chain.targets, chances, chain.outcomes, chain.initial)
+    found = absorption(chain, lump=False)
+    assert found.methods["gradients"] > 3000
+    inner = np.flatnonzero(~chain.absorbing)
+    system = sparse.identity(len(inner), format="csr") - chain.matrix[inner][:, inner]
+    right = np.column_stack((chain.matrix[inner][:, chain.outcomes["lost"]].toarray()[:, 0], np.ones(len(inner))))
+    direct = spsolve(system.tocsc(), right)
+    lost = found.probabilities[found.outcomes.index("lost")][inner]
+    assert np.abs(lost - direct[:, 0]).max() < 1e-13
+    assert np.abs(found.time[inner] / direct[:, 1] - 1.0).max() < 1e-12
+    assert bool(lost.max() < 0.01) == rare

@@ -1,0 +1,68 @@
+"""Appendix A with the simulator's own roundings: they are bounded from the formula, and the proof holds with them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cprm_gym.agents.body import Body
+from cprm_gym.agents.worlds.observer import simulator_approach, simulator_observer, told_shares
+from cprm_gym.architecture.analysis.certificates.slow_approach import Observer, propose
+from cprm_gym.errors import ParameterError
+from cprm_gym.simulator.kernels.rounding import banded_distance
+from cprm_gym.simulator.parameters import ServerParameters
+
+SERVER = ServerParameters()
+
+
+def told(distances, step):
+    return np.array([banded_distance(d, step) for d in distances])
+
+
+@pytest.mark.parametrize("step", [0.1, 0.05])
+def test_no_distance_that_the_simulator_tells_leaves_the_bounds_and_they_are_tight(step):
+    server = replace(SERVER, quantize_step=step)
+    near, far = Body(server=server).reach, 40.0
+    least, most = told_shares(server, near, far)
+    rng = np.random.default_rng(3)
+    true = np.exp(rng.uniform(math.log(near), math.log(far), 40_000))
+    shares = told(true, step) / true
+    assert least <= shares.min()
+    assert shares.max() <= most
+    assert shares.min() - least < 2e-3
+    assert most - shares.max() < 2e-3
+
+
+def test_the_observer_is_the_one_that_the_appendix_names():
+    found = simulator_observer()
+    assert found.rho_d == pytest.approx(Observer().rho_d, abs=1e-3)
+    assert found.rho_d <= 0.9161 / 1.0685
+    assert found.e_s == pytest.approx(0.025)
+    assert found.h == pytest.approx(math.radians(0.5))
+
+
+def test_the_approach_is_proved_with_the_simulators_motion_noise_and_roundings():
+    world = simulator_approach()
+    assert (world.gamma, world.delta_s, world.a_max) == (SERVER.player_decay, SERVER.player_rand, 0.6)
+    assert world.epsilon_d == pytest.approx(1.085)
+    proof = propose(world, tau=0.35).check(world)
+    assert proof.proved
+    assert proof.steps <= 60
+
+
+def test_coarser_eyes_are_not_proved():
+    """Distances told within a factor of twenty: what he computes with is no longer enough; of two and a half it is."""
+    dim = simulator_approach(replace(SERVER, quantize_step=0.9))
+    assert propose(dim, tau=0.35).check(dim).proved
+    blind = simulator_approach(replace(SERVER, quantize_step=3.0))
+    assert blind.observer.rho_d < 0.06
+    found = propose(blind, tau=0.35)
+    assert found is None or not found.check(blind).proved
+
+
+def test_what_cannot_be_bounded_is_refused():
+    with pytest.raises(ParameterError, match="told as 0"):
+        told_shares(SERVER, 0.01, 1.0)
+    with pytest.raises(ParameterError, match="a step"):
+        simulator_observer(replace(SERVER, quantize_step=0.0))
