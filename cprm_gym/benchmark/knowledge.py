@@ -25,7 +25,7 @@ from ..envs.tasks import make_task
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
 from .episodes import play_episodes
-from .journal import Journal
+from .journal import Journal, Planned
 from .plan import BLOCK, Block, BlockResult
 from .statistics import paired_difference, wilson_interval
 
@@ -160,9 +160,12 @@ def play_block(block: Block) -> BlockResult:
 
 
 def run(
-    plan: KnowledgePlan, journal: Path | None = None, on_result: Callable[[BlockResult, int, int], Any] | None = None
+    plan: Planned,
+    journal: Path | None = None,
+    on_result: Callable[[BlockResult, int, int], Any] | None = None,
+    play: Callable[[Block], BlockResult] = play_block,
 ) -> Iterator[BlockResult]:
-    """Play all blocks that the journal does not hold yet; arguments as for `runner.run`."""
+    """Play all blocks that the journal does not hold yet; arguments as for `runner.run`, and how a block is played."""
     blocks = plan.blocks()
     kept = None if journal is None else Journal(journal, plan)
     with nullcontext() if kept is None else kept.held():
@@ -172,7 +175,7 @@ def run(
         for done, block in enumerate(blocks, 1):
             result = finished.get(block)
             if result is None:
-                result = play_block(block)
+                result = play(block)
                 if kept is not None:
                     kept.append(result)
             if on_result:

@@ -34,7 +34,10 @@ NARROWEST = 0.02
 
 
 class Search(Protocol):
-    """What a study searches, and how: a frozen dataclass whose fields stand in the journal."""
+    """What a study searches, and how: a frozen dataclass whose fields stand in the journal.
+
+    It begins with the defaults of `constants`, or with what a method ``begin()`` gives.
+    """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -185,7 +188,8 @@ def study(plan: Search, journal: Path | None = None) -> Iterator[Generation]:
     names = list(plan.constants.extents())
     extents = np.array(list(plan.constants.extents().values()))
     width = extents[:, 1] - extents[:, 0]
-    mean, sd = np.array(list(plan.constants().to_dict().values())), WIDEST * width
+    begin = getattr(plan, "begin", plan.constants)()
+    mean, sd = np.array(list(begin.to_dict().values())), WIDEST * width
     done = read_journal(plan, journal)
     for generation in done:
         mean, sd = (np.array([values[name] for name in names]) for values in (generation.mean, generation.sd))

@@ -79,6 +79,8 @@ class Tracker:
 
     name: ClassVar[str] = "tracker"
     oracle: ClassVar[bool] = False
+    ball_age: np.ndarray = np.zeros(0)
+    """(N,) cycles since the ball was seen."""
 
     def __init__(self, senses: Senses | None = None, body: Body = DEFAULT, constants: TrackerConstants | None = None) -> None:
         self.senses, self.body = senses or Senses(), body
@@ -124,10 +126,9 @@ class Tracker:
         self._selves = [me, *self._selves[:-1]] if self._back else [me]
         self._take(observation, self._selves[self._back])
         memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])
-        ball = self._mean.copy()
-        for k in range(self._late, 0, -1):  # the first news are told until others come
-            ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
+        ball = self.course()[-1]
         memory[:, 0] = np.where(self._seen[:, None], ball, memory[:, 0])
+        self.ball_age = age[:, 0].astype(np.float64)
         self._follow(memory, age, me, started=sent is None)
         now = self._himself(observation, me)
         self._last = now, ball
@@ -149,6 +150,28 @@ class Tracker:
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """Log density of places (N, 2) of the ball, of the time of which the last news were: how well it knows what it says."""
         return normal_log_density(np.asarray(place, np.float64) - self._mean[:, :2], self._cov[:, :2, :2])
+
+    @property
+    def late(self) -> int:
+        """Cycles by which news of the ball are late."""
+        return self._late
+
+    @property
+    def seen(self) -> np.ndarray:
+        """(N,) who has seen the ball."""
+        return self._seen
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(N, 22, 2) of the other players, as they are followed."""
+        return self._others[..., 2:]
+
+    def course(self) -> list[np.ndarray]:
+        """The ball as it was at the time of the news, and as it has rolled on since, a cycle each, up to now: (N, 4) arrays."""
+        course = [self._mean.copy()]
+        for k in range(self._late, 0, -1):  # the first news are told until others come
+            course.append(np.where((self._cycles >= k)[:, None], self._rolled(course[-1], self._pushes[k - 1]), course[-1]))
+        return course
 
     # ------------------------------------------------------------------ the ball
 

@@ -1,0 +1,85 @@
+"""Who plays a demonstration: the model, its rivals and the oracle, each with the same net and with numbers tuned by the same procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...agents.body import Body
+from ...agents.goalie import ReckoningGoalie
+from ...agents.intention import IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
+from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.registry import make_tier
+from ...agents.knowledge.tiers import Informed
+from ...agents.knowledge.tracker import Tracker
+from ...agents.skills.constants import GoalieConstants
+from ...envs.players.senses import Senses
+from ...envs.tasks import Task
+
+Factory = Callable[[Task, str], Informed]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One who plays.
+
+    Parameters
+    ----------
+    tier : str
+        Of knowledge; of an arm that expects shots the one beneath, ``tracker`` or ``belief``.
+    expects : str
+        ``model``, ``rule`` or nothing.
+    lesion : mapping of str to bool
+        Options of `IntentionTier`.
+    """
+
+    tier: str
+    expects: str = ""
+    lesion: Mapping[str, bool] = field(default_factory=dict)
+
+    @property
+    def constants(self) -> type[GoalieConstants]:
+        """What his numbers are."""
+        return IntentionConstants if self.expects else GoalieConstants
+
+    def begin(self) -> GoalieConstants:
+        """The numbers at which his tuning begins: those tuned for ``memory`` at default senses, the same for all."""
+        return self.constants.of(GoalieConstants.tuned("memory").to_dict())
+
+    def on(self, senses: Senses, constants: GoalieConstants, play: str = "shooter") -> Factory:
+        """A factory of his controllers.
+
+        Parameters
+        ----------
+        senses : Senses
+        constants : GoalieConstants
+        play : str
+            Whose learned tables a model takes.
+        """
+
+        def make(task: Task, agent: str) -> Informed:
+            body, opponents = Body.of(task), task.right if agent.startswith("left") else task.left
+            if not self.expects:
+                return Informed(ReckoningGoalie(opponents, body, constants), make_tier(self.tier, task, agent, senses))
+            inner = BeliefTier(senses, body) if self.tier == "belief" else Tracker(senses, body)
+            assert isinstance(constants, IntentionConstants)
+            options: dict[str, Any] = {**self.lesion, "rule": Rule() if self.expects == "rule" else None}
+            return Informed(IntentionGoalie(opponents, body, constants), IntentionTier(inner, learned(play), opponents, **options))
+
+        return make
+
+
+ARMS: dict[str, Arm] = {
+    "memory": Arm("memory"),
+    "tracker": Arm("tracker"),
+    "belief": Arm("belief"),
+    "rule": Arm("tracker", "rule"),
+    "model": Arm("tracker", "model"),
+    "model on belief": Arm("belief", "model"),
+    "without attention": Arm("tracker", "model", {"attended": False}),
+    "without possession": Arm("tracker", "model", {"possesses": False}),
+    "without memory": Arm("tracker", "model", {"memory": False}),
+    "state": Arm("state"),
+}  # fmt: skip
+"""Name -> who plays. ``rule`` is the hand rule "expect the shot", with the model's line."""
