@@ -100,7 +100,10 @@ def benchmark(
     timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
-    suite: Annotated[str | None, typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier).")] = None,
+    suite: Annotated[
+        str | None,
+        typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier), or demonstrations (--tasks A,E)."),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The suite's short form.")] = False,
     backend: Annotated[str | None, typer.Option(help="Play on a server, udp://host:port, instead of in process.")] = None,
     senses: Annotated[str | None, typer.Option(help="Of the suite: senses, separated by commas.", show_default="all")] = None,
@@ -166,23 +169,31 @@ def benchmark(
 
 
 def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, resume: Path | None) -> None:
-    """Run the suite ``knowledge``."""
+    """Run the suite ``knowledge`` or ``demonstrations``."""
     from dataclasses import replace
 
     from rich.table import Table
 
-    from .benchmark import knowledge
+    from .benchmark import demonstrations, knowledge
+    from .benchmark.demonstrations import report as demonstrated
 
     if suite is None:
         raise CprmError("--quick, --senses and --tiers go with --suite")
-    if suite != "knowledge":
-        raise unknown_name("suite", suite, ["knowledge"])
+    kinds: dict[str, Any] = {
+        "knowledge": (knowledge.KnowledgePlan, knowledge.play_block, knowledge.summarise, knowledge.HEAD),
+        "demonstrations": (demonstrations.DemonstrationPlan, demonstrations.play_block, demonstrations.summarise, demonstrated.HEAD),
+    }
+    if suite not in kinds:
+        raise unknown_name("suite", suite, list(kinds))
+    planned, play, summarise, head = kinds[suite]
+    if suite == "demonstrations" and {"senses", "tiers"} & set(given):
+        raise CprmError("--senses and --tiers are those of the suite knowledge; a demonstration has its own")
     if resume is not None:
         if quick or given:
             raise CprmError("--resume takes up a run as it was planned: leave --quick and what is to be played out")
-        plan, folder = knowledge.KnowledgePlan.read(resume), resume
+        plan, folder = planned.read(resume), resume
     else:
-        plan = replace(knowledge.KnowledgePlan.quick() if quick else knowledge.KnowledgePlan(), **given)
+        plan = replace(planned.quick() if quick else planned(), **given)
         folder = _new_folder(output)
         plan.write(folder)
         episodes = sum(block.count for block in plan.blocks())
@@ -192,20 +203,20 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
         try:
             for result in knowledge.run(
                 plan, folder / "episodes.jsonl",
-                lambda r, done, total: status.update(f"{done} of {total} blocks: {r.block.task}, {r.block.controller}"),
+                lambda r, done, total: status.update(f"{done} of {total} blocks: {r.block.task}, {r.block.controller}"), play,
             ):  # fmt: skip
                 results.append(result)
         except KeyboardInterrupt:
             interrupted = True
-    report = knowledge.summarise(plan, results)
-    table = Table(*knowledge.HEAD, box=None, padding=(0, 1))
+    report = summarise(plan, results)
+    table = Table(*head, box=None, padding=(0, 1))
     for row in report.rows:
         table.add_row(*row.cells())
     console.print(table)
     for path in report.write(folder):
         console.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if interrupted:
-        again = f"cprm-gym benchmark --suite knowledge --resume {shlex.quote(str(folder))}"
+        again = f"cprm-gym benchmark --suite {suite} --resume {shlex.quote(str(folder))}"
         complaints.print(f"interrupted; go on with: {escape(again)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
 

@@ -7,7 +7,21 @@ import pytest
 
 from cprm_gym.agents.body import DEFAULT, Body
 from cprm_gym.agents.intention import (
-    DUE, FEATURES, LINE, MODES, TOUCHES, VIEW, Intention, IntentionConstants, IntentionGoalie, IntentionTier, Rule, Told, Tree, grow, learned,
+    DUE,
+    FEATURES,
+    LINE,
+    MODES,
+    TOUCHES,
+    VIEW,
+    Intention,
+    IntentionConstants,
+    IntentionGoalie,
+    IntentionTier,
+    Rule,
+    Told,
+    Tree,
+    grow,
+    learned,
 )  # fmt: skip
 from cprm_gym.agents.intention.situation import situation, touch, view
 from cprm_gym.agents.knowledge.tiers import Informed
@@ -136,13 +150,13 @@ def test_the_chance_of_a_shot_rises_before_it_and_the_side_is_right():
     told, due, line, playing = watched(lambda senses: tier(senses))
     first = (due == 0) & playing & (np.cumsum(due == 0, axis=0) == 1)
     before = np.zeros_like(first)
-    before[:-5] = first[5:]
+    before[:-2] = first[2:]
     calm = playing & (due > 8) & (due < 90)
     at_kick, earlier = told[..., Told.CHANCE][first].mean(), told[..., Told.CHANCE][calm].mean()
     assert first.sum() > 40
     assert at_kick > 0.6
     assert earlier < 0.1
-    assert told[..., Told.WITHIN_5][before & playing].mean() > 3 * told[..., Told.WITHIN_5][calm].mean()
+    assert told[..., Told.WITHIN_5][before & playing].mean() > 4 * told[..., Told.WITHIN_5][calm].mean()
     sure = first & (told[..., Told.CHANCE] > 0.6)
     aside = np.sign(told[..., Told.LINE][sure]) == np.sign(line[sure])
     assert aside.mean() > 0.85
@@ -156,7 +170,7 @@ def test_late_news_are_rolled_forward_so_that_the_shot_is_still_expected_when_it
     unseen[1:] = first[:-1]
     assert late[..., Told.CHANCE][first].mean() > 0.6
     # a cycle after the kick, of which he has heard nothing yet, he holds it for made all the more
-    assert late[..., Told.CHANCE][unseen & playing].mean() > 0.8
+    assert late[..., Told.CHANCE][unseen & playing].mean() > late[..., Told.CHANCE][first].mean()
 
 
 def test_lesions_remove_what_they_name():

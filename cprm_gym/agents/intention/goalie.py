@@ -19,7 +19,7 @@ from ..body import DEFAULT, Body, number
 from ..goalie import FAR, GOAL_X, ReckoningGoalie, goalie_net
 from ..percepts import Percepts
 from ..play import SoccerAgent
-from ..skills.constants import Constants, GoalieConstants, between
+from ..skills.constants import GoalieConstants, between
 from .tier import Told
 
 
@@ -33,7 +33,7 @@ class IntentionConstants(GoalieConstants):
     """Probability of a shot above which it is expected."""
     sided: float = between(0.6, 0.5, 1.0)
     """Probability of its side above which it is expected."""
-    aim: float = between(1.0, 0.3, 1.2)
+    aim: float = between(1.0, 0.3, 1.3)
     """Share of the expected line's distance from the middle that is believed."""
     pace: float = between(1.0, 0.7, 1.3)
     """Share of the expected speed that is believed."""
@@ -60,7 +60,7 @@ def expecting(c: IntentionConstants) -> tuple[Math, ...]:
 
 
 @functools.lru_cache(maxsize=64)
-def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> CPRM:  # noqa: B008
+def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> CPRM:
     """The net on what is known and expected."""
     seen = (*INTENDED, *expecting(constants))
     return CPRM("goalie_intention", net=goalie_net(seen, attended=0, name="goalie_intention", body=body, constants=constants))
@@ -76,7 +76,7 @@ class IntentionGoalie(ReckoningGoalie):
     constants : IntentionConstants
     """
 
-    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> None:  # noqa: B008
+    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> None:
         SoccerAgent.__init__(self, intention_cprm(body, constants), self._read, needs=("memory",), body=body)
         self.opponents = opponents
 

@@ -25,7 +25,9 @@ CORNER = 0.87
 """Share of half the goal's width at which a corner is."""
 
 
-def situation(ball: np.ndarray, holder: np.ndarray, ages: np.ndarray, me: np.ndarray, body: Body = DEFAULT, noise: float = 0.0) -> np.ndarray:
+def situation(
+    ball: np.ndarray, holder: np.ndarray, ages: np.ndarray, me: np.ndarray, body: Body = DEFAULT, noise: float = 0.0
+) -> np.ndarray:
     """The `FEATURES` of holders.
 
     Parameters

@@ -7,7 +7,7 @@ he has shot in it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import ClassVar, NamedTuple
 
@@ -19,8 +19,8 @@ from ...architecture.prm.inference.links import Link, Role
 from ...envs.controller import Action, Observation
 from ...envs.observations import SelfFeature
 from ..knowledge.tracker import Tracker
-from .model import DUE, LINE, MODES, POSSESSES, Intention
-from .situation import GOAL_X, situation, touch, view
+from .model import DUE, LINE, MODES, PACE, POSSESSES, Intention
+from .situation import GOAL_X, VIEW, situation, touch, view
 
 HELD = 3.0
 """Metres from the ball within which an opponent holds it."""
@@ -73,7 +73,7 @@ class Held(NamedTuple):
     numbers: np.ndarray
     """(n, F) `situation`."""
     seen: np.ndarray
-    """(n, V) `view`."""
+    """(n, V + F) `view` and `situation`."""
 
 
 class IntentionTier:
@@ -114,12 +114,13 @@ class IntentionTier:
         if not memory:
             tables["mode"] = np.tile(tables["begin"], (len(MODES), 1))
         self._tables = tables
-        model = intention.model() if memory else Intention(intention.situations, intention.views, tables, intention.pace).model()
+        model = replace(intention, tables=tables).model()
         self._grounding = Grounding(model, {"ball": "Ball", **{f"o{k + 1}": "Opponent" for k in range(opponents)}})
         self._bank: FilterBank | None = None
         self._by_leaf, self._lines = tables["due"].transpose(1, 0, 2).copy(), tables["line"].transpose(1, 0, 2).copy()
-        y = np.array(LINE.edges)
+        y, v = np.array(LINE.edges), np.array(PACE.edges)
         self._middles = 0.5 * (y[1:] + y[:-1])
+        self._paces = tables["pace"] @ (0.5 * (v[1:] + v[:-1]))
 
     # ------------------------------------------------------------------ life
 
@@ -169,7 +170,7 @@ class IntentionTier:
         asked : (S, N) bool array, optional
             Of which cycles it is asked; nobody held it in others.
         """
-        steps, count = balls.shape[:2]
+        steps = len(balls)
         kept = [self._history[min(late + steps - 1 - k, len(self._history) - 1)] for k in range(steps)]
         others, age, me = (np.stack(parts) for parts in zip(*kept))
         gap = np.hypot(*(others[..., k] - balls[:, :, None, k] for k in (0, 1)))
@@ -178,11 +179,12 @@ class IntentionTier:
         holder = np.where((np.take_along_axis(gap, nearest[..., None], 2)[..., 0] < HELD) & self.inner.seen, nearest, -1)
         if asked is not None:
             holder = np.where(asked, holder, -1)
-        at = np.nonzero(holder >= 0)
+        cycles, worlds = np.nonzero(holder >= 0)
+        at, who = (cycles, worlds), (cycles, worlds, nearest[cycles, worlds])
         body, back = self.inner.body, late + steps - 1 - at[0]
-        ages = np.stack([age[(*at, nearest[at])], np.maximum(self.inner.ball_age[at[1]] - back, 0)], axis=1)
-        numbers = situation(balls[at], others[(*at, nearest[at])], ages, me[at], body, self.inner.senses.noise)
-        return Held(holder, at, numbers, view(balls[at], me[at], body))
+        ages = np.stack([age[who], np.maximum(self.inner.ball_age[at[1]] - back, 0)], axis=1)
+        numbers = situation(balls[at], others[who], ages, me[at], body, self.inner.senses.noise)
+        return Held(holder, at, numbers, np.hstack([view(balls[at], me[at], body), numbers]))
 
     # ------------------------------------------------------------------ what he is about to do
 
@@ -198,7 +200,7 @@ class IntentionTier:
         way = np.stack([*self._balls[int(blind.max(initial=0.0)) : 0 : -1], *course])
         told, last = np.zeros((count, len(Told))), len(way) - 1
         held = self.holding(way, 0, since >= last - np.arange(len(way))[:, None])
-        due, open_to = self._sorted(held, way.shape[:2])
+        due, open_to, pace = self._sorted(held, way.shape[:2])
         p, unseen, best = self._modes(course[0], late, held, last - late), np.ones(count), np.zeros(count)
         ruled = np.zeros(way.shape[:2])
         if self.rule is not None:
@@ -212,7 +214,7 @@ class IntentionTier:
             if better.any():
                 weights = p[better] * due[step, better, :, 0] + 1e-9
                 weights /= weights.sum(axis=1, keepdims=True)
-                told[better, : Told.WITHIN_3] = self._aim(ball[better], weights, open_to[step, better], back)
+                told[better, : Told.WITHIN_3] = self._aim(ball[better], weights, open_to[step, better], pace[step, better], back)
                 best[better] = chance[better]
             unseen = unseen - chance
             if back == 0:
@@ -225,12 +227,14 @@ class IntentionTier:
         told[:, Told.CHANCE] = 1.0 - unseen
         return told
 
-    def _sorted(self, held: Held, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-        """(S, N, M, D) when he shoots in each mode, nowhere where nobody holds the ball; (S, N) leaves of what he sees open."""
+    def _sorted(self, held: Held, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(S, N, M, D) when he shoots in each mode, nowhere where nobody holds the ball; (S, N) leaves of `views`, and the pace."""
         due, open_to = np.zeros((*shape, len(MODES), len(DUE))), np.zeros(shape, np.int64)
         due[held.at] = self._by_leaf[self.intention.situations.leaf(held.numbers)]
-        open_to[held.at] = self.intention.views.leaf(held.seen)
-        return due, open_to
+        open_to[held.at] = self.intention.views.leaf(held.seen[:, : len(VIEW)])
+        pace = np.ones(shape)
+        pace[held.at] = self._paces[self.intention.drives.leaf(held.seen)]
+        return due, open_to, pace
 
     def _modes(self, ball: np.ndarray, back: int, held: Held, step: int) -> np.ndarray:
         """(N, M) what he has in mind, believed at the time of the news: one step of the model."""
@@ -257,17 +261,16 @@ class IntentionTier:
         order = self._bank.object_in.get("Opponent")
         return np.full(len(agents), place) if order is None else order[agents, place]
 
-    def _aim(self, ball: np.ndarray, modes: np.ndarray, leaf: np.ndarray, cycles: int) -> np.ndarray:
+    def _aim(self, ball: np.ndarray, modes: np.ndarray, leaf: np.ndarray, pace: np.ndarray, cycles: int) -> np.ndarray:
         """(n, 6) chance (0), side, place, line and speed of a shot made `cycles` ago."""
         line = (modes[..., None] * self._lines[leaf]).sum(axis=1)
         left = self._middles > 0
         side = line[:, left].sum(axis=1)
         part = np.where((side > 0.5)[:, None] == left, line, 0.0)
         y = (part * self._middles).sum(axis=1) / part.sum(axis=1)
-        decay, pace = self.inner.body.ball_decay, self.intention.pace
+        decay = self.inner.body.ball_decay
         way = np.stack([GOAL_X - ball[:, 0], y - ball[:, 1]], axis=1)
         length = np.maximum(np.hypot(*way.T), 0.1)
         rolled = np.minimum(pace * (1.0 - decay**cycles) / (1.0 - decay), length - 0.05)
         place = ball[:, :2] + way * (rolled / length)[:, None]
-        speed = np.full(len(ball), pace * decay**cycles)
-        return np.stack([np.zeros(len(ball)), np.maximum(side, 1.0 - side), place[:, 0], place[:, 1], y, speed], axis=1)
+        return np.stack([np.zeros(len(ball)), np.maximum(side, 1.0 - side), place[:, 0], place[:, 1], y, pace * decay**cycles], axis=1)

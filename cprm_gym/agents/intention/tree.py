@@ -80,8 +80,8 @@ class Tree:
             For what is none.
         """
         try:
-            return cls(*(tuple(kind(v) for v in given[name]) for name, kind in (
-                ("feature", int), ("cut", float), ("below", int), ("above", int))))  # fmt: skip
+            feature, below, above = (tuple(int(v) for v in given[name]) for name in ("feature", "below", "above"))
+            return cls(feature, tuple(float(v) for v in given["cut"]), below, above)
         except (KeyError, TypeError, ValueError) as error:
             raise FormatError(f"tree: not a tree: {error}") from None
 
@@ -116,7 +116,8 @@ def grow(numbers: np.ndarray, outcome: np.ndarray, leaves: int, least: int = 40)
             nodes.append([-1, 0.0, -1, -1])
     for number, k in enumerate(k for k, node in enumerate(nodes) if node[0] < 0):
         nodes[k][1] = float(number)
-    return Tree(*(tuple(column) for column in zip(*nodes)))
+    questions, below, above = (tuple(int(node[k]) for node in nodes) for k in (0, 2, 3))
+    return Tree(questions, tuple(float(node[1]) for node in nodes), below, above)
 
 
 def _question(

@@ -7,14 +7,15 @@ them by expectation-maximisation where what a player has in mind is not logged) 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, fields
+import itertools
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...agents.body import Body
-from ...agents.intention.model import DUE, LINE, MODES, POSSESSES, TABLES, Intention, intention_model
+from ...agents.intention.model import DUE, LINE, MODES, PACE, POSSESSES, RULES, TABLES, Intention, intention_model
 from ...agents.intention.situation import FEATURES, GOAL_X, TOUCHES, VIEW, touch
 from ...agents.intention.tier import IntentionTier, Told
 from ...agents.intention.tree import Tree, grow
@@ -22,7 +23,6 @@ from ...agents.knowledge.players import PLAYERS
 from ...agents.knowledge.tracker import Tracker
 from ...architecture.prm.grounding.grounding import Grounding
 from ...architecture.prm.inference.learning import Episode, Observed, count, em
-from ...architecture.prm.model.cpds import Dense
 from ...envs.core import SoccerCore
 from ...envs.players.mixing import Mode
 from ...envs.players.senses import Senses
@@ -36,7 +36,7 @@ LEARNING_SEED = 700_000
 """Of the worlds that are learned from; the held-out ones have the next seed. No measurement meets them."""
 WIDE, FAST = 2.0, 1.2
 """Metres beside the post within which a kick at the goal is a shot; its least speed, m / cycle."""
-LEAVES = {"situations": 240, "views": 24}
+LEAVES = {"situations": 240, "views": 24, "drives": 24}
 WORTH = 6.0
 """Rows that a leaf's share over all modes counts as much as, in the table of one mode."""
 UNSEEN = 4
@@ -56,8 +56,8 @@ class Log:
     world, cycle : (N,) int
     numbers : (N, F) float
         `situation`.
-    seen : (N, V) float
-        `view`.
+    seen : (N, V + F) float
+        `view` and `situation`.
     holder, touch, mode : (N,) int
         Who; index of `TOUCHES`, -1 in the first cycle; index of `MODES`, -1 where it is not logged.
     shot : (N,) bool
@@ -99,16 +99,16 @@ class _Watching(IntentionTier):
 
     def __init__(self, inner: Tracker, opponents: int) -> None:
         nothing = Tree((-1,), (0.0,), (-1,), (-1,))
-        even = {"begin": (), "mode": (len(MODES),), "touch": (len(MODES),), "due": (len(MODES), 1), "line": (len(MODES), 1)}
-        sizes = {"begin": len(MODES), "mode": len(MODES), "touch": len(TOUCHES), "due": len(DUE), "line": len(LINE)}
+        even = {"begin": (), "mode": (len(MODES),), "touch": (len(MODES),), "due": (len(MODES), 1), "line": (len(MODES), 1), "pace": (1,)}
+        sizes = {"begin": len(MODES), "mode": len(MODES), "touch": len(TOUCHES), "due": len(DUE), "line": len(LINE), "pace": len(PACE)}
         tables = {name: np.full((*shape, sizes[name]), 1.0 / sizes[name]) for name, shape in even.items()}
-        super().__init__(inner, Intention(nothing, nothing, tables, 1.0), opponents)
+        super().__init__(inner, Intention(nothing, nothing, nothing, tables), opponents)
 
     def _expect(self) -> np.ndarray:
         ball = self.inner.course()[0]
         count = len(ball)
         held = self.holding(ball[None], self.inner.late)
-        numbers, seen = np.zeros((count, len(FEATURES))), np.zeros((count, len(VIEW)))
+        numbers, seen = np.zeros((count, len(FEATURES))), np.zeros((count, len(VIEW) + len(FEATURES)))
         numbers[held.at[1]], seen[held.at[1]] = held.numbers, held.seen
         self.noted = (held.holder[0], numbers, seen, np.where(self._cycles > 0, touch(self._before, ball, self.inner.body), -1))
         self._before = ball.copy()
@@ -120,7 +120,7 @@ def joined(logs: list[Log]) -> Log:
     first, columns = 0, []
     for log in logs:
         columns.append([log.world + first, *(getattr(log, entry.name) for entry in fields(Log)[1:])])
-        first += int(log.world.max(initial=-1)) + 1
+        first += int(log.world.max()) + 1 if len(log.world) else 0
     return Log(*(np.concatenate(column) for column in zip(*columns)))
 
 
@@ -130,7 +130,7 @@ def logged_in_all_senses(play: str, worlds: int, seed: int) -> Log:
     return joined([logged(play, each, seed + 10 * k, SENSES[name]) for k, name in enumerate(SENSES_LEARNED)])
 
 
-def logged(play: str, worlds: int, seed: int, senses: Senses | None = None, slots: int = 100) -> Log:
+def logged(play: str, worlds: int, seed: int, senses: Senses | None = None, slots: int = 250) -> Log:
     """Play and note; the goalie knows what the tier ``tracker`` tells him.
 
     Parameters
@@ -166,10 +166,13 @@ def logged(play: str, worlds: int, seed: int, senses: Senses | None = None, slot
             step = core.step({key: value[:, None] for key, value in sent.items()})
             kicked = (core.sim.world["counts"][:, 11 : 11 + opponents, Count.KICK] > kicks).any(axis=1)
             line, speed, at_goal = _crossing(core)
-            rows = playing & (holder >= 0) & (since > UNSEEN)
-            since = np.where(kicked & at_goal, 0, since + 1)
             mode = modes[np.arange(count_here), np.maximum(holder, 0)]
-            values = (first + np.arange(count_here), np.full(count_here, cycle), numbers, seen, holder, done, mode, kicked & at_goal, line, speed)
+            rows = playing & (holder >= 0) & (since > UNSEEN)
+            if core.mixes:
+                rows &= mode >= 0  # the first one is drawn in the first cycle
+            since = np.where(kicked & at_goal, 0, since + 1)
+            worlds_here, now = first + np.arange(count_here), np.full(count_here, cycle)
+            values = (worlds_here, now, numbers, seen, holder, done, mode, kicked & at_goal, line, speed)
             parts.append([value[rows] for value in values])
             playing &= ~(step.terminated | step.truncated)
             if not playing.any():
@@ -215,11 +218,16 @@ def learn(log: Log, hidden: bool, source: str, start: Intention | None = None, i
     iterations : int
     """
     due, line = log.due, np.clip(np.searchsorted(np.array(LINE.edges), log.line, side="right") - 1, 0, len(LINE) - 1)
-    situations, views = grow(log.numbers, due, LEAVES["situations"]), grow(log.seen[log.shot], line[log.shot], LEAVES["views"], 30)
-    leaf, open_to = situations.leaf(log.numbers), views.leaf(log.seen)
-    tables = _even(situations.leaves, views.leaves, start)
-    whole_due, whole_line = _shares(leaf, due, situations.leaves, len(DUE)), _shares(
-        open_to[log.shot], line[log.shot], views.leaves, len(LINE))  # fmt: skip
+    speed = np.clip(np.searchsorted(np.array(PACE.edges), log.speed, side="right") - 1, 0, len(PACE) - 1)
+    situations = grow(log.numbers, due, LEAVES["situations"])
+    seen = log.seen[:, : len(VIEW)]
+    views = grow(seen[log.shot], line[log.shot], LEAVES["views"], 30)
+    drives = grow(log.seen[log.shot], speed[log.shot], LEAVES["drives"], 30)
+    leaf, open_to = situations.leaf(log.numbers), views.leaf(seen)
+    tables = _even(situations.leaves, views.leaves, drives.leaves, start)
+    whole_due = _shares(leaf, due, situations.leaves, len(DUE))
+    whole_line = _shares(open_to[log.shot], line[log.shot], views.leaves, len(LINE))
+    pace = _shares(drives.leaf(log.seen[log.shot]), speed[log.shot], drives.leaves, len(PACE))
     if hidden:
         # each mode is a little different to begin with, so that they can part
         leans = np.linspace(-1.0, 1.0, len(MODES))[[0, 2, 2, 1, 6, 5, 5]]
@@ -227,17 +235,23 @@ def learn(log: Log, hidden: bool, source: str, start: Intention | None = None, i
         tables["due"] = whole_due[None] * tilt[:, None]
         tables["line"] = np.repeat(whole_line[None], len(MODES), axis=0)
         tables = {name: table / table.sum(axis=-1, keepdims=True) for name, table in tables.items()}
-    model = intention_model(situations.leaves, views.leaves, tables)
+    model = intention_model(situations.leaves, views.leaves, drives.leaves, tables)
     world = Grounding(model, {"ball": "Ball", "o1": "Opponent"})
-    pieces = episodes(log, leaf, open_to, due, line, hidden)
-    keys = [("relation", POSSESSES, target) for target in (("o.mode", "b.touch", "o.due") if hidden else ("o.mode", "b.touch"))]
+    pieces = episodes(log, leaf, open_to, due, line, whole=not hidden)
+    targets = ("o.mode", "b.touch", "o.due") if hidden else ("o.mode", "b.touch")
+    keys = [("relation", POSSESSES, target) for target in targets]
     fit = em(world, pieces, iterations=iterations, only=keys, prior=0.02) if hidden else count(world, pieces, only=keys, prior=0.5)
-    counts = {str(key[2]) + "/" + str(key[3]): np.asarray(table) for key, table in fit.counts.items() if isinstance(key, tuple) and key[0] == "relation"}  # fmt: skip
-    learnt = {name: _table(fit.model, target, part) for name, (target, part) in (("begin", ("o.mode", "initial")), ("mode", ("o.mode", "cpd")), ("touch", ("b.touch", "cpd")))}  # fmt: skip
-    for name, target, whole in (("due", "o.due/cpd", whole_due), ("line", "o.line/cpd", whole_line)):
-        pseudo = counts.get(target, np.zeros((len(MODES), *whole.shape))) + WORTH * whole[None]
+    counts = dict(fit.counts)
+    if not hidden:  # lines are those of shots alone
+        shots = episodes(log, leaf, open_to, due, line, whole=True, only=log.shot)
+        key = ("relation", POSSESSES, *RULES["line"])
+        counts[key] = count(world, shots, only=[key[:3]]).counts[key]
+    learnt = {name: _table(fit.model, *RULES[name]) for name in ("begin", "mode", "touch")}
+    for name, whole in (("due", whole_due), ("line", whole_line)):
+        counted = counts.get(("relation", POSSESSES, *RULES[name]), np.zeros((len(MODES), *whole.shape)))
+        pseudo = counted + WORTH * whole[None]
         learnt[name] = pseudo / pseudo.sum(axis=-1, keepdims=True)
-    return Intention(situations, views, learnt, float(log.speed[log.shot].mean()), source)
+    return Intention(situations, views, drives, learnt | {"pace": pace}, source)
 
 
 def _table(model: Any, target: str, part: str) -> np.ndarray:
@@ -245,9 +259,9 @@ def _table(model: Any, target: str, part: str) -> np.ndarray:
     return np.asarray(getattr(change, part).values)
 
 
-def _even(situations: int, views: int, start: Intention | None) -> dict[str, np.ndarray]:
+def _even(situations: int, views: int, drives: int, start: Intention | None) -> dict[str, np.ndarray]:
     shapes = {"begin": (len(MODES),), "mode": (len(MODES),) * 2, "touch": (len(MODES), len(TOUCHES)),
-              "due": (len(MODES), situations, len(DUE)), "line": (len(MODES), views, len(LINE))}  # fmt: skip
+              "due": (len(MODES), situations, len(DUE)), "line": (len(MODES), views, len(LINE)), "pace": (drives, len(PACE))}  # fmt: skip
     tables = {name: np.full(shape, 1.0 / shape[-1]) for name, shape in shapes.items()}
     # what he has in mind lasts, to begin with
     tables["mode"] = 0.85 * np.eye(len(MODES)) + 0.15 * tables["mode"]
@@ -264,10 +278,23 @@ def _shares(leaf: np.ndarray, outcome: np.ndarray, leaves: int, states: int) -> 
     return np.asarray(table / table.sum(axis=1, keepdims=True))
 
 
-def episodes(log: Log, leaf: np.ndarray, open_to: np.ndarray, due: np.ndarray, line: np.ndarray, hidden: bool) -> list[Episode]:
-    """Pieces of play of one length each, as data of the model: cycles that follow each other in which one man holds the ball."""
+def episodes(
+    log: Log,
+    leaf: np.ndarray,
+    open_to: np.ndarray,
+    due: np.ndarray,
+    line: np.ndarray,
+    whole: bool = False,
+    only: np.ndarray | None = None,
+) -> list[Episode]:
+    """Pieces of play of one length each, as data of the model: cycles that follow each other in which one man holds the ball.
+
+    What is not known is missing; as a whole, a cycle without a shot has some line and the first one no touch, and modes are told. With
+    `only` (N,) bool, each of these cycles is a piece of its own.
+    """
     order = np.lexsort((log.cycle, log.world))
-    follows = (np.diff(log.world[order]) == 0) & (np.diff(log.cycle[order]) == 1) & (np.diff(log.holder[order]) == 0)
+    order = order if only is None else order[only[order]]
+    follows = (only is None) & (np.diff(log.world[order]) == 0) & (np.diff(log.cycle[order]) == 1) & (np.diff(log.holder[order]) == 0)
     begins = np.flatnonzero(np.concatenate([[True], ~follows]))
     ends = np.append(begins[1:], len(order))
     by_length: dict[int, list[np.ndarray]] = {}
@@ -280,13 +307,14 @@ def episodes(log: Log, leaf: np.ndarray, open_to: np.ndarray, due: np.ndarray, l
         rows = np.stack(pieces)  # (batch, length)
         steps = []
         for t in range(length):
-            at = rows[:, t]
+            now = rows[:, t]
             evidence: dict[str, Any] = {
-                "o1.situation": leaf[at], "o1.view": open_to[at], "o1.due": due[at],
-                "o1.line": np.ma.masked_array(line[at], mask=~log.shot[at]), "ball.touch": np.ma.masked_less(log.touch[at], 0),
+                "o1.situation": leaf[now], "o1.view": open_to[now], "o1.due": due[now],
+                "o1.line": np.ma.masked_array(line[now], mask=~log.shot[now]), "ball.touch": np.ma.masked_less(log.touch[now], 0),
             }  # fmt: skip
-            if not hidden:
-                evidence["o1.mode"] = log.mode[at]
+            if whole:
+                evidence = {name: np.ma.filled(values, 0) for name, values in evidence.items()} | {"o1.mode": log.mode[now]}
+                evidence["o1.pace"] = np.zeros(len(now), np.int64)  # its table is made of shots alone
             steps.append(Observed(evidence, (f"{POSSESSES}(o1,ball)",)))
         made.append(Episode(tuple(steps), len(rows)))
     return made
@@ -296,18 +324,18 @@ def foreseen(intention: Intention, log: Log) -> dict[int, np.ndarray]:
     """Within 1, 3 and 5 cycles -> (N,) probabilities of a shot, each from what was seen up to then; in the order of the log."""
     from ...architecture.prm.inference.filter import Filter
 
-    leaf, open_to = intention.situations.leaf(log.numbers), intention.views.leaf(log.seen)
+    leaf, open_to = intention.situations.leaf(log.numbers), intention.views.leaf(log.seen[:, : len(VIEW)])
     nothing = np.zeros(len(log.world), np.int64)
     world = Grounding(intention.model(), {"ball": "Ball", "o1": "Opponent"})
     found = {cycles: np.full(len(log.world), np.nan) for cycles in (1, 3, 5)}
-    marked = Log(log.world, log.cycle, log.numbers, log.seen, log.holder, log.touch, np.arange(len(log.world)), log.shot, log.line, log.speed)
-    for piece in episodes(marked, leaf, open_to, nothing, nothing, hidden=False):
+    rows = np.arange(len(log.world))
+    for piece in episodes(replace(log, shot=rows >= 0), leaf, open_to, nothing, rows):
         tracked = Filter(world, piece.batch)
         for step in piece.steps:
             given = {name: step.evidence[name] for name in ("o1.situation", "o1.view", "ball.touch")}
             posterior = tracked.step(given, step.relations)
             for cycles, into in found.items():
-                into[step.evidence["o1.mode"]] = posterior["o1.due"][:, :cycles].sum(axis=1)
+                into[step.evidence["o1.line"]] = posterior["o1.due"][:, :cycles].sum(axis=1)
     return found
 
 
@@ -317,10 +345,12 @@ def log_loss(chance: np.ndarray, happened: np.ndarray) -> float:
     return float(-np.where(happened, np.log(chance), np.log(1 - chance)).mean())
 
 
-def calibration(chance: np.ndarray, happened: np.ndarray, edges: tuple[float, ...] = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)) -> list[tuple[float, float, int]]:
+def calibration(
+    chance: np.ndarray, happened: np.ndarray, edges: tuple[float, ...] = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+) -> list[tuple[float, float, int]]:
     """(mean chance, share that happened, how many) of chances between the edges."""
     rows = []
-    for low, high in zip(edges, edges[1:]):
+    for low, high in itertools.pairwise(edges):
         inside = (chance >= low) & ((chance < high) | (high == 1.0))
         if inside.any():
             rows.append((float(chance[inside].mean()), float(happened[inside].mean()), int(inside.sum())))
@@ -334,7 +364,9 @@ def report(intention: Intention, log: Log) -> str:
     for cycles, chance in foreseen(intention, log).items():
         happened = due[near] < cycles
         base = log_loss(np.full(near.sum(), happened.mean()), happened)
-        lines.append(f"within {cycles}: rate {happened.mean():.3f}, log-loss {log_loss(chance[near], happened):.3f}, of the rate alone {base:.3f}")
+        lines.append(
+            f"within {cycles}: rate {happened.mean():.3f}, log-loss {log_loss(chance[near], happened):.3f}, of the rate alone {base:.3f}"
+        )
         lines += [f"  {said:.2f} said, {came:.2f} came, of {many}" for said, came, many in calibration(chance[near], happened)]
     return "\n".join(lines)
 

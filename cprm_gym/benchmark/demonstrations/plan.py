@@ -18,9 +18,9 @@ from ..knowledge import SENSES
 from ..plan import BLOCK, Block, BlockResult
 from .arms import ARMS
 
-EPISODES_TOGETHER = 8 * BLOCK
+EPISODES_TOGETHER = 16 * BLOCK
 """Episodes of a block."""
-SLOTS = 100
+SLOTS = 250
 """Episodes played side by side."""
 SEED = 4001
 """Of the worlds: no study and no learning meets them."""
@@ -78,11 +78,12 @@ class Demonstration:
         return chosen.begin()
 
 
+_NOISY: dict[str, Any] = {"model": "model on belief", "more": ("rule", "state"), "episodes": 2000}
 _GAINS = {"memory": 2.0, "tracker": 2.0, "rule": 0.0}
 DEMONSTRATIONS: dict[str, Demonstration] = {
     "A": Demonstration("news of the ball two cycles late", "ball late 2", {"tracker": 9.0, "rule": 2.0}, more=("memory", "state")),
-    "B .5": Demonstration("noise, half", "noise .5", {"tracker": 4.0, "memory": 4.0}, "model on belief", more=("rule", "state"), episodes=2000),
-    "B 1": Demonstration("noise", "noise 1", {"tracker": 4.0, "memory": 4.0}, "model on belief", more=("rule", "state"), episodes=2000),
+    "B .5": Demonstration("noise, half", "noise .5", {"tracker": 4.0, "memory": 4.0}, **_NOISY),
+    "B 1": Demonstration("noise", "noise 1", {"tracker": 4.0, "memory": 4.0}, **_NOISY),
     "C wide": Demonstration("a look in every third cycle", "wide", _GAINS),
     "C .3": Demonstration("three looks of ten are lost", "lost .3", _GAINS),
     "C .6": Demonstration("six looks of ten are lost", "lost .6", _GAINS),

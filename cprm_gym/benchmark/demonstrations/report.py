@@ -33,7 +33,7 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """The point estimate reaches the floor and the interval excludes 0; of a floor of 0 the model is not behind (> -1, lower end > -2)."""
+        """Whether the point estimate reaches the floor and the interval excludes 0; of a floor of 0: above -1, lower end above -2."""
         if self.floor is None or self.difference is None or self.difference_low is None:
             return None
         if self.floor == 0:
@@ -78,7 +78,10 @@ def summarise(plan: DemonstrationPlan, results: list[BlockResult]) -> Demonstrat
     for result in results:
         name, arm = result.block.controller.rsplit("/", 1)
         found.setdefault((name, arm), []).append(result)
-    success = {key: np.concatenate([np.array(r.success, bool) for r in sorted(group, key=lambda r: r.block.first)]) for key, group in found.items()}
+    success = {}
+    for key, group in found.items():
+        group.sort(key=lambda result: result.block.first)
+        success[key] = np.concatenate([np.array(result.success, bool) for result in group])
     rows = []
     for name in plan.tasks:
         one = DEMONSTRATIONS[name]

@@ -32,7 +32,7 @@ class ArmSearch:
 
     demonstration: str
     arm: str
-    worlds: int = 160
+    worlds: int = 250
     population: int = 12
     elite: int = 4
     generations: int = 4
