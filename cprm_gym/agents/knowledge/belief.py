@@ -124,6 +124,8 @@ class BeliefTier(Tracker):
             self._cycles += 1
             kicking = (np.asarray(sent["type"]) == CommandKind.KICK).any()
             self._pushes = [self._own_kick(sent) if kicking else np.zeros((len(self._cycles), 2)), *self._pushes[:-1]]
+        else:
+            self._cycles[:] = 0
         me = self._locate(observation, sent)
         late, others = self._late - self._everything, self._late_others - self._everything
         unsure = np.stack([0.5 * (self.pose.cov[:, 1, 1] + self.pose.cov[:, 2, 2]), self.pose.cov[:, 0, 0]], axis=1)

@@ -109,7 +109,8 @@ class Tracker:
             self._sent, self._cycles = [], np.zeros(count, np.int64)
             self._last = me, self._mean
             return
-        self._seen[worlds], self._known[worlds], self._cycles[worlds] = False, False, 0
+        self._seen[worlds], self._known[worlds] = False, False
+        self._cycles[worlds] = -1  # the others' next cycle is their first
         for past in self._selves:
             past[worlds] = me[worlds]
         for push in self._pushes:
@@ -123,6 +124,8 @@ class Tracker:
             self._sent = [sent, *self._sent][: self._everything]
             self._cycles += 1
             self._predict()
+        else:
+            self._cycles[:] = 0
         self._selves = [me, *self._selves[:-1]] if self._back else [me]
         self._take(observation, self._selves[self._back])
         memory, age = np.array(observation["memory"]), np.array(observation["memory_age"])

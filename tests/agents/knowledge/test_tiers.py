@@ -15,6 +15,7 @@ from cprm_gym.agents.knowledge.oracles import Foresight, idle
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.knowledge.tracker import Tracker
 from cprm_gym.agents.registry import AGENTS
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.core import SoccerCore, select_agents
@@ -365,3 +366,19 @@ def test_the_bins_are_what_the_goalies_model_expects():
         agent.act(seen)
         assert told[:, 0, 0] == pytest.approx(agent.controller.executor.read("ball_x"), abs=1e-4)
         core.step(idle(core))
+
+
+@pytest.mark.parametrize("senses", [Senses(late_ball=2), Senses(late=2)], ids=str)
+def test_a_late_world_that_begins_while_others_go_on_is_known_as_one_that_begins_with_all(senses):
+    """Its first cycle counts as none, so that the first news, which are told until others come, are not taken for new ones."""
+    task, make = make_task("Goalie"), PLAYERS["Goalie"].on("tracker", senses)
+    some, all_ = (play_episodes(task, make, 24, 5, 0, senses, slots) for slots in (6, 24))
+    assert some.cycles.tolist() == all_.cycles.tolist()
+    assert some.success.tolist() == all_.success.tolist()
+
+
+def test_the_belief_in_late_news_is_as_good_where_worlds_begin_one_by_one():
+    """8 points of saves were lost there: the tracker's goalie keeps as many, or a few less."""
+    senses, task = Senses(late_ball=2), make_task("Goalie")
+    belief, tracker = (play_episodes(task, PLAYERS["Goalie"].on(tier, senses), 250, 99, 0, senses, 50) for tier in ("belief", "tracker"))
+    assert belief.success.mean() > tracker.success.mean() - 0.04
