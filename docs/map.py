@@ -16,7 +16,7 @@ from cprm_gym.benchmark.knowledge import HEAD, RIVAL, Row, plot_groups
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE = DOCS / "results" / "knowledge.json", DOCS / "knowledge.md"
-BLOCK = re.compile(r"(<!-- (rows|senses): ([\w, ]+) -->\n\n).*?(\n<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- (rows|senses): ([\w, ]+) -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
 """A table that is made: all rows of some tasks, or one task's senses with a column for each tier."""
 
 
@@ -67,7 +67,7 @@ def with_tables(text: str, rows: list[Row]) -> str:
     def made(match: re.Match[str]) -> str:
         tasks = match[3].split(", ")
         chosen = [row for task in tasks for row in rows if row.task == task]
-        return match[1] + (as_rows if match[2] == "rows" else as_senses)(chosen) + "\n" + match[4]
+        return f"{match[1]}\n{(as_rows if match[2] == 'rows' else as_senses)(chosen)}\n\n{match[4]}"
 
     return BLOCK.sub(made, text)
 

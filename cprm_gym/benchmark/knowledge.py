@@ -284,7 +284,7 @@ def plot_groups(rows: Sequence[Row]) -> bytes:
 
     tasks = len({row.task for row in rows})
     name: Callable[[Row], str] = (lambda row: f"{row.task}\n{row.senses}") if tasks > 1 else (lambda row: row.senses)
-    figure = Figure(figsize=(2.0 + 0.8 * len({name(row) for row in rows}), 4.2), layout="constrained")
+    figure = Figure(figsize=(2.0 + (1.6 if tasks > 1 else 0.5) * len({name(row) for row in rows}), 4.2), layout="constrained")
     axis = figure.subplots()
     _bars(axis, rows, name)
     axis.set_ylabel("success, %" if tasks > 1 else f"{rows[0].task}: success, %")
