@@ -40,6 +40,12 @@ PLACED = replace(BallConstants(), placed=0.03, turned=0.1)
 """The ball's constants where the own pose is as good as the model's, not as dead reckoning's."""
 
 
+def _without(action: Action, worlds: np.ndarray) -> Action:
+    """An action that does nothing in some worlds."""
+    neck = np.where(worlds[:, None], 0.0, action["turn_neck"])
+    return {**action, "type": np.where(worlds, CommandKind.NONE, action["type"]), "turn_neck": neck}
+
+
 MOTION = ("ball.x", "ball.y", "ball.vx", "ball.vy")
 
 
@@ -97,6 +103,7 @@ class BeliefTier(Tracker):
         self._filter: Filter | None = None
         self._ball_age, self._moved = np.zeros(0), np.zeros((0, 2))
         self._done: list[Action] = []
+        self._begun = np.zeros(0, bool)
         self._past: list[tuple[np.ndarray, np.ndarray]] = []
         self.posterior: Posterior | None = None
         """What is believed of the ball as it was when it was seen."""
@@ -111,17 +118,20 @@ class BeliefTier(Tracker):
         else:
             self._filter.reset(worlds)
         if worlds is None:
+            self._begun = np.ones(count, bool)
             self._ball_age, self._moved, self._done, self._past = np.full(count, NEVER), np.zeros((count, 2)), [], []
         else:
             self._ball_age[worlds], self._moved[worlds] = NEVER, 0.0
+        self._begun[slice(None) if worlds is None else worlds] = True
         self.pose.reset(count, worlds)
         self.others.reset(count, worlds)
         super().reset({"self": np.zeros((count, len(SelfFeature))), "level": observation["level"]}, worlds)
 
     def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
         """What is expected, carried on to now."""
+        begun = self._begun
+        self._cycles = np.where(begun, 0, self._cycles + 1)
         if sent is not None:
-            self._cycles += 1
             kicking = (np.asarray(sent["type"]) == CommandKind.KICK).any()
             self._pushes = [self._own_kick(sent) if kicking else np.zeros((len(self._cycles), 2)), *self._pushes[:-1]]
         else:
@@ -131,7 +141,6 @@ class BeliefTier(Tracker):
         unsure = np.stack([0.5 * (self.pose.cov[:, 1, 1] + self.pose.cov[:, 2, 2]), self.pose.cov[:, 0, 0]], axis=1)
         if "landmarks" not in observation:
             unsure[:] = RECKONED
-        begun = self._cycles == 0
         for was, doubt in self._past:
             was[begun], doubt[begun] = me[begun], unsure[begun]
         self._past = [(me, unsure), *self._past[: max(late, others) + 1]]
@@ -142,6 +151,7 @@ class BeliefTier(Tracker):
             ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
         now = self._himself(observation, me)
         self._last = now, ball
+        self._begun = np.zeros(len(me), bool)
         own = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64)
         memory, age = np.zeros((len(me), 23, 4)), np.full((len(me), 23), NEVER)
         memory[:, 0] = np.where(self._seen[:, None], ball, 0.0)
@@ -171,13 +181,14 @@ class BeliefTier(Tracker):
             return np.array(observation["self"], np.float64)
         # the newest first; what a world did before its episode began is not its own
         if sent is not None:
-            begun = self._cycles <= 1
-            old = [{**action, "type": np.where(begun, CommandKind.NONE, action["type"])} for action in self._done]
-            self._done = [sent, *old[: self._everything]]
+            done = [sent, *self._done][: self._everything + 1]
+            if self._begun.any():
+                done = [_without(action, self._begun) for action in done]
+            self._done = done
             self._sent = self._done[: self._everything]
-        done = self._done[self._everything] if len(self._done) > self._everything else None
+        before = self._done[self._everything] if len(self._done) > self._everything else None
         young = (self._cycles > 0) & (self._cycles <= self._everything)
-        return self.pose.step(observation, done, young if self._everything else None)
+        return self.pose.step(observation, before, young if self._everything else None)
 
     def _meet(self, observation: Observation, back: int) -> None:
         """Mates and opponents, as they were seen `back` cycles before the rest."""
@@ -216,6 +227,7 @@ class BeliefTier(Tracker):
         played = (who & (gap < self.body.reach + self.constants.near)).any(axis=1)
         told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": np.asarray(played, np.int64)}
         before = self._before if self.senses.asynchronous and len(self._before) == len(me) else me
+        before = np.where((self._cycles == 0)[:, None], me, before)
         for whose, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:
             for name, column in zip(SELF, (SelfFeature.X, SelfFeature.Y, SelfFeature.VX, SelfFeature.VY)):
                 told[f"ball.{whose}_{name}"] = values[:, column].astype(np.float64)

@@ -101,6 +101,37 @@ def test_on_the_belief_no_agent_needs_the_environments_memory(task, controller):
     assert all(np.isfinite(action["params"]).all() for action in actions)
 
 
+@pytest.mark.parametrize("late", [{}, {"late_ball": 2}, {"late_others": 2}, {"late": 2}, {"asynchronous": True}], ids=str)
+def test_a_world_that_begins_anew_is_known_as_one_alone(late):
+    """Nothing of the episode before is left, and the first news, told again until others come, are taken once."""
+    senses = Senses(**late)
+    task = make_task("Goalie")
+    core = SoccerCore(task, 3, seed=5, include=PARTS, senses=senses)
+    core.reset(5)
+    batch, controller = make_tier("belief", task, "left_1", senses), goalie_memory.make_controller(task, "left_1")
+    batch.reset(of_agent(core))
+    controller.reset(of_agent(core), 0)
+    told, done, known = [], [], []
+    for cycle in range(20):
+        if cycle == 9:
+            core.reset([np.random.SeedSequence(77)], np.array([1]))
+            for made in ((batch,), (controller, 0)):
+                made[0].reset(of_agent(core), *made[1:], np.array([False, True, False]))
+            done[-1]["type"][1] = 0
+        told.append(of_agent(core))
+        known.append(batch.know(told[-1], done[-1] if done else None))
+        done.append({key: np.array(value) for key, value in controller.act(told[-1]).items()})
+        core.step({key: value[:, None] for key, value in done[-1].items()})
+    alone = make_tier("belief", task, "left_1", senses)
+    first = {key: value[1:2] for key, value in told[9].items()}
+    alone.reset(first)
+    for cycle in range(9, 20):
+        seen = {key: value[1:2] for key, value in told[cycle].items()}
+        mine = alone.know(seen, None if cycle == 9 else {key: value[1:2] for key, value in done[cycle - 1].items()})
+        for part in ("self", "memory", "memory_age"):
+            assert known[cycle][part][1] == pytest.approx(mine[part][0], abs=1e-4), (cycle, part)
+
+
 def test_a_tier_tells_himself_and_the_others_where_they_are():
     """Of the goalie's belief after six cycles: himself to 20 cm, his row among the others, the opponents he sees to a metre."""
     core, seen, actions = play(informed(goalie_memory.make_controller, "belief"), worlds=20, cycles=6)
