@@ -74,7 +74,7 @@ def edges_of(name: str, net: PetriNet) -> dict[str, tuple[float, ...]]:
 
 
 def heeds_of(net: PetriNet, parts: bool = False) -> tuple[str, ...]:
-    """Places that say how far a behaviour is: what its modules (its innermost `parts` alone) count, and which of them are at work."""
+    """Places that say how far a behaviour is: what its modules (or its innermost parts alone) count, and which of them are at work."""
     found = []
     for path, instance in instances(net).items():
         if not path or (parts and instance.net.modules):

@@ -41,7 +41,7 @@ def receiver(body: Body, change: Change | None = None) -> PetriNet:
 
 
 def pair_on_stage(change: Change | None = None) -> Cast:
-    """Passer and receiver; `change` makes another receiver.
+    """Passer and receiver; a change makes another receiver.
 
     Outcomes are ``received``, ``failed`` (the passer says that it did), ``missed`` (the receiver does).
     """

@@ -67,7 +67,7 @@ class StageRuns:
         return runs
 
 
-class Film(NamedTuple):
+class FilmedRun(NamedTuple):
     """One episode, to be drawn."""
 
     name: str
@@ -83,7 +83,7 @@ class Film(NamedTuple):
     """Of the bodies in each cycle."""
 
 
-def film(name: str, number: int, seed: int, change: Change | None = None) -> Film:
+def film(name: str, number: int, seed: int, change: Change | None = None) -> FilmedRun:
     """Play one run of `StageRuns` again and keep what can be drawn of it.
 
     Parameters
@@ -109,7 +109,7 @@ def film(name: str, number: int, seed: int, change: Change | None = None) -> Fil
         if came:
             outcome = came[0]
             break
-    return Film(name, outcome, number, np.array(places), np.array(bodies), marked, commands)
+    return FilmedRun(name, outcome, number, np.array(places), np.array(bodies), marked, commands)
 
 
 def _discrete(net: CompiledNet) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...agents.worlds.learned import behaviour as named
 from ...agents.worlds.learned import learn_world
-from ...agents.worlds.runs import Film, StageRuns, film
+from ...agents.worlds.runs import FilmedRun, StageRuns, film
 from ...agents.worlds.stage import Change
 from ...architecture.analysis.bounded.unknown_state import unknown_state_bounds
 from ...architecture.analysis.bounded.value_iteration import IntervalBounds, interval_bounds
@@ -156,7 +156,7 @@ class BehaviourReport:
             for c in conditional(chain, self.worst, self.exact).causes(most)
         ]
 
-    def film(self) -> Film | None:
+    def film(self) -> FilmedRun | None:
         """An episode of the simulator that came to the worst outcome, if any did, or else to the first there is."""
         if self.played is None or not self.played.runs:
             return None

@@ -174,7 +174,7 @@ def try_methods(
     Parameters
     ----------
     name : str
-        Registered, unless `make` is given.
+        Registered, unless a factory is given.
     task : Task or str
         With one agent.
     episodes, seed : int

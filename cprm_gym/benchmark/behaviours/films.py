@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...agents.worlds.runs import Film
+from ...agents.worlds.runs import FilmedRun
 
 WIDTH = 720
 SECONDS = 0.12
@@ -22,7 +22,7 @@ ROW = 15
 """Height of a line of the net's picture."""
 
 
-def pitch_film(film: Film) -> str:
+def pitch_film(film: FilmedRun) -> str:
     """The run on the pitch: ways as lines, players moving along them, each command where it was given."""
     moved = np.ptp(film.places, axis=0).max(axis=1) > 0.0
     near = [k for k in range(film.places.shape[1]) if k < 2 or moved[k] or _close(film, k)]
@@ -72,13 +72,13 @@ def _moving(kind: str, values: Sequence[str], duration: str) -> str:
     )
 
 
-def _close(film: Film, k: int) -> bool:
+def _close(film: FilmedRun, k: int) -> bool:
     """Whether one who stands still stands where it happens."""
     gap = film.places[:, k] - film.places[:, 0]
     return bool((np.hypot(gap[:, 0], gap[:, 1]) < 25.0).any())
 
 
-def net_film(film: Film) -> str:
+def net_film(film: FilmedRun) -> str:
     """The run of the net: a line for each place whose tokens change, a cell for each cycle in which it holds some; below, the commands."""
     first = film.marked[0]
     every = dict.fromkeys(n for row in film.marked for n in row)
