@@ -118,6 +118,8 @@ class SoccerAgent:
             if name not in commands.fired:
                 continue
             fired = commands.fired[name]
+            if not fired.any():
+                continue
             action["type"][fired] = kind
             values = [commands.values[name].get(key, 0.0) for key in parameters]
             action["params"][fired] = scaled(np.full(count, int(kind)), *values)[fired]

@@ -38,6 +38,7 @@ class Clock:
     """
 
     def __init__(self, seconds: float, whole: Clock | None = None) -> None:
+        self.granted = seconds
         self.ends = time.monotonic() + seconds
         self.whole = whole
         self._interrupted = False

@@ -260,10 +260,9 @@ def _add_capacities(inhibit: np.ndarray, pre: np.ndarray, post: np.ndarray, capa
 
     What a transition produces needs its room even where a set arc then overwrites it.
     """
-    limited = np.flatnonzero(capacity >= 0)
-    made = post[:, limited].astype(np.int64)
-    gain = made - (0 if weak else pre[:, limited])
-    may, held = (made > 0) & ((gain > 0) | weak), inhibit[:, limited]
-    room = np.maximum(capacity[limited] - gain + 1, 0)
-    least = np.where(room == 0, NEVER, np.where(held == FREE, room, np.minimum(room, held)))
-    inhibit[:, limited] = np.where(may, least, held)
+    t, p = np.nonzero((post > 0) & (capacity >= 0))  # few of all pairs: large nets have millions
+    gain = post[t, p].astype(np.int64) - (0 if weak else pre[t, p])
+    exceeding = (gain > 0) | weak
+    t, p, gain = t[exceeding], p[exceeding], gain[exceeding]
+    room, held = np.maximum(capacity[p] - gain + 1, 0), inhibit[t, p]
+    inhibit[t, p] = np.where(room == 0, NEVER, np.where(held == FREE, room, np.minimum(room, held)))

@@ -18,7 +18,7 @@ from ..petri.files.load import load_net
 from ..petri.net.net import MAX_PARTS
 from .behaviour.properties import Proofs, Structure, analyze_structure
 from .behaviour.state_space import Progress
-from .budget import Budget
+from .budget import Budget, Clock
 from .modules.composition import CompositionReport, check_composition
 from .modules.contracts import ContractReport, check_contract
 from .net_arrays import System
@@ -171,7 +171,7 @@ def analyze(
     own = System.from_net(compiled)
     notes: list[str] = []
     limits = budget.part(0.2).start()[1]  # of what is found by cutting cells
-    closed = _attempt(lambda: closed_system(compiled, bounds, enough=limits.spent), notes) if needs_time(compiled) else None
+    closed = _attempt(lambda: closed_system(compiled, bounds, enough=limits.spent), clock, notes) if needs_time(compiled) else None
     seen = closed.untimed if closed and is_module else own  # a module is looked at with its caller, from where the caller starts
     structural = _structural(seen, minimal, budget.part(0.3), notes)
     untimed = analyze_structure(seen, budget.part(0.3 if closed else 0.9), progress, proofs=structural.proofs)
@@ -235,8 +235,11 @@ def _check_memory(c: CompiledNet, budget: Budget) -> None:
         )
 
 
-def _attempt(make: Callable[[], TimedSystem], notes: list[str]) -> TimedSystem | None:
-    """What `make` returns, or None with a note when the exploration with clocks cannot follow the net."""
+def _attempt(make: Callable[[], TimedSystem], clock: Clock, notes: list[str]) -> TimedSystem | None:
+    """What `make` returns, or None with a note when the exploration with clocks cannot follow the net, or the time is half over."""
+    if clock.spent() or clock.left < 0.5 * clock.granted:  # its arrays take as long as those that there are
+        notes.append("not explored cycle by cycle: the time is over")
+        return None
     try:
         return make()
     except NetError as error:

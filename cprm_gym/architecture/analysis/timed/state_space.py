@@ -265,7 +265,7 @@ def explore_timed(
         system = timed_system(system)
     budget, clock = (budget or Budget()).start()
     n = len(system.transitions)
-    chunk = max(100, min(chunk, 8_000_000 // (n + 1)))
+    chunk = max(100, min(chunk, 1_000_000 // (n + 1)))
     widest = max((len(v.cells) for v in system.variables), default=0)
     branch = n + widest + 2
     width = len(system.start)

@@ -112,8 +112,8 @@ def bin_of(variable: GroundVariable, values: np.ndarray) -> np.ndarray:
     edges = np.asarray(variable.edges, dtype=np.float64)
     if variable.circular:
         values = edges[0] + np.mod(values - edges[0], edges[-1] - edges[0])
-    if variable.clip:
-        values = np.clip(values, edges[0], edges[-1])
+    if variable.clip:  # `np.clip` takes three times as long for few values
+        values = np.minimum(np.maximum(values, edges[0]), edges[-1])
     outside = (values < edges[0]) | (values > edges[-1])
     if outside.any():
         raise EvidenceError(f"evidence for {variable.name!r}: {values[outside].flat[0]} lies outside its bins, {edges[0]} to {edges[-1]}")

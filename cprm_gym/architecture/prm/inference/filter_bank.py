@@ -484,6 +484,8 @@ class FilterBank:
         owner, _, attribute = variable.partition(".")
         class_name = self.grounding.objects.get(owner, "")
         if class_name not in self._answered_for:
+            if self.batch == 1 and self.answers and not self._answered_for and variable in (alone := self.answers[0][1]):
+                return np.asarray(view(alone[variable], alone.variables[variable]))
             out = np.full(self.batch, np.nan)
             for agents, posterior in self.answers:
                 for own, inside in self._by_own_name(variable, agents).items():
