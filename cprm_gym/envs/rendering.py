@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ FPS = 10
 SCALE = 8
 """Pixels per metre."""
 SMOOTH = 2
-"""Everything is drawn this many times larger and then reduced, which smooths the edges."""
+"""Everything is drawn this many times larger and then reduced, which smooths the edges: the pitch once, then only where something moves."""
 BOARD = 30
 """Height of the score board, pixels."""
 TRAIL = 20
@@ -103,6 +104,7 @@ class Viewer:
         self._window: Any = None
         self._clock: Any = None
         self._pitch: Any = None
+        self._corner = (0.0, 0.0)
         self._fonts: dict[int, Any] = {}
         self._pygame: Any = None
         if mode != "ansi":
@@ -155,7 +157,8 @@ class Viewer:
             self._last_time = steps
         surface = self._picture(world, cones, belief, marks or {})
         if self.mode == "rgb_array":
-            return np.transpose(pygame.surfarray.array3d(surface), (1, 0, 2)).copy()
+            # one pass over the pixels; `surfarray` gives columns first, which would have to be turned
+            return np.frombuffer(bytearray(pygame.image.tobytes(surface, "RGB")), np.uint8).reshape(*surface.get_size()[::-1], 3)
         if self._window is None:
             pygame.display.init()
             driver = pygame.display.get_driver()
@@ -180,8 +183,33 @@ class Viewer:
     # ------------------------------------------------------------------ parts of the picture
 
     def _at(self, x: float, y: float) -> tuple[float, float]:
-        k = SCALE * SMOOTH
-        return x * self._scale + (LENGTH / 2 + MARGIN) * k, y * self._scale + (WIDTH / 2 + MARGIN) * k + BOARD * SMOOTH
+        """Where a place of the pitch is on the enlarged surface that is being drawn on."""
+        k, (left, top) = SCALE * SMOOTH, self._corner
+        return x * self._scale + (LENGTH / 2 + MARGIN) * k - left, y * self._scale + (WIDTH / 2 + MARGIN) * k + BOARD * SMOOTH - top
+
+    def _patch(self, surface: Any, points: Any, margin: float, paint: Callable[[Any], None]) -> None:
+        """Let `paint` draw on an enlarged, clear part of the picture, then reduce it and lay it on.
+
+        Parameters
+        ----------
+        surface : pygame.Surface
+        points : (n, 2) array
+            Pixels of the enlarged picture, around which the part reaches.
+        margin : float
+            How far beyond them, in such pixels.
+        """
+        pygame = self._pygame
+        low, high = np.min(points, axis=0) - margin, np.max(points, axis=0) + margin
+        left, top, right, bottom = (int(v) for v in (*np.floor(low / SMOOTH), *np.ceil(high / SMOOTH)))
+        box = pygame.Rect(left, top, right - left, bottom - top).clip(surface.get_rect())
+        if not box.width or not box.height:
+            return
+        part = pygame.Surface((box.width * SMOOTH, box.height * SMOOTH), pygame.SRCALPHA)
+        self._corner = box.left * SMOOTH, box.top * SMOOTH
+        paint(part)
+        self._corner = 0.0, 0.0
+        # colours times opacity: reducing would mix the black of what is clear into the edges otherwise
+        surface.blit(pygame.transform.smoothscale(part.premul_alpha(), box.size), box, special_flags=pygame.BLEND_PREMULTIPLIED)
 
     def _font(self, height: int) -> Any:
         if height not in self._fonts:
@@ -250,50 +278,77 @@ class Viewer:
     def _picture(self, world: np.void, cones: tuple[int, ...], belief: np.ndarray | None, marks: Mapping[int, str]) -> Any:
         pygame, k = self._pygame, self._unit
         if self._pitch is None:
-            self._pitch = self._background()
+            self._pitch = pygame.transform.smoothscale(self._background(), self.size)
         surface = self._pitch.copy()
-        veil = pygame.Surface(surface.get_size(), pygame.SRCALPHA)
-        for player in cones:
-            self._cone(veil, world, player)
-        if belief is not None:
+        places = [self._at(float(x), float(y)) for x, y in world["pos"]]
+        if belief is not None and len(belief):
             self._cloud(surface, belief)
-        for i, (x, y) in enumerate(self.trail):
-            pygame.draw.circle(veil, (255, 255, 255, int(10 + 130 * i / TRAIL)), self._at(x, y), 0.32 * k)
-        surface.blit(veil, (0, 0))
+        if cones:
+            self._cones(surface, world, cones)
+        self._tail(surface)
         for player in range(1, 23):
             if world["enabled"][player - 1]:
-                self._player(surface, world, player)
+                self._patch(surface, [places[player]], 2.2 * k, partial(self._player, world=world, player=player))
         for player, text in marks.items():
-            self._mark(surface, self._at(*(float(v) for v in world["pos"][player])), text)
-        ball = self._at(float(world["pos"][0, 0]), float(world["pos"][0, 1]))
-        pygame.draw.circle(surface, _DARK, ball, 0.52 * k)
-        pygame.draw.circle(surface, _BALL, ball, 0.42 * k)
-        self._board(surface, world)
-        return pygame.transform.smoothscale(surface, self.size)
+            self._mark(surface, places[player], text)
+        self._patch(surface, [places[0]], 0.6 * k, partial(self._ball, world=world))
+        self._patch(surface, [(0, 0), (self.size[0] * SMOOTH, BOARD * SMOOTH)], 0, partial(self._board, world=world))
+        return surface
+
+    def _ball(self, surface: Any, world: np.void) -> None:
+        place = self._at(float(world["pos"][0, 0]), float(world["pos"][0, 1]))
+        self._pygame.draw.circle(surface, _DARK, place, 0.52 * self._unit)
+        self._pygame.draw.circle(surface, _BALL, place, 0.42 * self._unit)
+
+    def _tail(self, surface: Any) -> None:
+        """Where the ball has been, the brighter the later."""
+
+        def paint(part: Any) -> None:
+            for i, (x, y) in enumerate(self.trail):
+                self._pygame.draw.circle(part, (255, 255, 255, int(10 + 130 * i / TRAIL)), self._at(x, y), 0.32 * self._unit)
+
+        self._patch(surface, [self._at(x, y) for x, y in self.trail], 0.4 * self._unit, paint)
 
     def _cloud(self, surface: Any, belief: np.ndarray) -> None:
-        """Points of a belief, on a veil of their own: a circle replaces what it covers there, so that the likelier come last."""
-        veil = self._pygame.Surface(surface.get_size(), self._pygame.SRCALPHA)
+        """Points of a belief: a circle replaces what it covers on its part, so that the likelier come last."""
         points = np.asarray(belief, float).reshape(-1, 3)
-        for x, y, weight in points[np.argsort(points[:, 2], kind="stable")]:
-            opacity = int(230 * min(1.0, max(0.0, weight)))
-            if opacity > 0:
-                self._pygame.draw.circle(veil, (60, 120, 255, opacity), self._at(x, y), 0.8 * self._unit)
-        surface.blit(veil, (0, 0))
+
+        def paint(part: Any) -> None:
+            for x, y, weight in points[np.argsort(points[:, 2], kind="stable")]:
+                opacity = int(230 * min(1.0, max(0.0, weight)))
+                if opacity > 0:
+                    self._pygame.draw.circle(part, (60, 120, 255, opacity), self._at(x, y), 0.8 * self._unit)
+
+        self._patch(surface, [self._at(x, y) for x, y, _ in points], self._unit, paint)
 
     def _mark(self, surface: Any, at: tuple[float, float], text: str) -> None:
         """A ring, and what is said of him who stands in it."""
-        self._pygame.draw.circle(surface, _REGION, at, 1.75 * self._unit, max(2, int(0.2 * self._unit)))
         label = self._font(int(15 * SMOOTH)).render(text, True, _REGION)
-        surface.blit(label, (at[0] - label.get_width() / 2, at[1] + 1.9 * self._unit))
+        half, below = label.get_width() / 2, 1.9 * self._unit
 
-    def _cone(self, veil: Any, world: np.void, player: int) -> None:
-        i = player - 1
-        face = float(world["body"][i] + world["neck"][i])
-        half = CONE.get(int(world["view_width"][i]), CONE[2]) / 2
-        x, y = (float(v) for v in world["pos"][player])
-        rim = [self._at(x + 40 * math.cos(face + a), y + 40 * math.sin(face + a)) for a in np.linspace(-half, half, 32)]
-        self._pygame.draw.polygon(veil, (255, 255, 255, 36), [self._at(x, y), *rim])
+        def paint(part: Any) -> None:
+            x, y = at[0] - self._corner[0], at[1] - self._corner[1]
+            self._pygame.draw.circle(part, _REGION, (x, y), 1.75 * self._unit, max(2, int(0.2 * self._unit)))
+            part.blit(label, (x - half, y + below))
+
+        corners = [(at[0] - half, at[1]), (at[0] + half, at[1] + below + label.get_height())]
+        self._patch(surface, [at, *corners], 1.9 * self._unit, paint)
+
+    def _cones(self, surface: Any, world: np.void, players: tuple[int, ...]) -> None:
+        """View cones, all on one part: where they overlap it is no brighter."""
+        polygons = []
+        for player in players:
+            i = player - 1
+            face = float(world["body"][i] + world["neck"][i])
+            half = CONE.get(int(world["view_width"][i]), CONE[2]) / 2
+            x, y = (float(v) for v in world["pos"][player])
+            polygons.append([(x, y), *((x + 40 * math.cos(face + a), y + 40 * math.sin(face + a)) for a in np.linspace(-half, half, 32))])
+
+        def paint(part: Any) -> None:
+            for polygon in polygons:
+                self._pygame.draw.polygon(part, (255, 255, 255, 36), [self._at(*corner) for corner in polygon])
+
+        self._patch(surface, [self._at(*corner) for polygon in polygons for corner in polygon], 1.0, paint)
 
     def _player(self, surface: Any, world: np.void, player: int) -> None:
         pygame, k, i = self._pygame, self._unit, player - 1

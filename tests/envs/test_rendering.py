@@ -72,3 +72,44 @@ def test_a_window_without_a_display_is_refused(monkeypatch):
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
     with pytest.raises(CprmError, match="no display for a window; use the mode 'rgb_array'"):
         viewer.draw(core.sim.world[0])
+
+
+class Enlarged(Viewer):
+    """Draws everything on one enlarged picture and reduces that: the oracle of patches."""
+
+    def _patch(self, surface, points, margin, paint):
+        if self.whole is None:
+            self.whole = self._background()
+        paint(self.whole)
+
+
+def test_patches_of_the_picture_are_those_of_the_whole_drawn_enlarged():
+    import pygame
+
+    core = SoccerCore(make_task("Soccer11v11"), 1)
+    core.reset(4)
+    rng = np.random.default_rng(1)
+    world = core.sim.world[0]
+    world["pos"][1:] = rng.uniform((-54, -36), (54, 36), (22, 2))
+    world["body"], world["neck"] = rng.uniform(-3, 3, (2, 22))
+    world["tackle_cycles"][4] = 3
+    whole = Enlarged("rgb_array")
+    whole.whole = None
+    whole.draw(world, marks={3: "waits"})
+    expected = pygame.surfarray.array3d(pygame.transform.smoothscale(whole.whole, whole.size)).transpose(1, 0, 2)
+    drawn = Viewer("rgb_array").draw(world, marks={3: "waits"})
+    off = np.abs(drawn.astype(int) - expected).max(axis=2)
+    assert (off > 8).mean() < 1e-4
+    empty = Viewer("rgb_array")
+    world["enabled"] = 0
+    assert (empty.draw(world) != drawn).any(axis=2).mean() > 0.005, "so much of it is players"
+
+
+def test_a_picture_belongs_to_who_asked_for_it():
+    core = SoccerCore(make_task("GoToBall"), 1, seed=0)
+    core.reset(1)
+    viewer = Viewer("rgb_array")
+    first = viewer.draw(core.sim.world[0])
+    kept = first.copy()
+    first[...] = 0
+    np.testing.assert_array_equal(viewer.draw(core.sim.world[0]), kept)
