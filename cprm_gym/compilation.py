@@ -20,7 +20,7 @@ import numba
 from numba.core import config as _config
 from numba.core import event, types
 
-from .kernel_cache import KernelCache, cache_root, say
+from .kernel_cache import KernelCache, cache_root, remove_stale, say
 
 config: Any = _config
 
@@ -144,7 +144,10 @@ class _Announcement(event.Listener):  # type: ignore[misc]
         module = getattr(data.data["dispatcher"].py_func, "__module__", "")
         if not _announced and module.startswith("cprm_gym"):
             _announced = True
-            say("compiling kernels, once; later runs load them from the cache ..." if cache_root() else "compiling kernels ...")
+            root = cache_root()
+            say("compiling kernels, once; later runs load them from the cache ..." if root else "compiling kernels ...")
+            if root:
+                remove_stale(root)
 
     def on_end(self, data: event.Event) -> None:
         """Nothing to say when a kernel is done."""

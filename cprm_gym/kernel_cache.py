@@ -7,7 +7,8 @@ that belongs to this user (or to the administrator) and that nobody else can wri
 * else ``$XDG_CACHE_HOME/cprm_gym``, ``~/.cache/cprm_gym``, or a folder of this user under the temporary directory, whichever is safe first;
 * else none: kernels are compiled anew in every process, which is said once.
 
-A folder that can only be read is used as it is. A full disk or a damaged file costs a compilation, never the run: what is kept is
+A folder that can only be read is used as it is. Kernels of versions that nobody has used for a month are removed when others are
+compiled. A full disk or a damaged file costs a compilation, never the run: what is kept is
 written whole, with a checksum.
 """
 
@@ -16,11 +17,13 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
+import shutil
 import stat
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -30,6 +33,8 @@ from numba.core import caching
 from .errors import CacheError
 
 VARIABLE = "CPRM_GYM_CACHE"
+STALE = 30.0
+"""Days after which kernels that nobody has used are removed."""
 DIGEST = hashlib.sha256().digest_size
 
 
@@ -117,6 +122,30 @@ def _reason(error: Exception) -> str:
     return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
+def remove_stale(root: Path, days: float = STALE) -> int:
+    """Remove kernels that nobody has used for so many days: those of earlier versions. How many folders they were.
+
+    Using a folder renews its time (`KernelCache`). What cannot be removed stays.
+    """
+    oldest, removed = time.time() - 86400.0 * days, 0
+    try:
+        folders = [entry for entry in os.scandir(root / "kernels") if entry.is_dir(follow_symlinks=False)]
+        for entry in folders:
+            if entry.stat(follow_symlinks=False).st_mtime < oldest:
+                shutil.rmtree(entry.path, ignore_errors=True)
+                removed += 1
+    except OSError as error:
+        _say_once(f"old kernels stay: {_reason(error)}")
+    return removed
+
+
+@cache
+def _used(folder: Path) -> None:
+    """Note, once per process, that a folder of kernels is in use."""
+    with suppress(OSError):
+        os.utime(folder)
+
+
 # --------------------------------------------------------------------------------------------------- the files
 
 
@@ -187,6 +216,7 @@ class KernelCache(caching.FunctionCache):  # type: ignore[misc]
     def __init__(self, py_func: Any, folder: Path) -> None:
         self._impl_class = _kept_in(folder)
         super().__init__(py_func)
+        _used(folder)
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp())
 
     @contextmanager

@@ -26,7 +26,7 @@ ENDLESS = 10**9
 EPISODE = 40
 
 
-def median_us(function, repeats: int, runs: int = 5) -> float:
+def median_us(function, repeats: int, runs: int = 3) -> float:
     """Median over runs of CPU microseconds per call."""
     function()
     times = []
@@ -64,7 +64,7 @@ def running(worlds: int, **options):
 def views() -> dict[str, float]:
     """Every view for all 22 agents, 64 worlds and one world alone."""
     figures = {}
-    for worlds, repeats in ((64, 12), (1, 200)):
+    for worlds, repeats in ((64, 10), (1, 150)):
         for name in PRESETS:
             include = ("memory",) if name == "memory" else ()
             _, cycle = running(worlds, observation="raw" if name == "memory" else name, include=include)
@@ -88,9 +88,9 @@ def resets() -> dict[str, float]:
             envs.reset(seed=1)
             envs.unwrapped.core.cycle[:] = np.arange(64) % EPISODE
             still = np.zeros((64, 4), int)
-            figures[f"GoToBall {preset}, {name}"] = median_us(partial(envs.step, still), 120) / 64
+            figures[f"GoToBall {preset}, {name}"] = median_us(partial(envs.step, still), 80) / 64
         core = envs.unwrapped.core
-        figures[f"reset of one world of 64, {preset}"] = median_us(partial(core.reset, None, np.array([7])), 200)
+        figures[f"reset of one world of 64, {preset}"] = median_us(partial(core.reset, None, np.array([7])), 40)
     return figures
 
 
@@ -108,7 +108,7 @@ def memory() -> dict[str, float]:
     figures = {}
     for name in ("GoToBall", "Soccer11v11"):
         held = []
-        for worlds in (100, 200):
+        for worlds in (20, 40):
             gc.collect()
             tracemalloc.start()
             core = SoccerCore(make_task(name, max_cycles=ENDLESS), worlds)
@@ -118,8 +118,8 @@ def memory() -> dict[str, float]:
             held.append(tracemalloc.get_traced_memory()[0])
             tracemalloc.stop()
             del core
-        figures[f"bytes of a world of {name}"] = (held[1] - held[0]) / 100
-    for worlds in (100, int(os.environ.get("BENCH_WORLDS", "20000"))):
+        figures[f"bytes of a world of {name}"] = (held[1] - held[0]) / 20
+    for worlds in (100, int(os.environ.get("BENCH_WORLDS", "4000"))):
         core = SoccerCore(make_task("GoToBall", max_cycles=ENDLESS), worlds)
         core.reset(1)
         actions = {"type": np.zeros((worlds, 1), int), "params": np.zeros((worlds, 1, 4))}

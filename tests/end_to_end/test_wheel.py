@@ -75,6 +75,7 @@ def test_the_wheel_owns_two_packages_and_none_is_called_baselines(wheels):
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"cprm_gym", "cprm_baselines"}
     assert "cprm_baselines/fsm/go_to_ball.py" in names
     assert "cprm_gym/py.typed" in names
+    assert not [name for name in names if name.endswith((".nbi", ".nbc", ".pkl", ".pyc"))], "what numba keeps is made where it is used"
 
 
 @pytest.mark.slow
