@@ -111,7 +111,7 @@ def benchmark(
     seed: Annotated[
         int | None, typer.Option(help="Decides every random number; all controllers meet the same worlds.", show_default="0")
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(help="Processes, each of which takes 2.5 s of CPU time to start.")] = 1,
     timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
