@@ -17,6 +17,7 @@ def join(
     port: Annotated[int, typer.Option(help="Of its players.")] = 6000,
     controller: Annotated[str, typer.Option(help="Who plays: a registered controller.")] = "cprm",
     task: Annotated[str, typer.Option(help="What the controller plays.")] = "Soccer11v11",
+    part: Annotated[str, typer.Option(help="Side of the task that the team plays, left or right, wherever it is put.")] = "left",
     players: Annotated[int | None, typer.Option(help="How many join from here.", show_default="those of the task")] = None,
     goalie: Annotated[bool, typer.Option(help="The first of them is the goalie.")] = True,
     coach: Annotated[bool, typer.Option("--coach", help="A coach chooses heterogeneous types.")] = False,
@@ -34,9 +35,14 @@ def join(
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,15}", team):
         raise CprmError(f"team {team!r}: a name has 1 to 15 letters, digits, '_' or '-'")
     made = make_task(task)
-    count = made.left if players is None else players
-    if not 1 <= count <= 11:
-        raise CprmError(f"--players {count}: allowed are 1 to 11")
+    if part not in ("left", "right"):
+        raise CprmError(f"--part {part!r}: allowed are left and right")
+    most, keeper = (made.left, made.left_goalie) if part == "left" else (made.right, made.right_goalie)
+    if not most:
+        raise CprmError(f"--part {part}: the task {task} has nobody on that side")
+    count = most if players is None else players
+    if not 1 <= count <= most:
+        raise CprmError(f"--players {count}: allowed are 1 to {most}, the players of {task}")
     if not 0 < wait < math.inf:
         raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
     going = True
@@ -46,8 +52,8 @@ def join(
         going = False
 
     joined = JoinedTeam(
-        host, port, team, made, load_controller(controller), players=count, goalie=goalie and made.left_goalie > 0, coach=coach,
-        coach_port=coach_port, seed=seed, patience=wait,
+        host, port, team, made, load_controller(controller), players=count, goalie=goalie and keeper > 0, part=part,
+        coach=coach, coach_port=coach_port, seed=seed, patience=wait,
     )  # fmt: skip
     typer.echo(f"{team}: {', '.join(player.agent for player in joined.players)} play as {controller} at {host}:{port}")
     before = {word: signal.signal(word, end) for word in (signal.SIGINT, signal.SIGTERM)}

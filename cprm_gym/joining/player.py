@@ -26,6 +26,22 @@ PLACED = (PlayMode.before_kick_off, PlayMode.goal_l, PlayMode.goal_r)
 """Modes in which players may be put into formation."""
 
 
+def played_from(task: Task, part: str, side: str) -> Task:
+    """The task as a team plays it from a side of the pitch: mirrored where it is not the side that is its part.
+
+    Parameters
+    ----------
+    task : Task
+    part : str
+        ``left`` or ``right``: the side of the task that the team plays.
+    side : str
+        ``l`` or ``r``: the side of the pitch that the server gave it.
+    """
+    if part[0] == side:
+        return task
+    return replace(task, left=task.right, right=task.left, left_goalie=task.right_goalie, right_goalie=task.left_goalie)
+
+
 class PerceivedCore(SoccerCore):
     """The engine of an environment whose simulator knows what one player is told.
 
@@ -78,8 +94,10 @@ class JoinedPlayer:
     goalie : bool
     seed : int
         Of the controller.
-    formation : (22, 2) array, optional
-        Where each player stands before a kick-off, metres in his team's frame; he stays where he is if it is not given.
+    part : str
+        Which side of the task the team plays, ``left`` or ``right``, whatever side the server gives it.
+    formation : (n, 2) array, optional
+        Where the team's players stand before a kick-off, metres in the team's frame; they stay where they are if it is not given.
     wait : float
         In real time: seconds after a sense_body for which a see message is waited for.
     patience : float
@@ -101,13 +119,14 @@ class JoinedPlayer:
         *,
         goalie: bool = False,
         seed: int = 0,
+        part: str = "left",
         formation: np.ndarray | None = None,
         wait: float = 0.02,
         patience: float = 10.0,
     ) -> None:
         self.connection = Connection(host, port)
         self.team, self.goalie, self.seed = team, goalie, seed
-        self._task, self._factory, self._formation, self._wait = task, factory, formation, wait
+        self._task, self._part, self._factory, self._formation, self._wait = task, part, factory, formation, wait
         self.tally = Tally()
         self._tried = 0.0
         try:
@@ -150,11 +169,11 @@ class JoinedPlayer:
 
     def _begin(self, told: ServerTold, answer: str) -> None:
         """Everything of this match: what is perceived, the engine, the controller."""
-        sides = {"left": self._task.left, "right": self._task.right}
-        own = self.agent.partition("_")[0]
-        if self.unum > sides[own]:
-            raise CprmError(f"player {self.unum} of the {own} team: the task {self._task.name} has {sides[own]} on that side")
-        task = replace(self._task, parameters=told.parameters)
+        task = played_from(self._task, self._part, self.side)
+        count = task.left if self.side == "l" else task.right
+        if self.unum > count:
+            raise CprmError(f"player {self.unum} of {self.team}: on the side that it plays the task {task.name} has {count}")
+        task = replace(task, parameters=told.parameters)
         sim = PerceivedSimulator(told.parameters, told.player_types, task.left, task.right)
         self.ear = PlayerEar(sim, self.row, self.team)
         self.ear.connected(answer, self.goalie)
@@ -250,7 +269,7 @@ class JoinedPlayer:
         """The move into formation."""
         if self._formation is None:
             return ""
-        x, y = self._formation[self.row]
+        x, y = self._formation[self.unum - 1]
         return f"(move {x:g} {y:g})"
 
     def leave(self) -> None:

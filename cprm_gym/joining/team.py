@@ -11,7 +11,7 @@ import numpy as np
 from ..envs.controller import ControllerFactory
 from ..envs.core import SoccerCore
 from ..envs.tasks import Task
-from ..simulator.state import PLAYERS, PlayMode
+from ..simulator.state import PlayMode
 from .coach import TypeCoach
 from .player import JoinedPlayer
 
@@ -19,14 +19,12 @@ GIVE_UP = 15.0
 """Seconds of silence after which a team leaves."""
 
 
-def formation(task: Task, seed: int = 0) -> np.ndarray:
-    """(22, 2) places, metres in each team's frame, at which a task's players start; NaN for players it does not have."""
+def formation(task: Task, seed: int = 0, part: str = "left") -> np.ndarray:
+    """(n, 2) places, metres in the team's frame, at which the players of one side of a task start."""
     core = SoccerCore(task, 1, seed=seed)
     core.reset(seed)
-    places: np.ndarray = np.full((PLAYERS, 2), np.nan)
-    enabled = core.sim.world["enabled"][0] != 0
-    places[enabled] = core.sim.world["pos"][0, 1:][enabled]
-    places[11:] *= -1.0
+    first, count, sign = (1, task.left, 1.0) if part == "left" else (12, task.right, -1.0)
+    places: np.ndarray = sign * core.sim.world["pos"][0, first : first + count]
     return places
 
 
@@ -43,6 +41,8 @@ class JoinedTeam:
     players : int
         How many join from here; the first is the goalie if `goalie`.
     goalie : bool
+    part : str
+        Which side of the task the team plays, ``left`` or ``right``, whatever side the server gives it.
     coach : bool
         A coach chooses the players' types.
     seed : int
@@ -66,21 +66,22 @@ class JoinedTeam:
         *,
         players: int = 11,
         goalie: bool = True,
+        part: str = "left",
         coach: bool = False,
         coach_port: int = 6002,
         seed: int = 0,
         patience: float = 10.0,
     ) -> None:
-        places = formation(task, seed)
+        places = formation(task, seed, part)
         self.players: list[JoinedPlayer] = []
         self.coach: TypeCoach | None = None
         try:
             for k in range(players):
-                self.players.append(
-                    JoinedPlayer(
-                        host, port, team, task, factory, goalie=goalie and k == 0, seed=seed + k, formation=places, patience=patience
-                    )
+                keeper = goalie and k == 0
+                player = JoinedPlayer(
+                    host, port, team, task, factory, goalie=keeper, seed=seed + k, part=part, formation=places, patience=patience
                 )
+                self.players.append(player)
                 self._answer()
             if coach:
                 self.coach = TypeCoach(host, coach_port, team, players, patience)

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from served_field import SYNCHRONOUS, Field
 
 from cprm_gym.benchmark.registry import load_controller
 from cprm_gym.envs.tasks import make_task
@@ -12,30 +13,9 @@ from cprm_gym.errors import CprmError
 from cprm_gym.joining.coach import choose_types
 from cprm_gym.joining.player import JoinedPlayer
 from cprm_gym.joining.team import JoinedTeam
-from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time, run_synchronously
+from cprm_gym.server import Port, Server, Settings, run_in_real_time
 from cprm_gym.simulator.protocol.commands import command_record, parse_commands
 from cprm_gym.simulator.simulator import Simulator
-
-SYNCHRONOUS = ("server::synch_mode=true", "server::coach_w_referee=true", "server::penalty_shoot_outs=false", "server::nr_extra_halfs=0")
-
-
-class Field:
-    """A server in a thread of its own."""
-
-    def __init__(self, *words, run=run_synchronously, ports=(0, 0, 0), seed=0, **options):
-        self.server = Server(Settings.from_words(words), seed)
-        self.transport = Transport(self.server, ports=ports)
-        self.thread = threading.Thread(target=run, args=(self.transport,), kwargs=options)
-
-    def __enter__(self):
-        self.thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self.server.over = self.server.over or "told to end"
-        self.thread.join(30)
-        self.transport.close()
-        assert not self.thread.is_alive()
 
 
 def test_the_core_and_a_simulator_play_the_same_match():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from paths import SHARED
-from session_replay import SessionReplay
+from session_replay import SessionReplay, windows
 
 from cprm_gym.simulator.protocol.messages import see_mismatches
 
@@ -93,11 +93,45 @@ def fields(text):
     return dict(ITEM.findall(text[len("(sense_body ") :]))
 
 
+THING = re.compile(r"\(\(?(b|ball|p [^()]*|[lr]_\d+)\)? ([^()]*)((?:\([^()]*\) ?)*)[^()]*\)")
+
+
+def whole_state(text):
+    """fullstate by what it tells, of every thing its place, its speed and more."""
+    out, rest = {}, text
+    for match in THING.finditer(text):
+        name, numbers, parts = match.groups()
+        values = numbers.split()
+        out |= {(name, "place"): values[:2], (name, "speed"): values[2:4], (name, "body"): values[4:5], (name, "rest"): (values[5:], parts)}
+        rest = rest.replace(match[0], name)
+    return {**out, ("everything else", "text"): rest}
+
+
+def heard_of_players(messages):
+    """How many words of other players come in a window, and of which kind, if the clock runs: before, places are drawn by lot."""
+    heard = [re.fullmatch(r"\(hear (\d+) (?!self|referee|coach|online)(?:-?\d+ )?(our|opp)?(.*)\)", text) for text in messages]
+    return collections.Counter(
+        (match[2], "hear" if match[3] and '"' in match[3] else "short") for match in heard if match and match[1] != "0"
+    )
+
+
+def test_as_many_are_heard_as_were():
+    """In every window of every client from protocol 5 to 19, whatever its ears: how many of each team with words, and without."""
+    replay, compared = replayed("s05a_versions"), 0
+    for name, mine in replay.of.items():
+        for n, (wanted, got) in enumerate(zip(windows(mine.wanted), windows(mine.got))):
+            assert heard_of_players(wanted) == heard_of_players(got), (name, n, wanted, got)
+            compared += bool(heard_of_players(wanted))
+    assert compared > 100
+
+
 @pytest.mark.parametrize(
     ("name", "chance"), [("s05a_versions", {"speed"}), ("s06a_trainer", {"speed", "collision"}), ("s09c_end_normal", {"speed"})]
 )
 def test_what_differs_is_what_noise_moves(name, chance):
     """Beside `README`'s table: sense_body differs in the speed alone (and one collision of two players on one place), clocks never.
+
+    fullstate differs in places, speeds and where bodies face.
 
     Of what is heard only words of players differ, by direction and by which of several is heard; never the own, the referee's or a coach's.
     """
@@ -107,6 +141,10 @@ def test_what_differs_is_what_noise_moves(name, chance):
         ours, theirs = fields(got), fields(wanted)
         assert ours.keys() == theirs.keys()
         assert {field for field in theirs if theirs[field] != ours[field]} <= chance, (wanted, got)
+    for wanted, got in found["fullstate"].unequal if "fullstate" in found else ():
+        ours, theirs = whole_state(got), whole_state(wanted)
+        assert ours.keys() == theirs.keys()
+        assert {what[-1] for what in theirs if theirs[what] != ours[what]} <= {"place", "speed", "body"}, (wanted, got)
     pairs = found["hear"].unequal
     wanted, got = (collections.Counter(filter(None, side)) for side in zip(*pairs))
     assert not [text for text in ((wanted - got) + (got - wanted)) if re.search(r" (self|referee|coach|online_coach_\w+) ", text)]

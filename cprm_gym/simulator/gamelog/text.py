@@ -72,6 +72,8 @@ class TextParser:
         for raw in read_lines(self.path, self._stream):
             self._line_number += 1
             line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n\0")
+            if raw[-1:] != b"\n" and not line.startswith("(msg ") and line.count("(") != line.count(")"):
+                raise self._error(f"the log ends inside this item, as one that was cut short does: {line[:40]!r}")
             if line:
                 yield line
 

@@ -62,7 +62,7 @@ def say(w, p, i, text, length):
     """Player `i` says ``text[:length]``; too long or empty messages are dropped, as the server drops them.
 
     Who can hear it is decided here, with the positions of this moment: whoever is within ``audio_cut_dist`` and has an ear on for the
-    speaker's side. Clients before protocol 8 hear it at once, as long as they have capacity; the others after the step.
+    speaker's side. Clients before protocol 8 hear it at once, whatever their ears, as long as they have capacity; others after the step.
     """
     if length < 1 or length > p.say_msg_size or length > SAY_SIZE:
         return
@@ -78,10 +78,10 @@ def say(w, p, i, text, length):
     reach = p.audio_cut_dist * p.audio_cut_dist
     listeners = np.uint32(0)
     for j in range(PLAYERS):
-        if j != i and w.enabled[j] and w.ear[j, side_index(j, i)] and squared_distance(w, i + 1, j + 1) <= reach:
+        if j != i and w.enabled[j] and squared_distance(w, i + 1, j + 1) <= reach:
             if hears_at_once(w, j):
                 hear_at_once(w, p, j, i, k)
-            else:
+            elif w.ear[j, side_index(j, i)]:
                 listeners |= np.uint32(1) << np.uint32(j)
     w.audio_from[k], w.audio_length[k], w.audio_listeners[k] = i + 1, length, listeners
     for c in range(length):
@@ -110,7 +110,10 @@ def choose(w, i, waiting, draw):
 
 @kernel
 def listen(w, p, i):
-    """What player `i` hears of the queue, in order, into ``w.heard``; his capacities shrink."""
+    """What player `i` hears of the queue, in order, into ``w.heard``; his capacities shrink.
+
+    That somebody speaks who is not understood is told where the capacity is used up: a partial ear alone hears nothing.
+    """
     waiting, n, heard = np.uint64(0), 0, 0
     for k in range(w.audio_count):
         if w.audio_listeners[k] >> np.uint32(i) & np.uint32(1):
@@ -120,10 +123,11 @@ def listen(w, p, i):
         k = choose(w, i, waiting, draw)
         waiting &= ~(np.uint64(1) << np.uint64(k))
         side = side_index(i, w.audio_from[k] - 1)
-        if w.hear_capacity[i, side] >= p.hear_decay and w.ear[i, side] & COMPLETE:
-            w.hear_capacity[i, side] -= p.hear_decay
-            w.heard[i, heard] = k + 1
-            heard += 1
+        if w.hear_capacity[i, side] >= p.hear_decay:
+            if w.ear[i, side] & COMPLETE:
+                w.hear_capacity[i, side] -= p.hear_decay
+                w.heard[i, heard] = k + 1
+                heard += 1
         elif w.ear[i, side] & PARTIAL:
             w.heard[i, heard] = -(k + 1)
             heard += 1

@@ -230,13 +230,28 @@ def test_a_damaged_text_log_is_refused_with_file_and_line(damage, message, tmp_p
     assert "broken.rcg" in str(caught.value)
 
 
-@pytest.mark.parametrize("version", [1, 2, 3, -1])
+@pytest.mark.parametrize("version", VERSIONS)
 def test_a_log_cut_short_is_refused(version, tmp_path):
     path = tmp_path / "cut.rcg"
     data = (FORMATS / f"v{version}.rcg").read_bytes()
     path.write_bytes(data[: len(data) // 2 + 7])
     with pytest.raises(FormatError, match="ends inside"):
         list(GameLogReader(path))
+
+
+@pytest.mark.parametrize("version", [4, 5, 6])
+def test_a_text_log_cut_behind_a_player_is_refused_and_what_stands_before_is_read(version, tmp_path):
+    data = (FORMATS / f"v{version}.rcg").read_bytes()
+    last = data.rindex(b"(show ")
+    end = data.index(b"))", data.index(b"((r 3) ", last)) + 2  # what is left of the line has whole players alone
+    (tmp_path / "cut.rcg").write_bytes(data[:end])
+    (tmp_path / "before.rcg").write_bytes(data[:last])
+    (tmp_path / "unbroken.rcg").write_bytes(data[: data.index(b"\n", last)])
+    read = []
+    with pytest.raises(FormatError, match="ends inside this item"):
+        read.extend(GameLogReader(tmp_path / "cut.rcg"))
+    assert len(read) == len(list(GameLogReader(tmp_path / "before.rcg")))
+    assert len(list(GameLogReader(tmp_path / "unbroken.rcg"))) == len(list(GameLogReader(tmp_path / "before.rcg"))) + 1
 
 
 @pytest.mark.parametrize("version", VERSIONS)

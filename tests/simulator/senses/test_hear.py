@@ -141,10 +141,27 @@ def test_a_partial_ear_hears_that_somebody_spoke():
     assert {message.unum for message in heard if message.sender == "our"} == {2, 3}
     assert all(message.direction is None for message in heard if message.message is None)
     assert len(hear_text(sim, 0, 1, 7)) == 2  # old clients are not told
-    w["ear"][0] = 2  # nothing but partial
+    w["ear"][0] = 2  # nothing but partial: as recorded, nothing is told while there is capacity, which nothing uses up
+    speak(sim, {2: "a", 3: "b"})
+    sim.advance()
+    assert hear_text(sim, 0, 1) == []
+    w["hear_capacity"][0] = -10
     speak(sim, {2: "a"})
     sim.advance()
-    assert hear_text(sim, 0, 1) == ["(hear 2 our 2)"]
+    assert hear_text(sim, 0, 1) == ["(hear 3 our 2)"]
+
+
+def test_old_clients_have_no_ears_to_close():
+    """As recorded: up to protocol 7 `ear` changes nothing."""
+    sim = field()
+    w = sim.world[0]
+    w["ear"][0], w["ear"][1] = 0, 0
+    w["protocol"][0], w["protocol"][1] = 7, 8
+    speak(sim, {3: "a", 14: "b"})
+    assert w["heard_count"][0] == 2
+    sim.advance()
+    assert len(hear_text(sim, 0, 1, 7)) == 2
+    assert hear_text(sim, 0, 2) == []
 
 
 def test_a_closed_ear_hears_nothing_of_that_side():
