@@ -2,20 +2,19 @@
 
 import numpy as np
 import pytest
-from cprm_baselines.fsm import GoToBallMachine
+from cprm_baselines.behavior_tree import make_controller as tree
 from cprm_baselines.fsm import make_controller as fsm
+from cprm_baselines.fsm.go_to_ball import GoToBallMachine
 from cprm_baselines.scripted import make_controller as scripted
-from cprm_baselines.tree import GoToBallTree
-from cprm_baselines.tree import make_controller as tree
 
 from cprm_gym.agents.registry import make_controller as cprm
 from cprm_gym.architecture.analysis.sampling.intervals import clopper_pearson
 from cprm_gym.benchmark.behaviours.controllers import OUTCOMES, closed_loop, memory_of, to_markdown, try_methods
 from cprm_gym.benchmark.behaviours.controllers import _play as play
+from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
-from cprm_gym.errors import UnknownName
 
-MADE = {"cprm": cprm, "fsm": fsm, "tree": tree, "scripted": scripted}
+MADE = {"cprm": cprm, "fsm": fsm, "behavior_tree": tree, "scripted": scripted}
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def test_the_closed_loop_chain_says_what_episodes_say(tried):
 
 def test_memory_is_found_where_it_can_be_seen(tried):
     assert {name: t.remembers for name, t in tried.items()} == {
-        "cprm": "marking", "fsm": "state, unseen", "tree": "ran, unseen", "scripted": "",
+        "cprm": "marking", "fsm": "state, unseen", "behavior_tree": "", "scripted": "",
     }  # fmt: skip
     machine = GoToBallMachine()
     machine.state, machine.unseen = np.array([0, 2]), np.array([1, 0])
@@ -43,7 +42,7 @@ def test_memory_is_found_where_it_can_be_seen(tried):
 def test_what_holds_for_every_environment_is_said_of_nets_alone(tried):
     method = "every environment: deadlocks, reachability"
     can = {name: next(f for f in t.found if f.method == method).can for name, t in tried.items()}
-    assert can == {"cprm": True, "fsm": False, "tree": False, "scripted": False}
+    assert can == {"cprm": True, "fsm": False, "behavior_tree": False, "scripted": False}
     table = to_markdown(list(tried.values()))
     assert table.count("\n") == 2 + len(tried["cprm"].found)
     assert "| no: there is no net to explore |" in table
@@ -69,11 +68,11 @@ def test_the_chain_counts_every_step_once():
     assert chain.name(outcomes["success"][0]) == "success"
 
 
-def test_the_tree_is_a_good_player_of_its_task_and_of_no_other():
-    with pytest.raises(UnknownName, match="it plays GoToBall"):
-        tree(make_task("Goalie"), "left_1")
-    t = GoToBallTree()
-    t.reset({"level": np.zeros((3, 1))}, 0)
-    t.unseen[:] = 0
-    t.reset({"level": np.zeros((3, 1))}, 0, np.array([True, False, False]))
-    assert t.unseen.tolist() == [2, 0, 0]
+def test_the_memory_of_a_structure_is_seen_in_its_parts():
+    machine = fsm(make_task("Goalie"), "left_1")
+    core = SoccerCore(make_task("Goalie"), 2, seed=1, include=("memory",))
+    machine.reset({key: value[:, 0] for key, value in core.reset(1).items()}, 1)
+    machine.structure.at[:] = 0, 2
+    names, values = memory_of(machine, 2)
+    assert names.startswith("structure._opened, structure.at")
+    assert [value[1] for value in values] == [0, 2]

@@ -1,6 +1,6 @@
 """The same methods tried on every controller, through the interface that all have: what can be done, and what cannot.
 
-``python -m cprm_gym.benchmark.behaviours.controllers --controllers cprm,fsm,tree,scripted --task GoToBall`` prints the table.
+``python -m cprm_gym.benchmark.behaviours.controllers --controllers cprm,fsm,behavior_tree,scripted --task GoToBall`` prints the table.
 
 The dissertation (§5.3.3) says of code that neither Markov analysis nor backward analysis is to be had, and that states to begin in are hard
 to name. Tried here: episodes are counted as of any system. What a controller remembers is looked for: a net's marking, or whole numbers
@@ -86,17 +86,19 @@ class Tried:
 def memory_of(controller: Controller, worlds: int) -> tuple[str, list[Hashable]]:
     """What a controller remembers of each world, as far as it can be seen from outside, and where.
 
-    Of a net its marking; of any object the whole or truth numbers that it keeps as arrays of one entry for each world. Real numbers and
-    beliefs are not told: they are infinitely many.
+    Of a net its marking; of any object the whole or truth numbers that it, or a part of it, keeps as arrays of one entry for each world.
+    Real numbers and beliefs are not told: they are infinitely many.
     """
     if isinstance(controller, SoccerAgent) and controller.controller is not None:
         executor = controller.controller.executor
         names = [p.name for p in executor.net.net.places if isinstance(p, Place)]
         columns = [executor.read(name) for name in names]
         return "marking", [tuple(float(c[w]) for c in columns) for w in range(worlds)]
+    held = dict(vars(controller))
+    held |= {f"{part}.{name}": v for part, inside in vars(controller).items() for name, v in getattr(inside, "__dict__", {}).items()}
     kept = {
         name: value
-        for name, value in sorted(vars(controller).items())
+        for name, value in sorted(held.items())
         if isinstance(value, np.ndarray) and value.shape == (worlds,) and value.dtype.kind in "iub"
     }
     if not kept:
@@ -250,7 +252,7 @@ def to_markdown(tried: Sequence[Tried]) -> str:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description="Every method of analysis, tried on controllers.")
-    parser.add_argument("--controllers", default="cprm,fsm,tree,scripted,random")
+    parser.add_argument("--controllers", default="cprm,fsm,behavior_tree,scripted,random")
     parser.add_argument("--task", default="GoToBall")
     parser.add_argument("--episodes", type=at_least(2), default=1000)
     parser.add_argument("--seed", type=at_least(0), default=0)
