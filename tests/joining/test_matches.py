@@ -66,6 +66,7 @@ def test_two_teams_join_and_play_a_match():
             thread.start()
         for thread in threads:
             thread.join(120)
+        field.thread.join(30)  # teams leave a moment after the end is called, the server a few cycles later
         assert len(teams) == 2
     assert field.server.over == "the match is over"
     assert field.server.stadium.time == 60

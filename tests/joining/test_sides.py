@@ -180,6 +180,7 @@ def test_a_shoot_out_is_played_to_its_end():
             thread.start()
         for thread in threads:
             thread.join(200)
+        field.thread.join(30)
     assert field.server.over == "the match is over"
     world = field.server.stadium.world
     assert int(world["pen_score"].sum() + world["pen_miss"].sum()) >= 2
