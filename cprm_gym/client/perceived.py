@@ -146,7 +146,7 @@ class PlayerEar:
         self.time = -1
         self.goalie = False
         self._seen = -1
-        self.felt = self.saw = False
+        self.felt = self.saw = self._stood = False
         self.thought = 0
         self.lost = self.stale = self.damaged = 0
         self._heard: list[str] = []
@@ -200,9 +200,11 @@ class PlayerEar:
 
     def _body(self, text: str) -> None:
         time = int(text[12:].split(" ", 1)[0])
-        if time < self.time or (time == self.time > 0 and self.felt and not self._is_stopped()):
+        standing = self._is_stopped()  # in the last of such cycles the referee has already said how it goes on
+        if time < self.time or (time == self.time > 0 and self.felt and not (standing or self._stood)):
             self.stale += 1
             return
+        self._stood = standing
         self._begin_cycle(time)
         time, card = read_body(text, self.sim.told_body[0, self.row])
         w, row = self.sim.world, self.row

@@ -135,6 +135,20 @@ def test_lost_doubled_and_late_messages_are_told_apart():
     assert (ear.stale, ear.lost) == (1, 1)
 
 
+def test_a_cycle_in_which_the_clock_stands_is_none_that_came_twice():
+    """The last of them comes after the referee has said how it goes on."""
+    match = Listening(make_task("Soccer11v11"))
+    match.cycle()
+    ear, text = match.ears[0], sense_body_text(match.core.sim, 0, 1).replace("(sense_body 1 ", "(sense_body 9 ")
+    ear.tell("(hear 9 referee offside_l)")
+    ear.tell(text)
+    ear.tell("(hear 9 referee free_kick_r)")
+    ear.tell(text)
+    assert ear.stale == 0
+    ear.tell(text)
+    assert ear.stale == 1
+
+
 def test_a_body_of_an_old_protocol_is_read():
     match = Listening(make_task("Soccer11v11"))
     out = new_body(1)[0, 0]
