@@ -87,7 +87,10 @@ def main(runs: list[str]) -> None:
     """Take in runs, write results, page and pictures."""
     rows = read() if RESULTS.exists() else []
     for run in runs:
-        rows = merged(rows, read(Path(run)))
+        try:
+            rows = merged(rows, read(Path(run)))
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            sys.exit(f"{run}: not the results of a run of the suite 'knowledge': {error}")
     write(rows)
     PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8"), rows), encoding="utf-8")
     draw(rows)

@@ -130,6 +130,8 @@ def main() -> None:
         rows = compare(given.task, given.senses, given.tiers.split(","), given.structures.split(","), given.episodes, given.seed)
     except UnknownName as error:
         parser.error(str(error))
+    if not rows:
+        parser.error(f"none of {given.structures} plays {given.task}")
     print(f"{given.task}, {given.senses}, {given.episodes} worlds of seed {given.seed}\n")
     print("| structure | tier | success %, Wilson 95 % | less the net, paired 95 % | cycles | us a cycle |\n|---|---|---|---|---|---|")
     for row in rows:

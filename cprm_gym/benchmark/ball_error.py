@@ -20,6 +20,7 @@ from ..agents.knowledge.tracker import Tracker
 from ..envs.observations import MAX_AGE, SelfFeature
 from ..envs.players.senses import Senses
 from ..envs.tasks import make_task
+from .arguments import at_least
 from .knowledge import SENSES
 from .tracking import record
 
@@ -96,8 +97,8 @@ def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "G
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--worlds", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=777)
+    parser.add_argument("--worlds", type=at_least(1), default=200)
+    parser.add_argument("--seed", type=at_least(0), default=777)
     options = parser.parse_args()
     print(
         "| senses | tier | rms error, m | mean, each at most 3 m | from him, within 3 m | rms velocity, m/cycle | log density, nats |\n"

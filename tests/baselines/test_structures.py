@@ -7,7 +7,7 @@ from cprm_baselines.behaviour.layers import Layer, Layers
 from cprm_baselines.behaviour.machine import Machine, Move, State
 from cprm_baselines.behaviour.regions import Region, Regions
 from cprm_baselines.behaviour.scenes import make_scene
-from cprm_baselines.structures import compare
+from cprm_baselines.structures import compare, main
 
 from cprm_gym import make_task
 from cprm_gym.benchmark.episodes import play_episodes
@@ -140,3 +140,11 @@ def test_structure_by_knowledge():
         compare("Goalie", "nois .5")
     with pytest.raises(UnknownName, match=r"unknown structure 'fms'\. Did you mean 'fsm'"):
         compare("Goalie", structures=("fms",))
+
+
+def test_the_command_says_so_where_nobody_plays_the_task(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["structures", "--task", "Keepaway3v2", "--episodes", "2"])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 2
+    assert "plays Keepaway3v2" in capsys.readouterr().err

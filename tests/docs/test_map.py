@@ -79,3 +79,13 @@ def test_the_pictures_on_the_page_are_there_and_can_be_made(page, rows, tmp_path
     shown = set(re.findall(r"\(images/(knowledge_\w+\.png)\)", page.PAGE.read_text(encoding="utf-8")))
     assert {path.name for path in page.draw(rows, tmp_path)} == shown
     assert all((ROOT / "docs" / "images" / name).stat().st_size > 10_000 for name in shown)
+
+
+@pytest.mark.parametrize("content", [None, "", "[]", '{"rows": [{"task": "Goalie"}]}'])
+def test_what_is_no_run_is_refused_in_one_line_and_nothing_is_written(page, content, tmp_path, monkeypatch):
+    run = tmp_path / "run.json"
+    if content is not None:
+        run.write_text(content, encoding="utf-8")
+    monkeypatch.setattr(page, "write", lambda rows: pytest.fail("written"))
+    with pytest.raises(SystemExit, match=r"run\.json: not the results of a run"):
+        page.main([str(run)])

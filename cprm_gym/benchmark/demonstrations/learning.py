@@ -28,6 +28,7 @@ from ...envs.players.mixing import Mode
 from ...envs.players.senses import Senses
 from ...envs.tasks import make_task
 from ...simulator.state import Count
+from ..arguments import at_least
 from ..knowledge import SENSES
 
 PLAYS: dict[str, tuple[str, dict[str, Any]]] = {"shooter": ("Goalie", {"shots": 0.0}), "attackers": ("Goalie2v1", {})}
@@ -375,8 +376,8 @@ def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description="Learn what a holder of the ball is about to do, from own play.")
     parser.add_argument("play", choices=sorted(PLAYS))
-    parser.add_argument("--worlds", type=int, default=8000)
-    parser.add_argument("--held-out", type=int, default=1500)
+    parser.add_argument("--worlds", type=at_least(1), default=8000)
+    parser.add_argument("--held-out", type=at_least(1), default=1500)
     parser.add_argument("--output", type=Path)
     options = parser.parse_args()
     log = logged_in_all_senses(options.play, options.worlds, LEARNING_SEED)

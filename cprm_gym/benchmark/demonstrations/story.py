@@ -22,6 +22,7 @@ from ...errors import CprmError
 from ...files import write_atomically
 from ...simulator.parameters import ServerParameters
 from ...simulator.state import Count
+from ..arguments import at_least
 from ..knowledge import SENSES
 from .arms import ARMS
 from .plan import DEMONSTRATIONS
@@ -153,7 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Draw a save that began before the kick.")
     parser.add_argument("output", type=Path)
     parser.add_argument("--demonstration", default="E", choices=list(DEMONSTRATIONS))
-    parser.add_argument("--worlds", type=int, default=1000)
+    parser.add_argument("--worlds", type=at_least(1), default=1000)
     options = parser.parse_args()
     one = DEMONSTRATIONS[options.demonstration]
     senses = SENSES[one.senses]

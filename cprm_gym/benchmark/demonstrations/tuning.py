@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from ...agents.skills.constants import STUDIES, Constants, GoalieConstants
 from ...envs.tasks import make_task
+from ..arguments import at_least
 from ..episodes import play_episodes
 from ..knowledge import SENSES
 from ..tuning import TUNING_SEED, check_search, study
@@ -65,7 +66,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Tune who plays in a demonstration.")
     parser.add_argument("demonstration", choices=list(DEMONSTRATIONS))
     parser.add_argument("arms", nargs="+", choices=list(ARMS))
-    parser.add_argument("--generations", type=int, default=4)
+    parser.add_argument("--generations", type=at_least(1), default=4)
     options = parser.parse_args()
     for arm in options.arms:
         place = STUDIES / DEMONSTRATIONS[options.demonstration].study / f"{arm}.jsonl"

@@ -23,8 +23,10 @@ from ...envs.controller import Action, Controller, Observation, no_action
 from ...envs.core import SoccerCore
 from ...envs.observations import MAX_AGE, BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
-from ...envs.tasks import Task, make_task
+from ...envs.tasks import TASKS, Task, make_task
+from ...errors import unknown_name
 from ...simulator.state import CommandKind
+from ..arguments import at_least
 from ..knowledge import SENSES
 
 FAR = 3.0
@@ -207,16 +209,20 @@ def _tracked_density(tracker: Tracker, place: np.ndarray) -> np.ndarray:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--worlds", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=777)
-    parser.add_argument("--task", default="Goalie3v2")
+    parser.add_argument("--worlds", type=at_least(1), default=60)
+    parser.add_argument("--seed", type=at_least(0), default=777)
+    parser.add_argument("--task", default="Goalie3v2", choices=sorted(TASKS))
     parser.add_argument("--senses", default=",".join(SENSES))
     options = parser.parse_args()
+    names = options.senses.split(",")
+    for name in names:
+        if name not in SENSES:
+            parser.error(str(unknown_name("senses", name, SENSES)))
     print(
         "| senses | tier | place, m | face, degrees | lost, % | others, m | at most 3 m | less tracker, paired 95 % | whoever they are, m |"
         " log density, nats |\n|---|---|---|---|---|---|---|---|---|---|"
     )
-    for name in options.senses.split(","):
+    for name in names:
         record = record_scene(options.task, options.worlds, options.seed, SENSES[name])
         found = {tier: scene_error(tier, record, SENSES[name], options.task) for tier in TIERS}
         for tier, e in found.items():
