@@ -8,15 +8,18 @@ from typer.testing import CliRunner
 
 from cprm_gym.agents.worlds.learned import BEHAVIOURS, learn_world, simulate
 from cprm_gym.agents.worlds.runs import StageRuns
+from cprm_gym.agents.worlds.stage import Stage
+from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.product.explore import product
+from cprm_gym.architecture.analysis.product.learned_world import load_world
 from cprm_gym.architecture.analysis.rare.conditional import conditional
 from cprm_gym.architecture.analysis.sampling.sample import sample
 from cprm_gym.benchmark.behaviours import report as reports
 from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
 from cprm_gym.benchmark.behaviours.films import net_film, pitch_film
 from cprm_gym.cli import app
-from cprm_gym.errors import ModelError, NetError, UnknownName
+from cprm_gym.errors import ExpressionError, FormatError, ModelError, NetError, UnknownName
 
 WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power", "catch_ball": "reachable", "pass_and_receive": "power"}
 """Behaviour -> the math place whose sign a broken version has wrong."""
@@ -163,7 +166,65 @@ def test_mistakes_are_said_plainly(arguments, message):
     assert message in found.output.replace("\n", " ")
 
 
+DAMAGE = {
+    "count": lambda data: data["counts"][0][2][0].__setitem__(1, 0),
+    "enormous count": lambda data: data["counts"][0][2][0].__setitem__(1, 10**30),
+    "begins": lambda data: data["begins"][0].__setitem__(1, -1),
+    "confidence": lambda data: data.__setitem__("confidence", 1.5),
+    "edges": lambda data: data["edges"].__setitem__(next(iter(data["edges"])), []),
+    "edges that fall": lambda data: data["edges"].__setitem__(next(iter(data["edges"])), [2.0, 1.0]),
+    "cell": lambda data: data["readings"][0][0].__setitem__(0, 999),
+    "short cell": lambda data: data["readings"][0][0].pop(),
+    "reading": lambda data: data["readings"][0][1].__setitem__("ball.age", float("nan")),
+}
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_a_learned_world_of_a_stranger_that_makes_no_sense_is_refused(seeking, tmp_path, what):
+    data = json.loads(json.dumps(seeking.world.to_json()))
+    DAMAGE[what](data)
+    (tmp_path / "world.json").write_text(json.dumps(data))
+    with pytest.raises(FormatError, match=r"world\.json: "):
+        load_world(tmp_path / "world.json")
+
+
+def test_a_budget_ends_the_learning_and_what_was_learned_is_kept():
+    short = analyze_behaviour("go_to_ball", episodes=2000, methods=("exact",), budget=Budget(seconds=1.0))
+    assert any("ended before their time" in note for note in short.notes)
+    whole = sum(short.world.begins.values())
+    assert whole == 2000
+    assert short.world.counts
+
+
+def test_an_interruption_while_it_learns_keeps_the_world(monkeypatch):
+    play = Stage.play
+
+    def stopped(stage, *arguments):
+        for cycle, played in enumerate(play(stage, *arguments)):
+            if cycle == 8:
+                raise KeyboardInterrupt
+            yield played
+
+    monkeypatch.setattr(Stage, "play", stopped)
+    found = analyze_behaviour("go_to_ball", episodes=20)
+    assert found.interrupted
+    assert sum(found.world.begins.values()) == 20
+    assert sum(n for row in found.world.counts.values() for n in row.values()) == 7 * 20
+    with pytest.raises(KeyboardInterrupt):
+        learn_world("go_to_ball", 20)
+
+
+def test_what_is_required_is_decided_by_the_simulator_alone(seeking):
+    found = analyze_behaviour("go_to_ball", methods=("exact",), require=0.9, learned=seeking.world)
+    assert found.verdict is None
+    assert "they were not played" in " ".join(reports.sentences(found))
+
+
 def test_wrong_names_are_refused():
+    with pytest.raises(ModelError, match="methods: none"):
+        analyze_behaviour("go_to_ball", methods=())
+    with pytest.raises(ExpressionError):
+        analyze_behaviour("go_to_ball", methods=("exact",), properties=["G ("])
     with pytest.raises(UnknownName, match="Known: approach"):
         analyze_behaviour("fly")
     with pytest.raises(ModelError, match="two episodes"):

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...architecture.analysis.budget import Clock
 from ...architecture.analysis.product.learned_world import LearnedWorld, thresholds_of
 from ...architecture.petri import PetriNet, Place, compile_net
 from ...architecture.petri.net.modules import instances
@@ -92,6 +93,7 @@ def learn_world(
     net: Any = None,
     confidence: float = 0.95,
     heed: Literal["all", "parts", "nothing"] = "all",
+    clock: Clock | None = None,
 ) -> tuple[PetriNet, dict[str, str], LearnedWorld]:
     """The world of a behaviour, from episodes in the simulator.
 
@@ -107,6 +109,9 @@ def learn_world(
     heed : {"all", "parts", "nothing"}
         How far the world is told where the behaviour is (`heeds_of`): all it counts and all that is at work; only that of its innermost
         modules, which can then be analysed apart; or nothing, so that cells forget all but themselves.
+    clock : Clock, optional
+        Ends the episodes where it says so; an interruption is told to it. What was seen until then is kept: what would have followed is
+        unseen.
 
     Returns
     -------
@@ -119,24 +124,29 @@ def learn_world(
     before: list[tuple[int, ...] | None] = [None] * episodes
     commands: list[tuple[str, ...]] = [()] * episodes
     going = np.ones(episodes, bool)
-    for seen, sent, marks, read in stage.play():
-        cells = world.cells({place: read(place) for place in world.edges})
-        rows = [tuple(row) for row in cells.tolist()]
-        tokens = {place: read(place) for place in heeds}
-        for w in np.flatnonzero(going).tolist():
-            last = before[w]
-            if last is None:
-                world.begin(rows[w], _reading(seen, w))
-            elif rows[w] in world.readings:
-                world.saw(last, commands[w], rows[w], {})
-            else:
-                world.saw(last, commands[w], rows[w], _reading(seen, w))
-            before[w] = rows[w]
-            commands[w] = sent[w] + tuple(f"{place}={held[w]:g}" for place, held in tokens.items() if held[w])
-        for marked in marks.values():
-            going &= ~marked
-        if not going.any():
-            break
+    try:
+        for seen, sent, marks, read in stage.play():
+            cells = world.cells({place: read(place) for place in world.edges})
+            rows = [tuple(row) for row in cells.tolist()]
+            tokens = {place: read(place) for place in heeds}
+            for w in np.flatnonzero(going).tolist():
+                last = before[w]
+                if last is None:
+                    world.begin(rows[w], _reading(seen, w))
+                elif rows[w] in world.readings:
+                    world.saw(last, commands[w], rows[w], {})
+                else:
+                    world.saw(last, commands[w], rows[w], _reading(seen, w))
+                before[w] = rows[w]
+                commands[w] = sent[w] + tuple(f"{place}={held[w]:g}" for place, held in tokens.items() if held[w])
+            for marked in marks.values():
+                going &= ~marked
+            if not going.any() or (clock is not None and clock.spent()):
+                break
+    except KeyboardInterrupt:
+        if clock is None:
+            raise
+        clock.interrupt()
     return cast.net, dict(cast.outcomes), world
 
 

@@ -70,9 +70,9 @@ if TYPE_CHECKING:
     from .high_level.modules import wiring as wiring
     from .logic.implication import Implication as Implication
     from .logic.implication import implies as implies
-    from .markov.absorption import NEVER as NEVER
     from .markov.absorption import Absorption as Absorption
     from .markov.absorption import absorption as absorption
+    from .markov.chain import NEVER as NEVER
     from .markov.chain import Certified as Certified
     from .markov.chain import MarkovChain as MarkovChain
     from .markov.files import chain_to_drn as chain_to_drn
@@ -159,8 +159,8 @@ else:
             "high_level.automatic": "Automatic automatic_analysis",
             "high_level.modules": "Outcome Summary summarise wiring",
             "logic.implication": "Implication implies",
-            "markov.absorption": "Absorption NEVER absorption",
-            "markov.chain": "Certified MarkovChain",
+            "markov.absorption": "Absorption absorption",
+            "markov.chain": "NEVER Certified MarkovChain",
             "markov.files": "chain_to_drn chain_to_prism load_chain save_chain",
             "markov.lumping": "lump",
             "markov.over_time": "distribution_at outcomes_over_time",

@@ -24,6 +24,7 @@ from ...architecture.analysis.product.learned_world import LearnedWorld
 from ...architecture.analysis.product.runs import ProductRuns
 from ...architecture.analysis.rare.conditional import conditional
 from ...architecture.analysis.sampling.intervals import simultaneous
+from ...architecture.analysis.sampling.properties import properties as parsed
 from ...architecture.analysis.sampling.runs import UNFINISHED, ChainRuns, Run
 from ...architecture.analysis.sampling.sample import Sample, sample
 from ...architecture.petri import PetriNet
@@ -244,11 +245,14 @@ def analyze_behaviour(
 
     Raises
     ------
-    UnknownName, ModelError
+    UnknownName, ModelError, ExpressionError
     """
     for method in methods:
         if method not in METHODS:
             raise unknown_name("method", method, METHODS)
+    if not methods:
+        raise ModelError(f"methods: none; there are {', '.join(METHODS)}")
+    parsed(properties)  # before anything is played
     if episodes < 2 or (require is not None and not 0 < require < 1):
         raise ModelError(f"episodes {episodes}, require {require}: needs two episodes, and a probability")
     say = progress or (lambda _: None)
@@ -257,9 +261,14 @@ def analyze_behaviour(
     report = BehaviourReport(name, "", episodes, seed, confidence, require=require, change=change)
     try:
         say("learning the world")
-        net, outcomes, world = learn_world(name, episodes if learned is None else 2, seed, net=change, confidence=confidence)
+        _, half = limits.part(0.5).start()
+        net, outcomes, world = learn_world(name, episodes if learned is None else 2, seed, net=change, confidence=confidence, clock=half)
+        if half.spent() and learned is None:
+            report.notes.append("the episodes that teach the world were ended before their time: what would have followed is 'unseen'")
         world = learned or world
         report.world, report.done = world, next(iter(outcomes))
+        if clock.interrupted:
+            raise KeyboardInterrupt
         if {"exact", "bounded"} & set(methods):
             say("exploring net and world")
             report.product = product(net, world, outcomes, budget=limits)
@@ -285,6 +294,8 @@ def analyze_behaviour(
             report.simulator, report.ended = {o: report.played.count(o) for o in noted.outcomes}, np.array(noted.ended)
         if properties and not {"sampled", "simulator"} & set(methods):
             report.notes.append("properties are looked at in runs, which were not asked for")
+        if clock.interrupted or "interrupted" in {found.reason for found in (report.sampled, report.played) if found is not None}:
+            raise KeyboardInterrupt
         if clock.spent():
             report.notes.append(f"the budget ended it: {clock.reason}")
     except KeyboardInterrupt:

@@ -55,7 +55,8 @@ def sentences(report: BehaviourReport) -> list[str]:
         said.append(report.difference()[0].upper() + report.difference()[1:] + ".")
     if report.require is not None:
         word = {True: "holds", False: "is broken", None: "is undecided"}[report.verdict]
-        said.append(f"Required: {report.done} with at least {report.require:g}. In the simulator this {word}.")
+        played = f"In the simulator this {word}." if report.simulator else "Episodes of the simulator decide that; they were not played."
+        said.append(f"Required: {report.done} with at least {report.require:g}. {played}")
     for name, p in data["properties"].items():
         said.append(f"Property {name}: {_interval(p['interval'])} of the sampled runs, robustness at least {p['least_robustness']}.")
     for name, p in data["simulator_properties"].items():

@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from ..kernels import chains as kernels
 from ..kernels.graph import can_reach
-from .chain import Certified, MarkovChain, unknown_outcome
+from .chain import NEVER, Certified, MarkovChain, unknown_outcome
 from .components import Components, components
 from .solving import solve
-
-NEVER = "never"
-"""The outcome of a run that stays for ever in states that lead to no outcome."""
 
 
 @dataclass(frozen=True, eq=False)

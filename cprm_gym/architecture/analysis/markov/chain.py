@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ....errors import ModelError, UnknownName, unknown_name
 
+NEVER = "never"
+"""The outcome of a run that stays for ever in states that lead to no outcome."""
 STOCHASTIC = 1e-9
 """By how much a row may miss a sum of one."""
 
@@ -121,6 +123,8 @@ class MarkovChain(States):
             )
 
     def _check_outcomes(self) -> None:
+        if NEVER in self.outcomes:
+            raise ModelError(f"chain: {NEVER!r} is what runs come to that reach no outcome; give the outcome another name")
         taken: dict[int, str] = {}
         for name, states in self.outcomes.items():
             if states.size and not (states[0] >= 0 and states[-1] < self.n):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -188,7 +190,26 @@ def load_world(path: str | os.PathLike[str]) -> LearnedWorld:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"{file}: no learned world: {error!r}") from None
+    if wrong := _wrong(world):
+        raise FormatError(f"{file}: {wrong}")
     known = set(world.readings)
     if not {*world.begins, *(c for c, _ in world.counts), *(t for row in world.counts.values() for t in row)} <= known:
         raise FormatError(f"{file}: a cell without a reading")
     return world
+
+
+def _wrong(world: LearnedWorld) -> str:
+    """What makes no sense in a world from a file; empty where nothing does not."""
+    for place, cuts in world.edges.items():
+        if not cuts or not all(map(math.isfinite, cuts)) or any(a >= b for a, b in pairwise(cuts)):
+            return f"the edges of {place!r} do not rise"
+    sizes = [len(cuts) for cuts in world.edges.values()]
+    for cell, reading in world.readings.items():
+        if len(cell) != len(sizes) or not all(0 <= k <= size for k, size in zip(cell, sizes)):
+            return f"the cell {list(cell)} does not lie within the edges"
+        if not all(map(math.isfinite, reading.values())):
+            return f"the reading of the cell {list(cell)} is no finite number"
+    numbers = [*world.begins.values(), *(n for row in world.counts.values() for n in row.values())]
+    if not all(1 <= n <= 2**53 for n in numbers):
+        return "a count is no whole number from 1 to 2**53"
+    return "" if 0.0 < world.confidence < 1.0 else f"confidence {world.confidence:g} is not between 0 and 1"

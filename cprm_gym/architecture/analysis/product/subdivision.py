@@ -19,8 +19,8 @@ from ....errors import unknown_name
 from ...expressions import Expression
 from ...petri import Belief, CompiledNet, Continuous, Input, Math, ObjectPlace, PetriNet, Ports, Transition, compile_net
 from ..budget import Budget
-from ..markov.absorption import NEVER, Absorption, absorption
-from ..markov.chain import Certified
+from ..markov.absorption import Absorption, absorption
+from ..markov.chain import NEVER, Certified
 from ..markov.over_time import OverTime, outcomes_over_time
 from .explore import STATES, Product, product
 from .prm_world import PRMWorld

@@ -10,8 +10,8 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from cprm_gym.architecture.analysis.markov import solving
-from cprm_gym.architecture.analysis.markov.absorption import NEVER, absorption, caught_states
-from cprm_gym.architecture.analysis.markov.chain import MarkovChain
+from cprm_gym.architecture.analysis.markov.absorption import absorption, caught_states
+from cprm_gym.architecture.analysis.markov.chain import NEVER, MarkovChain
 from cprm_gym.architecture.analysis.markov.components import components
 from cprm_gym.architecture.analysis.markov.files import load_chain
 from cprm_gym.architecture.analysis.markov.generators import behaviour_chain, grid_chain, random_chain, walk_chain

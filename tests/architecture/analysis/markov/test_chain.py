@@ -24,6 +24,7 @@ def chain(**changes):
         ({"rows": [{0: 0.5, 1: -0.1, 2: 0.6}, {}, {}]}, "state 0: -0.1 is no probability"),
         ({"rows": [{0: float("nan"), 1: 1.0}, {}, {}]}, "state 0: nan is no probability"),
         ({"rows": [{0: 0.5, 3: 0.5}, {}, {}]}, "targets are states from 0 to 2"),
+        ({"outcomes": {"goal": [1], "never": [2]}}, "'never' is what runs come to that reach no outcome"),
         ({"outcomes": {"goal": [1], "lost": [1, 2]}}, "state 1 belongs to the outcomes 'goal' and 'lost'"),
         ({"outcomes": {"goal": [3]}}, "outcome 'goal': states go from 0 to 2"),
         ({"initial": 5}, "the start 5 is no state"),

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.analysis.markov.absorption import NEVER, absorption
+from cprm_gym.architecture.analysis.markov.absorption import absorption
+from cprm_gym.architecture.analysis.markov.chain import NEVER
 from cprm_gym.architecture.analysis.product.explore import product
 from cprm_gym.architecture.analysis.product.prm_world import PRMWorld
 from cprm_gym.architecture.analysis.product.subdivision import analyze_apart, coupled, groups, subdivide
