@@ -547,8 +547,15 @@ class SoccerCore(Pitch):
         ----------
         world : int, optional
             Only this one; all if not given.
+
+        Raises
+        ------
+        ParameterError
+            When there is no such world.
         """
         if world is not None:
+            if isinstance(world, bool) or not isinstance(world, (int, np.integer)) or not 0 <= world < self.worlds:
+                raise ParameterError(f"save_state: no world {world!r} among {self.worlds}")
             rows = slice(world, world + 1)
             own = {name: values[rows].copy() for name, values in self._state().items()}
             reward = {name: values[rows] for name, values in self.reward.save_state().items()}

@@ -6,7 +6,9 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cprm_gym import make_task
 from cprm_gym.envs import soccer_v1
+from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.rewards import HausknechtStone
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.tasks.slow_approach import SlowApproachVectorEnv
@@ -189,3 +191,12 @@ def test_specs_know_the_longest_episode_and_an_episode_cut_by_it_says_so():
     long = gymnasium.make("cprm/GoToBall-v1", max_cycles=300, max_episode_steps=300)
     long.reset(seed=4, options={"start": {"ball": (40.0, 30.0), "left_1": (-40.0, -30.0)}})
     assert [long.step([0, 0, 0, 0])[3] for _ in range(300)] == [False] * 299 + [True]
+
+
+@pytest.mark.parametrize("world", [2, -1, "x", True, 0.0])
+def test_a_world_that_there_is_not_is_not_saved(world):
+    core = SoccerCore(make_task("GoToBall"), 2)
+    core.reset(0)
+    with pytest.raises(ParameterError, match="save_state: no world"):
+        core.save_state(world)
+    assert len(core.save_state(np.int64(1))["world"]) == 1
