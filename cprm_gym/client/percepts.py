@@ -1,7 +1,8 @@
 """A player's messages as the arrays of the senses: text in, the numbers that the simulator would have put there.
 
-The server prints six significant digits. What it rounds itself (distances, directions, changes, speeds) therefore comes out as it was;
-stamina, effort, capacity and the distances of the Gaussian model lose what stands behind the sixth digit.
+The server prints six significant digits. What it rounds itself (distances, directions, changes, speeds) therefore comes out as it was, to
+the last bit: a printed multiple of its step is multiplied out again. Stamina, effort, capacity and the distances of the Gaussian model
+lose what stands behind the sixth digit.
 """
 
 from __future__ import annotations
@@ -18,6 +19,10 @@ from ..simulator.senses import BodyColumn, Hear, Landmarks, See
 from ..simulator.state import PlayMode
 
 D2R = math.pi / 180.0
+_SAME, _PRINTED = 1e-9, 5.1e-6
+"""Relative errors: of a number whose six digits say everything, and of any with six digits."""
+DISTANCE_STEP, SHARE_STEP, CHANGE_STEP, TURN_STEP, SPEED_STEP = 0.1, 0.02, 0.01, 0.1, 0.01
+"""What the server rounds to: m, 1 / cycle, m / cycle, degrees / cycle, m / cycle (specification/simulator.md 6.1.4, 6.1.5, 6.2)."""
 _OBJECT = re.compile(r"\(\(([^()]*)\) ([^()]*)\)")
 _ITEM = re.compile(r"\(([a-z_]+) ((?:[^()]|\([^()]*\))*)\)")
 _INNER = re.compile(r"\(([a-z_]+) ?([^()]*)\)")
@@ -48,6 +53,24 @@ def _number(word: str) -> float:
     if not math.isfinite(value):
         raise ValueError(word)
     return value
+
+
+def _rounded(value: float, step: float) -> float:
+    """What the server rounded to a multiple of `step` before it printed `value`; `value` itself where it is no multiple."""
+    multiple = round(value / step) * step
+    return multiple if multiple and abs(multiple - value) <= _SAME * abs(value) else value
+
+
+def _change(value: float, distance: float) -> float:
+    """What the server told, m / cycle, of a change of `distance` (m) that it printed as `value`.
+
+    The share of the distance is rounded; in the Gaussian model, whose distances are no multiples of `DISTANCE_STEP`, the change itself.
+    """
+    if distance > 0.0 and _rounded(distance, DISTANCE_STEP) == distance:
+        told = distance * (round(value / distance / SHARE_STEP) * SHARE_STEP)
+        if told and abs(told - value) <= _PRINTED * abs(value):
+            return told
+    return _rounded(value, CHANGE_STEP)
 
 
 def read_see(text: str, row: int, team: str, see: See, marks: Landmarks) -> int:
@@ -139,7 +162,8 @@ class _Sight:
     def _add_line(self, line: int, values: list[float]) -> None:
         """A line in front: distance and direction, or the direction alone."""
         self._marks.line[0, self._row, self._lines] = line
-        self._marks.lines[0, self._row, self._lines] = values[0] if len(values) > 1 else np.nan, values[-1] * D2R
+        self._marks.lines[0, self._row, self._lines, 1] = values[-1] * D2R
+        self._marks.lines[0, self._row, self._lines, 0] = _rounded(values[0], DISTANCE_STEP) if len(values) > 1 else np.nan
         self._lines += 1
 
     def place_what_is_felt(self) -> None:
@@ -169,9 +193,10 @@ def _write(out: Any, values: list[float]) -> None:
         out[:] = np.nan
         out[1] = values[0] * D2R
         return
-    out[0], out[1] = values[0], values[1] * D2R
+    distance = _rounded(values[0], DISTANCE_STEP)
+    out[0], out[1] = distance, values[1] * D2R
     if len(values) >= 4:
-        out[2], out[3] = values[2], values[3] * D2R
+        out[2], out[3] = _change(values[2], distance), _rounded(values[3], TURN_STEP) * D2R
 
 
 def _write_player(see: See, row: int, place: int, values: list[float], level: int, flags: int) -> None:
@@ -235,7 +260,7 @@ def read_body(text: str, out: np.ndarray) -> tuple[int, int]:
             out[BodyColumn.STAMINA], out[BodyColumn.EFFORT] = _number(words[0]), _number(words[1])
             out[BodyColumn.CAPACITY] = _number(words[2]) if len(words) > 2 else 0.0
         elif name == "speed":
-            out[BodyColumn.SPEED] = _number(words[0])
+            out[BodyColumn.SPEED] = _rounded(_number(words[0]), SPEED_STEP)
             out[BodyColumn.SPEED_DIRECTION] = _number(words[1]) * D2R if len(words) > 1 else 0.0
         elif name == "head_angle":
             out[BodyColumn.HEAD_ANGLE] = _number(words[0]) * D2R

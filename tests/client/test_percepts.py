@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cprm_gym.client.perceived import PerceivedSimulator, PlayerEar
-from cprm_gym.client.percepts import read_body
+from cprm_gym.client.percepts import D2R, read_body
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.protocol.messages import hear_text, referee_text, see_text, sense_body_text
@@ -60,14 +60,14 @@ def compare(sim, told):
     pairs = [(told.told_see.ball, sim.see().ball), (told.told_see.players, sim.see().players)]
     pairs += [(told.told_landmarks.landmarks, marks.landmarks), (told.told_landmarks.lines, marks.lines)]
     for mine, whole in pairs:
-        # six digits say everything: equal as float32, which is what observations are
-        assert np.array_equal(mine[0][fresh].astype(np.float32), whole[0][fresh].astype(np.float32))
+        # six digits say everything, to the last bit: what is decided at the edge of a distance is decided alike
+        assert np.array_equal(mine[0][fresh], whole[0][fresh], equal_nan=True)
     body, felt = sim.sense_body()[0].copy(), told.told_body[0].copy()
     for column in ROUNDED:
         np.testing.assert_allclose(felt[:, column], body[:, column], rtol=5.1e-6)
         body[:, column] = felt[:, column] = 0
     body[:, BodyColumn.COUNT_FOUL] = 0  # not told
-    assert np.array_equal(felt.astype(np.float32), body.astype(np.float32))
+    assert np.array_equal(felt, body)
     heard, mine = sim.hear(), told.told_hear
     slots = heard.sender.shape[2]
     for name in ("sender", "level", "unum", "length", "text"):
@@ -147,6 +147,21 @@ def test_a_cycle_in_which_the_clock_stands_is_none_that_came_twice():
     assert ear.stale == 0
     ear.tell(text)
     assert ear.stale == 1
+
+
+@pytest.mark.parametrize(
+    ("printed", "distance", "change", "turn"),
+    [
+        ("49.4 -29 -0.988 -0.3", 494 * 0.1, 494 * 0.1 * (-1 * 0.02), -3 * 0.1),  # 49.4 is another number than 494 * 0.1
+        ("64.1 3 123.457 0.3", 641 * 0.1, 123.457, 3 * 0.1),  # such a change is no multiple
+        ("0.6 3 -0 0", 6 * 0.1, 0.0, 0.0),
+        ("49.4001 3 0.29 0.3", 49.4001, 29 * 0.01, 3 * 0.1),  # of the Gaussian model: no multiple, and the change is one itself
+    ],
+)
+def test_what_the_server_rounded_is_read_to_the_last_bit(printed, distance, change, turn):
+    match = Listening(make_task("Soccer11v11"))
+    match.ears[0].tell(f"(see 1 ((b) {printed}))")
+    assert match.told.told_see.ball[0, 0].tolist() == [distance, int(printed.split()[1]) * D2R, change, turn * D2R]
 
 
 def test_a_body_of_an_old_protocol_is_read():
