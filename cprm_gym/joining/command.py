@@ -21,7 +21,7 @@ def join(
     players: Annotated[int | None, typer.Option(help="How many join from here.", show_default="those of the task")] = None,
     goalie: Annotated[bool, typer.Option(help="The first of them is the goalie.")] = True,
     coach: Annotated[bool, typer.Option("--coach", help="A coach chooses heterogeneous types.")] = False,
-    coach_port: Annotated[int, typer.Option(help="Of the server's coaches.")] = 6002,
+    coach_port: Annotated[int | None, typer.Option(help="Of the server's coaches.", show_default="the players' and 2")] = None,
     seed: Annotated[int, typer.Option(help="Of the controllers.")] = 0,
     wait: Annotated[float, typer.Option(help="Seconds for which the server's answer is waited for.")] = 10.0,
 ) -> None:
@@ -53,7 +53,7 @@ def join(
 
     joined = JoinedTeam(
         host, port, team, made, load_controller(controller), players=count, goalie=goalie and keeper > 0, part=part,
-        coach=coach, coach_port=coach_port, seed=seed, patience=wait,
+        coach=coach, coach_port=port + 2 if coach_port is None else coach_port, seed=seed, patience=wait,
     )  # fmt: skip
     typer.echo(f"{team}: {', '.join(player.agent for player in joined.players)} play as {controller} at {host}:{port}")
     before = {word: signal.signal(word, end) for word in (signal.SIGINT, signal.SIGTERM)}

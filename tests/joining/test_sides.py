@@ -5,8 +5,10 @@ import threading
 import numpy as np
 import pytest
 from served_field import SYNCHRONOUS, Field
+from typer.testing import CliRunner
 
 from cprm_gym.benchmark.registry import controller_entries, load_controller
+from cprm_gym.cli import app
 from cprm_gym.client.connection import Connection
 from cprm_gym.envs.tasks import TASKS, make_task
 from cprm_gym.errors import CprmError
@@ -185,3 +187,18 @@ def test_a_shoot_out_is_played_to_its_end():
     world = field.server.stadium.world
     assert int(world["pen_score"].sum() + world["pen_miss"].sum()) >= 2
     assert all(player.ear.damaged == 0 for team in teams for player in team.players)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"), [([], 6002), (["--port", "7000"], 7002), (["--port", "7000", "--coach-port", "6002"], 6002)]
+)
+def test_the_coach_asks_where_serve_has_put_it(words, expected, monkeypatch):
+    asked = []
+
+    def join(*_, **options):
+        asked.append(options["coach_port"])
+        raise CprmError("nobody there")
+
+    monkeypatch.setattr("cprm_gym.joining.team.JoinedTeam", join)
+    CliRunner().invoke(app, ["join", "Alpha", "--coach", *words])
+    assert asked == [expected]
