@@ -299,10 +299,25 @@ def _read(journal: Path, plan: dict[str, Any]) -> dict[int, dict[str, Any]]:
         found = {int(b["start"]): b for b in blocks}
         if any(not {"runs", "counts", "cycles", "first", "properties"} <= b.keys() for b in blocks):
             raise FormatError(f"{journal}: a block is not whole")
-    except (ValueError, KeyError, TypeError) as error:
+        if not all(_adds_up(b, plan) for b in blocks):
+            raise FormatError(f"{journal}: a block does not add up")
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"{journal}: {error}") from None
     if torn:
         journal.write_text("".join(f"{line}\n" for line in whole), encoding="utf-8")
     return found
+
+
+def _adds_up(block: Mapping[str, Any], plan: Mapping[str, Any]) -> bool:
+    """Whether the tallies of a block are of this sample's outcomes and properties, and of as many runs as it says."""
+    counts, runs = block["counts"], block["runs"]
+    return (
+        0 < runs == sum(counts.values())
+        and min(counts.values()) > 0
+        and set(counts) <= set(plan["outcomes"])
+        and all(counts.keys() == block[key].keys() for key in ("cycles", "first"))
+        and block["properties"].keys() == plan["properties"].keys()
+        and all(0 <= true <= runs for true, *_ in block["properties"].values())
+    )

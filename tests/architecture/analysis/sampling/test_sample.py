@@ -8,6 +8,7 @@ from paths import SHARED
 
 from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.markov.absorption import absorption
+from cprm_gym.architecture.analysis.markov.chain import MarkovChain
 from cprm_gym.architecture.analysis.markov.generators import behaviour_chain, walk_chain
 from cprm_gym.architecture.analysis.sampling.gymnasium_runs import GymnasiumRuns
 from cprm_gym.architecture.analysis.sampling.runs import UNFINISHED, ChainRuns, Run, Runs
@@ -169,3 +170,25 @@ def test_any_gymnasium_environment_is_sampled():
     assert again.cycles == found.cycles
     assert again.properties["upright"].least == found.properties["upright"].least
     assert found.properties["upright"].true > 6
+
+
+@pytest.mark.parametrize(
+    ("whole", "damaged"),
+    [
+        ('"runs": 100', '"runs": -100'),
+        ('"counts": {"g": 100}', '"counts": {"g": "x"}'),
+        ('"counts": {"g": 100}', '"counts": {"h": 100}'),
+        ('"counts": {"g": 100}', '"counts": {"g": 10000}'),
+        ('"counts": {"g": 100}', '"counts": []'),
+    ],
+)
+def test_a_journal_that_does_not_add_up_is_refused(tmp_path, whole, damaged):
+    runs = ChainRuns(MarkovChain.from_rows([{0: 0.5, 1: 0.5}, {}], {"g": [1]}))
+    journal = tmp_path / "journal"
+    sample(runs, 200, seed=1, block=100, journal=journal)
+    assert sample(runs, 200, seed=1, block=100, journal=journal).counts == {"g": 200}
+    text = journal.read_text()
+    assert whole in text
+    journal.write_text(text.replace(whole, damaged, 1))
+    with pytest.raises(FormatError, match="journal"):
+        sample(runs, 200, seed=1, block=100, journal=journal)
