@@ -212,3 +212,9 @@ def test_a_story_is_of_a_save_that_began_before_the_kick():
     assert "chance 0.90, line +3.0 m" in picture
     with pytest.raises(CprmError, match="no such save"):
         story.found(model, rival._replace(saved=np.array([True, True])))
+
+
+@pytest.mark.parametrize("name", sorted(DEMONSTRATIONS))
+def test_everybody_of_a_demonstration_plays(name):
+    for block in DemonstrationPlan((name,), 6).blocks():
+        assert len(play_block(block).success) == 6, block.controller

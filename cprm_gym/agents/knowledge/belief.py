@@ -159,11 +159,18 @@ class BeliefTier(Tracker):
         news = np.minimum(self._cycles, self._late_others)[:, None]
         age[:, 0] = np.where(self._seen, self._ball_age + np.minimum(self._cycles, self._late), NEVER)
         age[:, 1:] = np.where(self.others.known, self.others.tracks.age + news, NEVER)
+        self.ball_age = np.minimum(age[:, 0], NEVER)
         rows = np.arange(len(me))
         memory[rows, own, :2], age[rows, own] = now[:, :2], 0.0
         return {
             "self": now.astype(np.float32), "memory": memory.astype(np.float32), "memory_age": np.minimum(age, NEVER).astype(np.float32),
         }  # fmt: skip
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(N, 22, 2) of the other players, as metres that they are expected to run in the next cycle, which is what the tracker's are."""
+        here, there = (self.others.places(ahead)[..., :2] for ahead in (self._late_others, self._late_others + 1))
+        return there - here
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """As the tracker's, of all modes together."""

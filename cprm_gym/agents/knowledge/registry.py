@@ -54,6 +54,8 @@ def make_tier(name: str, task: Task, agent: str, senses: Senses | None = None, *
         raise unknown_name("tier", name, TIERS)
     if options and (name != Foresight.name or set(options) != {"ahead"}):
         raise ParameterError(f"tier {name!r}: options {', '.join(options)} given; only foresight has one, ahead")
+    if senses is not None and not isinstance(senses, Senses):
+        raise ParameterError(f"tier {name!r}: senses: {senses!r} given; Senses are needed")
     return Foresight(**options) if options else TIERS[name](task, agent, senses or Senses())
 
 

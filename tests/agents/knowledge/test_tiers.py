@@ -380,6 +380,8 @@ def test_what_there_is_not_is_refused_by_name():
         make_tier("memory", make_task("Goalie"), "left_1", ahead=2)
     with pytest.raises(ParameterError, match="ahead: 0 given"):
         make_tier("foresight", make_task("Goalie"), "left_1", ahead=0)
+    with pytest.raises(ParameterError, match="'noise 1' given; Senses are needed"):
+        make_tier("tracker", make_task("Goalie"), "left_1", "noise 1")
     with pytest.raises(UnknownName, match="right_1"):
         SoccerCore("Goalie", 1).truth("right_1")
 
@@ -413,3 +415,27 @@ def test_the_belief_in_late_news_is_as_good_where_worlds_begin_one_by_one():
     senses, task = Senses(late_ball=2), make_task("Goalie")
     belief, tracker = (play_episodes(task, PLAYERS["Goalie"].on(tier, senses), 250, 99, 0, senses, 50) for tier in ("belief", "tracker"))
     assert belief.success.mean() > tracker.success.mean() - 0.04
+
+
+@pytest.mark.parametrize("tier", ["tracker", "belief"])
+def test_what_a_model_of_intention_asks_of_a_tier_is_told(tier):
+    """How old the ball is, and how fast the shooter runs: in sight, near the truth."""
+    core = SoccerCore("Goalie", 30, seed=5, include=("memory", "landmarks", "lines"), senses=Senses())
+    known = make_tier(tier, make_task("Goalie"), "left_1")
+    mine = {key: value[:, 0] for key, value in core.reset(5).items()}
+    known.reset(mine)
+    told = known.know(mine, None)
+    errors, speeds = [], []
+    for _ in range(20):
+        sent = no_action(30)
+        before = core.sim.world["pos"][:, 12].copy()
+        core.step({key: value[:, None] for key, value in sent.items()})
+        mine = {key: value[:, 0] for key, value in core.observation.items()}
+        told = known.know(mine, sent)
+        np.testing.assert_array_equal(known.ball_age, told["memory_age"][:, 0] if tier == "belief" else mine["memory_age"][:, 0])
+        seen = mine["memory_age"][:, 12] == 0
+        true = core.sim.world["pos"][:, 12] - before
+        errors.append(np.hypot(*(known.velocities[:, 11] - true)[seen].T))
+        speeds.append(np.hypot(*true[seen].T))
+    assert np.median(np.concatenate(speeds)) > 0.4
+    assert np.median(np.concatenate(errors)) < 0.3
