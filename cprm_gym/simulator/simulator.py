@@ -162,9 +162,6 @@ class Simulator:
         self.rules = Rules(rules)
         self.team_names: tuple[str, str] = ("Left", "Right")
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
-        # what the step reads: where no rule is on, a step that is compiled without the referee
-        whistled = int(self.packed["rules"][0]) != 0 or self.parameters.auto_mode
-        self._played = self.packed if whistled else self.packed.view(NO_REFEREE)
         self._start = initial_world(self.packed, left, right, goalies)
         self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
         self.trainer, self.coach = Trainer(self.world, self._played), Coach(self.world, self.packed)
@@ -235,6 +232,18 @@ class Simulator:
     def clear_commands(self) -> None:
         """Make the buffer `commands` say nothing."""
         self.commands.view("u1")[...] = self._silence.view("u1")
+
+    @property
+    def packed(self) -> npt.NDArray[Any]:
+        """The parameters as kernels read them; others may be put in their place for some steps."""
+        return self._packed
+
+    @packed.setter
+    def packed(self, packed: npt.NDArray[Any]) -> None:
+        self._packed = packed
+        # what the step reads: where no rule is on, a step that is compiled without the referee
+        whistled = int(packed["rules"][0]) != 0 or self.parameters.auto_mode
+        self._played = packed if whistled else packed.view(NO_REFEREE)
 
     # ------------------------------------------------------------------------------------------ senses
 

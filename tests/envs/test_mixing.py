@@ -157,7 +157,8 @@ def test_the_modes_are_read_by_the_state_alone():
         for path in Path(ROOT, folder).rglob("*.py")
         if re.search(r"\.intentions\(|\.intents\b|mixing\.modes", path.read_text(encoding="utf-8"))
     }
-    assert users == {"cprm_gym/envs/core.py", "cprm_gym/envs/soccer_v1.py", "cprm_gym/envs/players/mixing.py"}
+    learned_from = "cprm_gym/benchmark/demonstrations/learning.py"  # logged play, in which what somebody had in mind is known afterwards
+    assert users == {"cprm_gym/envs/core.py", "cprm_gym/envs/soccer_v1.py", "cprm_gym/envs/players/mixing.py", learned_from}
 
 
 @pytest.mark.parametrize(

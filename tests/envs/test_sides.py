@@ -11,6 +11,7 @@ from cprm_gym.simulator.state import CommandKind, Count, PlayMode
 
 OPTIONS = {
     "GoToBall": {"right": 1},
+    "Hike": {"right": 1},
     "KickOffShot": {"right": 1},
     "PassAndAdvance": {"right": 1},
     "HFO1v0": {"right": 1},
@@ -48,7 +49,7 @@ def test_what_one_side_is_paid_the_other_pays_and_one_at_most_succeeds(name):
         assert (won[:, right] == won[:, right][:, :1]).all()
         assert not won[running & ~now].any(), "nobody has succeeded while it goes on"
         both = won[now][:, left][:, 0].astype(int) + won[now][:, right][:, 0]
-        drawn = name.startswith(("Soccer", "GoToBall"))
+        drawn = name.startswith(("Soccer", "GoToBall", "Hike"))
         assert ((both == 1) | (drawn & (both == 0))).all()
     assert over == 24
 

@@ -14,6 +14,8 @@ from cprm_gym.simulator.kernels import geometry
 from cprm_gym.simulator.kernels.geometry import in_circle
 from cprm_gym.simulator.kernels.referee.places import nearest_on_circle
 from cprm_gym.simulator.kernels.step import advance_worlds, step_worlds
+from cprm_gym.simulator.parameters import Rules
+from cprm_gym.simulator.simulator import Simulator
 
 angles = st.floats(-1e4, 1e4)
 places = st.floats(-3, 3)
@@ -103,9 +105,11 @@ def test_a_point_on_the_very_edge_is_in_the_circle_by_its_distance():
 
 
 def test_the_step_is_compiled_once_for_every_number_of_worlds():
+    """Once with the referee and once without him, whatever has been played in this process before."""
     for worlds in (1, 3):
-        simulator = quiet_world(worlds=worlds)
-        simulator.step()
-        simulator.advance()
-    assert len(step_worlds.entry.signatures) == 1
-    assert len(advance_worlds.entry.signatures) == 1
+        for rules in (Rules.NONE, Rules.ALL):
+            simulator = Simulator(worlds=worlds, rules=rules)
+            simulator.step()
+            simulator.advance()
+    assert len(step_worlds.entry.signatures) == 2
+    assert len(advance_worlds.entry.signatures) == 2
