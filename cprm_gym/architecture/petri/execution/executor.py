@@ -319,17 +319,37 @@ class Executor:
             self._state.random[which] = np.array([s.generate_state(1, np.uint64)[0] for s in streams])[which]
 
     def snapshot(self, copies: slice = slice(None)) -> Snapshot:
-        """The whole state, or that of some copies, as plain arrays."""
+        """The whole state, or that of some copies, as plain arrays.
+
+        Raises
+        ------
+        NetError
+            When a copy is none of these.
+        """
+        self._check_copies(copies)
         return Snapshot(*(array[copies].copy() for array in self._state))
 
     def restore(self, snapshot: Snapshot, copies: slice = slice(None)) -> None:
-        """Return to a state of this net with this number of copies, or put a snapshot of some into as many of these."""
+        """Return to a state of this net with this number of copies, or put a snapshot of some into as many of these.
+
+        Raises
+        ------
+        NetError
+            When a copy is none of these, or the snapshot is another net's or of another number of copies.
+        """
+        self._check_copies(copies)
         arrays = [np.asarray(array) for array in snapshot]
         for name, mine, theirs in zip(Snapshot._fields, self._state, arrays):
             if theirs.shape != mine[copies].shape:
                 raise NetError(f"snapshot: `{name}` must have shape {mine[copies].shape}, got {theirs.shape}")
         for mine, theirs in zip(self._state, arrays):
             mine[copies] = theirs
+
+    def _check_copies(self, copies: object) -> None:
+        try:
+            np.arange(self.batch)[copies]  # type: ignore[call-overload]
+        except (IndexError, TypeError, ValueError):
+            raise NetError(f"`copies` are of 0 to {self.batch - 1}, as a slice, places or a mask, got {copies!r}") from None
 
     def replay(self, trace: Trace) -> None:
         """Run through the cycles that an executor of the same net and batch recorded, and check that the same happens.

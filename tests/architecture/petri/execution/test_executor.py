@@ -468,6 +468,15 @@ def test_snapshot_and_restore_continue_alike():
         Executor(FIG_2_5, batch=2).restore(kept)
 
 
+@pytest.mark.parametrize("copies", [[7], 3, [True, False]])
+def test_copies_that_are_not_there_are_named(copies):
+    executor = Executor(FIG_2_5, batch=3)
+    with pytest.raises(NetError, match=r"`copies` are of 0 to 2"):
+        executor.snapshot(copies)
+    with pytest.raises(NetError, match=r"`copies` are of 0 to 2"):
+        executor.restore(executor.snapshot(), copies)
+
+
 def test_reset_with_a_mask_resets_those_copies_only():
     executor = Executor(FIG_2_5, batch=3)
     for _ in range(3):
