@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ....errors import NetError
@@ -13,6 +13,8 @@ from ..net.transitions import Transition
 
 ALL = -1
 """`unfold` for a drawing with every module unfolded."""
+Unfold = int | Collection[str]
+"""Levels of modules drawn with their inside, or the paths of those instances that are."""
 MAX_DRAWN = 20_000
 """Most places, transitions, ports and arcs of one drawing."""
 
@@ -69,6 +71,8 @@ class Box:
     boxes: list[Box] = field(default_factory=list)
     entries: set[str] = field(default_factory=set)
     exits: set[str] = field(default_factory=set)
+    net: PetriNet | None = None
+    folded: bool = False
 
     def walk(self) -> Iterator[Box]:
         """This box and all inside it."""
@@ -77,40 +81,56 @@ class Box:
             yield from box.walk()
 
 
-def picture(net: PetriNet, unfold: int = 0) -> Box:
+def picture(net: PetriNet, unfold: Unfold = 0, all_ports: bool = False) -> Box:
     """What a drawing of `net` shows.
 
     Parameters
     ----------
     net : PetriNet
-    unfold : int
-        Levels of modules drawn with their inside; `ALL` for every level.
+    unfold : int or collection of str
+        Levels of modules drawn with their inside, `ALL` for every level; or the paths of the instances that are.
+    all_ports : bool
+        Show every port of a folded module, not only those that are used.
 
     Raises
     ------
     NetError
         When it would show more than `MAX_DRAWN` places, transitions, ports and arcs.
     """
-    if (size := _size(net, unfold, {})) > MAX_DRAWN:
+    if (size := _size(net, "", unfold, {})) > MAX_DRAWN:
         hint = "; unfold fewer levels" if net.modules and unfold else ""
         raise NetError(f"net {net.name!r}: its drawing has {size:,} places, transitions, ports and arcs, more than {MAX_DRAWN:,}{hint}")
-    return _box(net, "", net.name, unfold)
+    return _box(net, "", net.name, unfold, all_ports)
 
 
-def _size(net: PetriNet, unfold: int, known: dict[tuple[int, int], int]) -> int:
+def _inside(unfold: Unfold, path: str) -> Unfold | None:
+    """How far the inside of the instance at `path` is unfolded, None when it is folded."""
+    if isinstance(unfold, int):
+        return None if unfold == 0 else unfold - 1 if unfold > 0 else ALL
+    return unfold if path in unfold else None
+
+
+def _size(net: PetriNet, path: str, unfold: Unfold, known: dict[tuple[int, int | str], int]) -> int:
     """How much a drawing shows."""
-    key = (id(net), unfold)
+    key = id(net), unfold if isinstance(unfold, int) else path
     if key not in known:
         arcs = sum(len(t.inputs) + len(t.outputs) + len(t.tests) + len(t.inhibitors) + len(t.sets) for t in net.transitions)
-        inner = unfold - 1 if unfold > 0 else ALL
-        modules = (len(m.ports.all) + 1 if unfold == 0 else _size(m, inner, known) for m in net.modules.values())
-        known[key] = len(net.places) + len(net.transitions) + arcs + sum(modules)
+        modules = 0
+        for instance, module in net.modules.items():
+            inner = _join(path, instance)
+            levels = _inside(unfold, inner)
+            modules += len(module.ports.all) + 1 if levels is None else _size(module, inner, levels, known)
+        known[key] = len(net.places) + len(net.transitions) + arcs + modules
     return known[key]
 
 
-def _box(net: PetriNet, path: str, title: str, unfold: int) -> Box:
+def _join(path: str, instance: str) -> str:
+    return f"{path}.{instance}" if path else instance
+
+
+def _box(net: PetriNet, path: str, title: str, unfold: Unfold, all_ports: bool) -> Box:
     prefix = f"{path}." if path else ""
-    box = Box(path, title)
+    box = Box(path, title, net=net)
     box.entries = {prefix + port for port in net.ports.entries}
     box.exits = {prefix + port for port in net.ports.exits}
     scope = {p.name: p for p in net.places} | net.port_places()
@@ -121,14 +141,12 @@ def _box(net: PetriNet, path: str, title: str, unfold: int) -> Box:
     for place in net.places:
         box.links += _operand_links(place, prefix, scope)
     for instance, module in net.modules.items():
-        inner = f"{prefix}{instance}"
+        inner = _join(path, instance)
         heading = f"{instance} : {module.name}" if instance != module.name else instance
-        if unfold == 0:
-            box.boxes.append(_folded(module, inner, heading))
-        else:
-            box.boxes.append(_box(module, inner, heading, unfold - 1 if unfold > 0 else ALL))
+        levels = _inside(unfold, inner)
+        box.boxes.append(_folded(module, inner, heading) if levels is None else _box(module, inner, heading, levels, all_ports))
     box.links += [Link(prefix + target, prefix + port, "fuse") for port, target in net.fuse.items()]
-    if unfold == 0:
+    if not all_ports:
         _drop_unused_ports(box)
     return box
 
@@ -136,7 +154,7 @@ def _box(net: PetriNet, path: str, title: str, unfold: int) -> Box:
 def _folded(module: PetriNet, path: str, heading: str) -> Box:
     own = {p.name: p for p in module.places}
     ports = module.ports
-    box = Box(path, heading, entries={f"{path}.{p}" for p in (*ports.entries, *ports.parameters)})
+    box = Box(path, heading, entries={f"{path}.{p}" for p in (*ports.entries, *ports.parameters)}, net=module, folded=True)
     box.exits = {f"{path}.{p}" for p in ports.exits}
     for port in ports.all:
         kind = "object" if isinstance(own[port], ObjectPlace) else "port"
@@ -147,7 +165,7 @@ def _folded(module: PetriNet, path: str, heading: str) -> Box:
 def _drop_unused_ports(box: Box) -> None:
     """Folded modules show the ports of the behaviour interface that are used, if any are used at all."""
     used = {end for link in box.links for end in (link.source, link.target)}
-    for inner in box.boxes:
+    for inner in (inner for inner in box.boxes if inner.folded):
         keep = [item for item in inner.items if item.key in used]
         inner.items = keep or inner.items
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from xml.sax.saxutils import escape
@@ -79,7 +79,7 @@ def _extent(item: Item) -> tuple[float, float, float]:
     return half + 2, half + 8 + text, 2 * RADIUS + 6
 
 
-def lay_out(box: Box, outermost: bool = False) -> Laid:
+def lay_out(box: Box, outermost: bool = False, by_hand: Mapping[str, Mapping[str, Point]] | None = None) -> Laid:
     """Where everything in a box goes, inner boxes first: they are nodes of the layout around them.
 
     Parameters
@@ -87,13 +87,16 @@ def lay_out(box: Box, outermost: bool = False) -> Laid:
     box : Box
     outermost : bool
         Without the room for a heading and a margin that a box in another one has.
+    by_hand : mapping from key of a box to mapping from name to point, optional
+        Positions that somebody chose: of places and transitions their middle, of an inner box its top left corner. Arcs of a box with
+        such positions run straight; the outermost box keeps these positions as they are.
 
     Returns
     -------
     Laid
         Width, height and positions in pixels, from the box's top left corner.
     """
-    children = [lay_out(inner) for inner in box.boxes]
+    children = [lay_out(inner, by_hand=by_hand) for inner in box.boxes]
     laid = Laid(box, 0.0, 0.0, items={item.key: item for item in box.items})
     nodes = []
     for item in box.items:
@@ -115,12 +118,17 @@ def lay_out(box: Box, outermost: bool = False) -> Laid:
         pull = 1.0 if link.style in ("arc", "set", "fuse") else 0.4
         edges.append(Edge(source, target, pull))
     width, height = arrange(nodes, edges)
+    chosen = (by_hand or {}).get(box.key)
+    if chosen:
+        width, height = _put(box, nodes, chosen, outermost)
+        for edge in edges:
+            edge.points = []
     top = 0.0 if outermost else HEADING
     pad = 0.0 if outermost else MARGIN
     title = _text_width(box.title, FONT) + 12
     laid.width = max(width + 2 * pad, 0.0 if outermost else title)
     laid.height = height + top + pad
-    indent = pad + max(0.0, laid.width - 2 * pad - width) / 2
+    indent = pad + (0.0 if outermost else max(0.0, laid.width - 2 * pad - width) / 2)
     for node in nodes:
         if node.key in laid.items:
             laid.at[node.key] = (node.x + indent, node.y + top)
@@ -134,6 +142,21 @@ def lay_out(box: Box, outermost: bool = False) -> Laid:
             points = points[::-1]
         laid.routes.append((link, [(x + indent, y + top) for x, y in points]))
     return laid
+
+
+def _put(box: Box, nodes: Sequence[Node], chosen: Mapping[str, Point], outermost: bool) -> tuple[float, float]:
+    """Move nodes to positions chosen by hand; returns width and height from the origin on."""
+    prefix = f"{box.key}." if box.key else ""
+    for node in nodes:
+        inner = node.key.startswith("box ")
+        at = chosen.get(node.key.removeprefix("box ").removeprefix(prefix))
+        if at is not None:
+            node.x, node.y = at[0] + (node.left if inner else 0.0), at[1] + (node.height / 2 if inner else 0.0)
+    if not outermost:
+        left, top = min(node.x - node.left for node in nodes), min(node.y - node.height / 2 for node in nodes)
+        for node in nodes:
+            node.x, node.y = node.x - left, node.y - top
+    return max(node.x + node.right for node in nodes), max(node.y + node.height / 2 for node in nodes)
 
 
 def _tops(children: Sequence[Laid]) -> set[str]:
@@ -211,9 +234,9 @@ def _draw_links(laid: Laid, corner: Point, body: list[str], drawn: list[tuple[Li
     """Draw the arcs, inner boxes first, and add them with the points through which they go to `drawn`."""
     for child, (x, y) in laid.inner:
         _draw_links(child, (x + corner[0], y + corner[1]), body, drawn)
-    ends = _attachments(laid)
+    ends = attachments(laid)
     for (link, points), (start, end) in zip(laid.routes, ends):
-        path = [(x + corner[0], y + corner[1]) for x, y in (start, *_upright(laid, link, points, start, end), end)]
+        path = [(x + corner[0], y + corner[1]) for x, y in (start, *upright(laid, link, points, start, end), end)]
         drawn.append((link, _draw_link(link, path, body)))
 
 
@@ -229,7 +252,7 @@ def _draw_labels(laid: Laid, corner: Point, body: list[str], drawn: list[tuple[L
         body += _text(label, left, bottom - 1.5, SMALL, INK)
 
 
-def _upright(laid: Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
+def upright(laid: Laid, link: Link, points: list[Point], start: Point, end: Point) -> list[Point]:
     """The points between, those straight above or below an end moved to where the arc touches it."""
     moved = list(points)
     for index, key, touch in ((0, link.source, start), (-1, link.target, end)):
@@ -238,7 +261,7 @@ def _upright(laid: Laid, link: Link, points: list[Point], start: Point, end: Poi
     return moved
 
 
-def _attachments(laid: Laid) -> list[tuple[Point, Point]]:
+def attachments(laid: Laid) -> list[tuple[Point, Point]]:
     """Where each arc touches its two ends: spread along the side of the node that it comes from, in order."""
     touching: dict[tuple[str, bool], list[tuple[float, int, int]]] = {}
     sides: list[list[bool]] = []

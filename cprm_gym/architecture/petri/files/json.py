@@ -47,20 +47,33 @@ _TRANSITION_DEFAULTS: Mapping[str, Any] = {
 }  # fmt: skip
 
 
-def net_to_dict(net: PetriNet) -> dict[str, Any]:
-    """The JSON form of a net, as plain dictionaries and lists."""
-    definitions: dict[str, dict[str, Any]] = {}
+def definition_keys(net: PetriNet) -> dict[PetriNet, str]:
+    """The key under which each module of a net, and the net itself, stands among the definitions, inner ones first."""
     keys: dict[PetriNet, str] = {}
+    taken: set[str] = set()
 
-    def define(module: PetriNet) -> str:
+    def define(module: PetriNet) -> None:
         if module in keys:
-            return keys[module]
-        modules = {instance: define(inner) for instance, inner in module.modules.items()}
+            return
+        for inner in module.modules.values():
+            define(inner)
         key, number = module.name, 1
-        while key in definitions:
+        while key in taken:
             number += 1
             key = f"{module.name}#{number}"
         keys[module] = key
+        taken.add(key)
+
+    define(net)
+    return keys
+
+
+def net_to_dict(net: PetriNet) -> dict[str, Any]:
+    """The JSON form of a net, as plain dictionaries and lists."""
+    keys = definition_keys(net)
+    definitions: dict[str, dict[str, Any]] = {}
+    for module, key in keys.items():
+        modules = {instance: keys[inner] for instance, inner in module.modules.items()}
         written: dict[str, Any] = {} if key == module.name else {"name": module.name}
         written["places"] = [_place_to_dict(place) for place in module.places]
         written["transitions"] = [_transition_to_dict(t) for t in module.transitions]
@@ -71,9 +84,7 @@ def net_to_dict(net: PetriNet) -> dict[str, Any]:
             if part_fields := _changed_fields(part):
                 written[name] = part_fields
         definitions[key] = written
-        return key
-
-    return {"format": FORMAT, "version": VERSION, "net": define(net), "definitions": definitions}
+    return {"format": FORMAT, "version": VERSION, "net": keys[net], "definitions": definitions}
 
 
 def _plain(value: Any) -> Any:
