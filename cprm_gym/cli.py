@@ -20,6 +20,7 @@ from .errors import CprmError, unknown_name
 from .files import check_place
 from .joining.command import join
 from .server.command import serve
+from .studio.command import studio
 from .viewing.command import convert, stats, watch
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ app.command()(join)
 app.command()(watch)
 app.command()(convert)
 app.command()(stats)
+app.command()(studio)
 
 
 @app.callback()

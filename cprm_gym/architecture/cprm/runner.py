@@ -143,6 +143,8 @@ class CPRMRunner:
         """The agents' beliefs; None without a model, and where they are kept one by one."""
         self.separate: SeparateBeliefs | None = None
         """The agents' beliefs one by one, for a CPRM that says what a bank does not take (`CPRM.separate`)."""
+        self.withheld: frozenset[str] = frozenset()
+        """Variables whose readings the model is not told, whatever is perceived of them: to see what it does without."""
         if cprm.model is not None:
             own = cprm.grounding()
             if grounding is None:
@@ -244,7 +246,8 @@ class CPRMRunner:
         held = {name: self.executor.holds(name) for name in self._class_at}
         told = []
         for link, formulas, when in self._links_read:
-            told.append((link, self._evaluate(formulas, percepts), self._evaluate([when], percepts)[0] >= 0.5))
+            shown = self._evaluate([when], percepts)[0] >= 0.5
+            told.append((link, self._evaluate(formulas, percepts), shown & (link.variable not in self.withheld)))
         present = {name: self._evaluate([formula], percepts)[0] >= 0.5 for name, formula in self._present.items()}
         agents = [int(k) for k in np.flatnonzero(due)]
         holdings = {k: self._holding(held, k) for k in agents}
@@ -302,6 +305,8 @@ class CPRMRunner:
             return StateRows((), np.empty((0, self.batch), np.int64))
         values = self._evaluate([s.value for s in self._sights], percepts)
         shown = self._evaluate([s.when for s in self._sights], percepts) >= 0.5
+        if self.withheld:
+            shown &= np.array([sight.name not in self.withheld for sight in self._sights])[:, None]
         states = np.full(values.shape, UNOBSERVED, np.int64)
         reals: dict[str, NDArray[np.float64]] = {}
         for variable, rows in self._domains:

@@ -1,0 +1,237 @@
+"""One world that is played cycle by cycle, and can be taken back."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...agents.play import SoccerAgent
+from ...architecture.prm import Grounding
+from ...architecture.prm.inference.engines.exact import ExactEngine
+from ...envs.controller import Action, Controller, check_action
+from ...envs.core import SoccerCore, select_agents
+from ...envs.tasks import Status
+from ...errors import CprmError, ParameterError
+from ...wrappers.disturbances import DISTURBANCES, Disturber
+from .changes import Change, Hands
+from .memory import Remembered, can_keep, keep, put, runner_of
+from .setup import Setup
+
+KEPT = 400
+"""Cycles back to which a run goes at once; further back it is played anew from the start."""
+
+
+class Moment(NamedTuple):
+    """All that decides how a run goes on, before the players decide."""
+
+    world: dict[str, np.ndarray]
+    players: list[Remembered]
+    disturber: tuple[np.ndarray, ...] | None
+    ended: tuple[str, bool] | None
+
+
+class Run:
+    """A world and its players.
+
+    Parameters
+    ----------
+    setup : Setup
+
+    Attributes
+    ----------
+    cycle : int
+        Of the episode; the players have decided in it.
+    agents : tuple of str
+    players : list of Controller
+    status : str
+        Name of `Status`.
+    success : bool
+    over : bool
+        Nothing comes after this cycle.
+    struck : int
+        Cycle in which the disturbance came, -1 before.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        task = self.task = setup.made()
+        if setup.controller:
+            names = select_agents(task.controlled, task.left, task.right)
+            self.players: list[Controller] = [setup.player(task, name) for name in names]
+            self._prepare()
+            needs = tuple(dict.fromkeys(("memory", *(part for player in self.players for part in getattr(player, "needs", ())))))
+            self.core = SoccerCore(task, 1, seed=setup.seed, first_world=setup.world, include=needs)
+        else:
+            others = task.others
+            sides = (others, others) if isinstance(others, str) else tuple(others)
+            self.players = []
+            sides = tuple("medium" if side == "hold" else side for side in sides)
+            self.core = SoccerCore(task, 1, seed=setup.seed, first_world=setup.world, controlled=(), others=sides)
+        self.agents = self.core.agents
+        for agent, player in zip(self.agents, self.players):
+            connect = getattr(player, "connect", None)
+            if connect is not None:
+                connect(self.core, agent)
+        self.disturber = None if setup.disturbance is None else Disturber(self.core, DISTURBANCES[setup.disturbance], setup.seed)
+        self.hands = Hands(self.core, self.players)
+        self._moments: OrderedDict[int, Moment] = OrderedDict()
+        self.begin()
+
+    def _prepare(self) -> None:
+        """Let players keep what fired, play with changed nets, and share what inference compiles."""
+        shared: dict[Any, dict[str, Any]] = {}
+        used = set()
+        for player in self.players:
+            if not isinstance(player, SoccerAgent):
+                continue
+            player.options["trace"] = True
+            net = self.setup.nets.get(player.cprm.net.name)
+            if net is not None:
+                used.add(player.cprm.net.name)
+                player.cprm = replace(player.cprm, net=net)
+            if player.cprm.model is not None and not {"engine", "grounding", "deep"} & set(player.options):
+                key = (id(player.cprm.model), tuple(player.cprm.objects.items()))
+                if key not in shared:
+                    shared[key] = {"engine": ExactEngine(), "grounding": Grounding(player.cprm.model, player.cprm.objects)}
+                if not player.cprm.separate and not player.cprm.references:
+                    player.options |= shared[key]
+        if unused := set(self.setup.nets) - used:
+            raise ParameterError(f"nobody in {self.setup.task} plays with a net called {', '.join(sorted(unused))}")
+
+    # ------------------------------------------------------------------ the course
+
+    def begin(self) -> None:
+        """The first cycle."""
+        self.core.reset(self.setup.seed)
+        self.status, self.success, self.over, self.struck = Status.IN_GAME.name, False, False, -1
+        for i, player in enumerate(self.players):
+            player.reset(self._seen(i), self.setup.seed)
+        if self.disturber is not None:
+            self.disturber.reset()
+        self._moments.clear()
+        self._decide()
+
+    def _seen(self, i: int) -> dict[str, np.ndarray]:
+        return {key: value[:, i] for key, value in self.core.observation.items()}
+
+    @property
+    def cycle(self) -> int:
+        """Of the episode."""
+        return int(self.core.cycle[0])
+
+    def _decide(self) -> None:
+        """The players look and decide."""
+        self._remember()
+        self._actions: list[Action] = []
+        if self.over:
+            return
+        for i, player in enumerate(self.players):
+            runner = runner_of(player)
+            if runner is not None and runner.executor.trace is not None:
+                runner.executor.trace.clear()
+            with self.hands.over(i):
+                action = player.act(self._seen(i))
+            self._actions.append(check_action(self.agents[i], action, 1))
+
+    def advance(self) -> None:
+        """Carry out what was decided, and let the players decide anew.
+
+        Raises
+        ------
+        CprmError
+            When the episode is over.
+        """
+        if self.over:
+            raise CprmError(f"{self.setup.task}: the episode is over in cycle {self.cycle}; go back, or begin anew")
+        if self.disturber is not None:
+            self.disturber()
+            self.struck = int(self.disturber.struck[0])
+        self.hands.touch()
+        action = {key: np.stack([a[key] for a in self._actions], axis=1) for key in self._actions[0]} if self._actions else None
+        step = self.core.step(action)
+        self.over = bool(step.terminated[0] or step.truncated[0])
+        if self.over:
+            self.status, self.success = Status(int(step.status[0])).name, bool(step.success[0].any())
+        self._decide()
+
+    # ------------------------------------------------------------------ back
+
+    @property
+    def keepable(self) -> bool:
+        """Whether moments are kept; else going back means to play from the start."""
+        return all(can_keep(player) for player in self.players)
+
+    def _remember(self) -> None:
+        if not self.keepable:
+            return
+        disturber = self.disturber
+        self._moments[self.cycle] = Moment(
+            self.core.save_state(),
+            [keep(player) for player in self.players],
+            None if disturber is None else (disturber.struck.copy(), disturber._now.copy(), disturber._cycle.copy()),
+            (self.status, self.success) if self.over else None,
+        )
+        while len(self._moments) > KEPT:
+            self._moments.popitem(last=False)
+
+    def moment(self, cycle: int) -> Moment | None:
+        """What was before the players decided in a cycle, if it is kept."""
+        return self._moments.get(cycle)
+
+    def go_to(self, cycle: int, told: Callable[[int], object] = lambda cycle: None) -> None:
+        """Stand in another cycle: an earlier one, as it was, or a later one, as it will be.
+
+        Parameters
+        ----------
+        cycle : int
+        told : callable
+            Of every cycle that is played on the way.
+
+        Raises
+        ------
+        ParameterError
+            For a cycle before the first.
+        """
+        if isinstance(cycle, bool) or not isinstance(cycle, int) or cycle < 0:
+            raise ParameterError(f"cycle: a whole number from 0 is needed, got {cycle!r}")
+        if cycle < self.cycle:
+            moment = self._moments.get(cycle)
+            self.hands.rewind(cycle)
+            if moment is None:
+                self.begin()
+            else:
+                self._put(moment)
+        while self.cycle < cycle and not self.over:
+            self.advance()
+            told(self.cycle)
+
+    def _put(self, moment: Moment) -> None:
+        self.core.load_state(moment.world)
+        for player, kept in zip(self.players, moment.players):
+            put(player, kept)
+        if self.disturber is not None and moment.disturber is not None:
+            struck, now, cycle = moment.disturber
+            self.disturber.struck, self.disturber._now, self.disturber._cycle = struck.copy(), now.copy(), cycle.copy()
+            self.struck = int(struck[0])
+        self.over = moment.ended is not None
+        self.status, self.success = moment.ended or (Status.IN_GAME.name, False)
+        for later in [c for c in self._moments if c > self.cycle]:
+            del self._moments[later]
+        self._decide()
+
+    # ------------------------------------------------------------------ by hand
+
+    def change(self, change: Change) -> None:
+        """Change something by hand, from this cycle on (`changes.Hands`)."""
+        self.hands.take(change)
+
+    def same_again(self, changes: Iterable[Change] = (), **different: Any) -> Run:
+        """Another run of the same setup, with these changes by hand, in the same cycle if it lasts so long."""
+        other = Run(replace(self.setup, **different))
+        other.hands.log = list(changes)
+        other.go_to(self.cycle)
+        return other

@@ -1,0 +1,227 @@
+"""The run that the pages watch, and the thread that plays it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ...errors import CprmError, ParameterError, unknown_name
+from ..running.frames import Message, frame
+from ..running.run import Run
+from ..running.setup import Setup
+
+KEPT_FRAMES = 6000
+"""Frames that can be looked at again: the cycles of a match."""
+FASTEST = 1000.0
+"""Most cycles in a second that may be asked for; as many are played as can be."""
+PICTURES = 30.0
+"""Most frames in a second that are sent while it plays."""
+Call = Callable[..., Any]
+
+
+class Session:
+    """A run under watch. Pages call, one at a time; a thread of its own plays.
+
+    Parameters
+    ----------
+    publish : callable
+    setup : Setup, optional
+        What is watched first; it is made when a page first asks, for that takes a while.
+    """
+
+    def __init__(self, publish: Call, setup: Setup | None = None) -> None:
+        self.publish, self.setup = publish, setup
+        self.run: Run | None = None
+        self.shown: list[str] = []
+        self.asked: dict[str, list[str]] = {}
+        self.speed = 10.0
+        self._frames: OrderedDict[int, Message] = OrderedDict()
+        self._lock = threading.RLock()
+        self._playing = threading.Event()
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    # ------------------------------------------------------------------ what pages call
+
+    def calls(self) -> Mapping[str, Call]:
+        """The room ``watch``."""
+        return {"open": self.open, "state": self.state, "frame": self.frame, "play": self.play, "pause": self.pause, "step": self.step,
+                "go": self.go, "show": self.show, "speed": self.set_speed}  # fmt: skip
+
+    def open(self) -> dict[str, Any]:
+        """All that a page needs to begin: who plays, and the cycle in which the run stands."""
+        with self._lock:
+            if self.run is None:
+                if self.setup is None:
+                    return {"run": None}
+                self.begin(self.setup)
+            return {"run": self.about(), "state": self.state(), "frame": self._now()}
+
+    def about(self) -> dict[str, Any]:
+        """What does not change from cycle to cycle."""
+        run = self._there()
+        return {
+            **run.setup.said(),
+            "agents": list(run.agents),
+            "counts": list(run.core.counts),
+            "region": list(run.task.region),
+            "max_cycles": int(run.task.max_cycles),
+            "goal_width": float(run.core.parameters.goal_width),
+            "keepable": run.keepable,
+        }
+
+    def state(self) -> dict[str, Any]:
+        """Whether it plays, and which agents are shown in full."""
+        return {"playing": self._playing.is_set(), "speed": self.speed, "shown": list(self.shown), "cycles": self._span()}
+
+    def frame(self, cycle: int) -> Message:
+        """A cycle that was played."""
+        with self._lock:
+            if cycle not in self._frames:
+                raise ParameterError(f"cycle {cycle!r} is not among those played: {self._span()}")
+            return self._frames[cycle]
+
+    def play(self) -> dict[str, Any]:
+        """Let it go on."""
+        with self._lock:
+            run = self._there()
+            if run.over:
+                raise CprmError("the episode is over: go back, or begin anew")
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._play, name="studio run", daemon=True)
+                self._thread.start()
+            self._playing.set()
+        return self._say_state()
+
+    def pause(self) -> dict[str, Any]:
+        """Stop at the next decision."""
+        self._playing.clear()
+        with self._lock:
+            return self._say_state()
+
+    def step(self, cycles: int = 1) -> Message:
+        """Go on by some cycles, and stop."""
+        if isinstance(cycles, bool) or not isinstance(cycles, int) or not 1 <= cycles <= KEPT_FRAMES:
+            raise ParameterError(f"cycles: 1 to {KEPT_FRAMES}, got {cycles!r}")
+        self.pause()
+        with self._lock:
+            run = self._there()
+            for _ in range(cycles):
+                run.advance()
+                self._note()
+                if run.over:
+                    break
+            return self._tell()
+
+    def go(self, cycle: int) -> Message:
+        """Stand in another cycle, and stop."""
+        self.pause()
+        with self._lock:
+            run = self._there()
+            for later in [c for c in self._frames if c > cycle]:
+                del self._frames[later]
+            run.go_to(cycle, lambda _: self._note())
+            self._note()
+            return self._tell()
+
+    def show(self, agents: list[str], variables: dict[str, list[str]] | None = None) -> Message:
+        """Choose whom to show in full, and which of his beliefs."""
+        with self._lock:
+            run = self._there()
+            for name in agents:
+                if name not in run.agents:
+                    raise unknown_name("agent", str(name), run.agents)
+            self.shown = list(agents)
+            self.asked = {} if variables is None else {str(k): [str(v) for v in names] for k, names in variables.items()}
+            self._say_state()
+            self._note()
+            return self._tell()
+
+    def set_speed(self, cycles: float) -> dict[str, Any]:
+        """How many cycles are played in a second."""
+        if isinstance(cycles, bool) or not isinstance(cycles, (int, float)) or not 0 < cycles <= FASTEST:
+            raise ParameterError(f"speed: above 0, at most {FASTEST:g} cycles in a second, got {cycles!r}")
+        self.speed = float(cycles)
+        return self._say_state()
+
+    # ------------------------------------------------------------------ inside
+
+    def begin(self, setup: Setup) -> None:
+        """Make another run the one that is watched."""
+        self._playing.clear()
+        with self._lock:
+            run = Run(setup)
+            self.setup, self.run = setup, run
+            self._frames.clear()
+            self.shown = [name for name in self.shown if name in run.agents] or list(run.agents[:1])
+            self._note()
+
+    def _there(self) -> Run:
+        if self.run is None:
+            raise CprmError("nothing is being watched: choose what to play in the view Run")
+        return self.run
+
+    def _span(self) -> list[int]:
+        return [min(self._frames), max(self._frames)] if self._frames else [0, 0]
+
+    def _note(self) -> Message:
+        """Keep the frame of the cycle in which the run stands."""
+        run = self._there()
+        made = frame(run, self.shown, self.asked)
+        self._frames[run.cycle] = made
+        while len(self._frames) > KEPT_FRAMES:
+            self._frames.popitem(last=False)
+        return made
+
+    def _now(self) -> Message:
+        return self._frames[self._there().cycle]
+
+    def _tell(self, passing: bool = False) -> Message:
+        now = self._now()
+        self.publish("frame", {"frame": now, "cycles": self._span()}, passing=passing)
+        return now
+
+    def _say_state(self) -> dict[str, Any]:
+        state = self.state()
+        self.publish("state", {"state": state})
+        return state
+
+    def _play(self) -> None:
+        """Of the playing thread: cycle after cycle, in time."""
+        due = sent = time.monotonic()
+        while not self._ended.is_set():
+            if not self._playing.wait(0.2):
+                due = time.monotonic()
+                continue
+            try:
+                with self._lock:
+                    if not self._playing.is_set() or self.run is None:
+                        continue
+                    self.run.advance()
+                    self._note()
+                    stop = self.run.over
+                    if stop:
+                        self._playing.clear()
+                    now = time.monotonic()
+                    if stop or now - sent >= 1 / PICTURES:
+                        self._tell(passing=not stop)
+                        sent = now
+                    if stop:
+                        self._say_state()
+            except CprmError as error:
+                self._playing.clear()
+                self.publish("trouble", {"error": str(error)})
+                self._say_state()
+                continue
+            due = max(due + 1 / self.speed, time.monotonic() - 0.5)
+            self._ended.wait(max(0.0, due - time.monotonic()))
+
+    def close(self) -> None:
+        """End the playing thread."""
+        self._ended.set()
+        self._playing.clear()
+        if self._thread is not None:
+            self._thread.join(2.0)
