@@ -92,7 +92,7 @@ def main(
 
 @app.command("compile")
 def compile_kernels(
-    parts: Annotated[list[str] | None, typer.Argument(help="drills, matches, views or all.", show_default="all")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help="drills, matches, server, views or all.", show_default="all")] = None,
     jobs: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
 ) -> None:
     """Compile kernels ahead, into ~/.cache/cprm_gym or the folder that CPRM_GYM_CACHE names: for images, clusters, read-only places."""

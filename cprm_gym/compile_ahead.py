@@ -71,6 +71,14 @@ def _pitch() -> None:
     simulator.hear()
 
 
+def _server() -> None:
+    """What a server runs for players, officials and monitors, with a referee and without."""
+    from .server.warming import load_kernels
+
+    for refereed in (True, False):
+        load_kernels(refereed)
+
+
 def _players() -> None:
     """Scripted players, memories and macros, in drills without rules."""
     from .envs.core import SoccerCore
@@ -100,13 +108,14 @@ def _agents() -> None:
 
 
 JOBS: dict[str, Callable[[], None]] = {
-    "step": _step, "senses": _senses, "drills": _drills, "matches": _matches, "pitch": _pitch, "players": _players, "views": _views,
-    "agents": _agents,
+    "step": _step, "senses": _senses, "drills": _drills, "matches": _matches, "pitch": _pitch, "server": _server, "players": _players,
+    "views": _views, "agents": _agents,
 }  # fmt: skip
-STAGES = (("step", "senses"), ("drills", "matches", "pitch"), ("players", "views"), ("agents",))
+STAGES = (("step", "senses"), ("drills", "matches", "pitch"), ("server", "players", "views"), ("agents",))
 PARTS = {
     "drills": ("step", "senses", "drills"),
     "matches": ("step", "senses", "drills", "matches", "pitch"),
+    "server": ("step", "senses", "matches", "server"),
     "views": ("step", "senses", "drills", "pitch", "players", "views"),
     "all": tuple(JOBS),
 }

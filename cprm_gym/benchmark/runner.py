@@ -26,6 +26,7 @@ import numpy as np
 
 from ..envs.controller import Controller, check_action
 from ..envs.core import SoccerCore, select_agents
+from ..envs.play import rehearse
 from ..envs.tasks import make_task
 from ..errors import ControllerError, CprmError, ParameterError
 from .journal import Journal
@@ -108,6 +109,8 @@ def _play(block: Block, result: BlockResult, limit: Limit, most: int | None = No
     controllers = [load_controller(block.controller)(task, agent) for agent in agents]
     needs = tuple(dict.fromkeys(part for controller in controllers for part in getattr(controller, "needs", ())))
     worlds = 1 if block.backend else block.count
+    if block.backend:
+        rehearse(task, load_controller(block.controller), agents[0])
     core = SoccerCore(task, worlds, controlled=agents, seed=block.seed, first_world=block.first, include=needs, backend=block.backend)
     try:
         for first in range(block.first, block.first + block.count, worlds):

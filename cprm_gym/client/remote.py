@@ -364,10 +364,14 @@ class RemoteSimulator(PerceivedSimulator):
         self._fail("a saved state cannot be set on a server; reset with start=... places ball and players")
 
     def close(self) -> None:
-        """Everybody leaves."""
+        """Everybody leaves.
+
+        A trainer cannot say goodbye: his place is free when a server sends something to where he was, as it does to an open eye.
+        """
         for connection, _ in self._ears:
             connection.send("(bye)")
             connection.close()
+        self._trainer.send("(eye on)")
         self._trainer.close()
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -226,6 +227,7 @@ class SoccerCore(Pitch):
 
             if worlds != 1:
                 raise ParameterError(f"backend {self.options.backend!r}: a server plays 1 world, {worlds} were asked for")
+            self._rehearse()
             return RemoteSimulator(self.options.backend, task.left, task.right, goalies)
         return Simulator(
             worlds,
@@ -238,6 +240,19 @@ class SoccerCore(Pitch):
             right=task.right,
             goalies=goalies,
         )
+
+    def _rehearse(self) -> None:
+        """Play a cycle in process, so that no server waits while kernels are loaded or compiled."""
+        core = SoccerCore(replace(self.options, backend=""), 1)
+        core.reset(0)
+        if core.action_mask is not None:
+            core.step(core.action_mask.argmax(axis=-1))
+            return
+        action, agents = batch_of_one(copy.deepcopy(core.view.space).sample()), len(core.agents)
+        if isinstance(action, dict):
+            core.step({key: np.repeat(value, agents, axis=1) for key, value in action.items()})
+        else:
+            core.step(np.repeat(action, agents, axis=1))
 
     def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
         """The scripted players, or None where every player is controlled or does nothing."""

@@ -1,4 +1,4 @@
-"""Watching a task: its worlds cycle by cycle, and films or game logs of them."""
+"""Playing a task in process: a rehearsal, its worlds cycle by cycle, and films or game logs of them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,38 @@ import numpy as np
 from ..errors import CprmError, ParameterError, UnknownName
 from ..files import check_place, hidden_beside
 from ..simulator.gamelog.writer import GameLogWriter
-from .controller import ControllerFactory, check_action
+from .controller import ControllerFactory, Observation, check_action
 from .core import SoccerCore, select_agents
 from .rendering import Viewer
 from .tasks.base import Status, Task
 
 ENDINGS = (".mp4", ".gif", ".rcg", ".rcg.gz")
 """Files that `Film` writes."""
+REHEARSED = 3
+"""Cycles of a rehearsal."""
+
+
+def rehearse(task: Task, factory: ControllerFactory, agent: str) -> None:
+    """Make a controller and let it decide, so that kernels and models are there before a server is joined.
+
+    Parameters
+    ----------
+    task : Task
+    factory : ControllerFactory
+    agent : str
+        Whose controller it is: ``left_1``.
+    """
+    controller = factory(task, agent)
+    core = SoccerCore(task, 1, controlled=agent, others="hold", include=tuple(getattr(controller, "needs", ())))
+    controller.reset(_own(core.reset(0)), 0)
+    for _ in range(REHEARSED):
+        action = check_action(type(controller).__name__, controller.act(_own(core.observation)), 1)
+        core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+
+
+def _own(observation: Observation) -> dict[str, np.ndarray]:
+    """The observation of the one agent."""
+    return {key: value[:, 0] for key, value in observation.items()}
 
 
 def play(

@@ -12,6 +12,7 @@ from ..client.connection import Connection
 from ..client.perceived import PerceivedSimulator, PlayerEar, ServerTold
 from ..envs.controller import Controller, ControllerFactory, check_action
 from ..envs.core import SoccerCore
+from ..envs.play import rehearse
 from ..envs.tasks import Task
 from ..errors import CprmError
 from ..simulator.protocol.commands import command_text
@@ -102,6 +103,9 @@ class JoinedPlayer:
         In real time: seconds after a sense_body for which a see message is waited for.
     patience : float
         Seconds for which an answer to the init is waited for.
+    rehearsed : bool
+        A player with this task and controller has joined from this process before; the first one decides in process until everything is
+        compiled, and only then asks to be let in.
 
     Raises
     ------
@@ -123,7 +127,10 @@ class JoinedPlayer:
         formation: np.ndarray | None = None,
         wait: float = 0.02,
         patience: float = 10.0,
+        rehearsed: bool = False,
     ) -> None:
+        if not rehearsed:
+            rehearse(task, factory, f"{part}_1")
         self.connection = Connection(host, port)
         self.team, self.goalie, self.seed = team, goalie, seed
         self._task, self._part, self._factory, self._formation, self._wait = task, part, factory, formation, wait
@@ -132,7 +139,7 @@ class JoinedPlayer:
         try:
             self.connect(patience)
         except BaseException:
-            self.connection.close()
+            self.leave()
             raise
 
     # ------------------------------------------------------------------------------------------ connecting

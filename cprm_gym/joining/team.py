@@ -79,8 +79,9 @@ class JoinedTeam:
             for k in range(players):
                 keeper = goalie and k == 0
                 player = JoinedPlayer(
-                    host, port, team, task, factory, goalie=keeper, seed=seed + k, part=part, formation=places, patience=patience
-                )
+                    host, port, team, task, factory, goalie=keeper, seed=seed + k, part=part, formation=places, patience=patience,
+                    rehearsed=k > 0,
+                )  # fmt: skip
                 self.players.append(player)
                 self._answer()
             if coach:

@@ -53,7 +53,6 @@ def serve(
     if clock:
         words.append(f"server::synch_mode={'false' if clock == 'real' else 'true'}")
     settings = Settings.from_words(words, conf or (), seed)
-    load_kernels(settings)
     server = Server(settings, seed)
     late: Any = None
     with Transport(server, host, (0, 0, 0) if port == 0 else None) as transport, interrupted(server):
@@ -96,27 +95,6 @@ def port_words(port: int | None) -> list[str]:
     if not 0 < port <= last:
         raise CprmError(f"--port {port}: allowed are 1 to {last}, and 0 for free ones")
     return [f"server::{name}={port + k}" for k, name in enumerate(names)]
-
-
-def load_kernels(settings: Any) -> None:
-    """Play a few cycles of a match that nobody sees, so that no cycle of the real one waits for kernels to be loaded or compiled."""
-    from .clients import Port
-    from .core import Server
-
-    server = Server(settings)
-    player = server.receive(Port.PLAYER, "player", b"(init Left (version 19))")
-    server.receive(Port.PLAYER, "old player", b"(init Right (version 7))")
-    server.receive(Port.PLAYER, "monitor", b"(dispinit version 5)")
-    server.stadium.sim.trainer.start()
-    server.stadium.sim.trainer.recover()
-    server.stadium.sim.trainer.place_player(1, -1.0, 0.0, 0.0)
-    for text in (b"(dash 10)(turn_neck 5)\0", b'(say "a")(kick 10 0)\0', b"(change_view narrow)(sense_body)\0", b"(tackle 0)(bye)\0"):
-        if player is not None:
-            server.receive_many([(player, text)])
-        server.step()
-        server.look_again()
-        server.look_late()
-        server.think()
 
 
 class Guests:

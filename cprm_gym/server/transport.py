@@ -15,6 +15,7 @@ from ..errors import CprmError
 from ..simulator.state import PLAYERS, PlayMode
 from .clients import LARGEST_DATAGRAM, Client, Port
 from .core import Server
+from .warming import load_kernels
 
 PATIENCE = 1.25
 """Seconds that a window of the synchronous mode stays open."""
@@ -32,7 +33,7 @@ _GONE = {errno.ECONNREFUSED, errno.ENOTCONN, errno.EPIPE, errno.ENOTSOCK, errno.
 
 
 class Transport:
-    """The sockets of a server.
+    """The sockets of a server. They are opened when everything is compiled, so that whoever is answered is not kept waiting afterwards.
 
     Parameters
     ----------
@@ -61,6 +62,9 @@ class Transport:
         wanted = ports or (parameters.port, parameters.coach_port, parameters.olcoach_port)
         self._host = host
         self._family = socket.AF_INET6 if _is_six(host) else socket.AF_INET
+        for number in wanted:  # a port in use is said at once
+            self._open(number).close()
+        load_kernels(server.stadium.sim.refereed)
         self._listening: list[socket.socket] = []
         try:
             for number in wanted:

@@ -127,6 +127,8 @@ class Simulator:
         What messages and logs call the left and the right team; free to be changed.
     told : bool
         Whether the senses are what messages of a server told, not what follows from `world`.
+    refereed : bool
+        Whether any rule is on; where none is, the step is compiled without the referee.
     """
 
     told = False
@@ -241,9 +243,8 @@ class Simulator:
     @packed.setter
     def packed(self, packed: npt.NDArray[Any]) -> None:
         self._packed = packed
-        # what the step reads: where no rule is on, a step that is compiled without the referee
-        whistled = int(packed["rules"][0]) != 0 or self.parameters.auto_mode
-        self._played = packed if whistled else packed.view(NO_REFEREE)
+        self.refereed = bool(packed["rules"][0]) or self.parameters.auto_mode
+        self._played = packed if self.refereed else packed.view(NO_REFEREE)
 
     # ------------------------------------------------------------------------------------------ senses
 

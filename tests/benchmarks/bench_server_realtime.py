@@ -50,6 +50,7 @@ def play(ports):
     def join(port, first, answers):
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        sock.settimeout(10.0)
         sock.sendto(first.encode() + b"\0", ("127.0.0.1", port))
         _, peer = sock.recvfrom(8192)
         sock.connect(peer)
@@ -88,7 +89,8 @@ def main():
     here, there = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=serve, args=(there, seconds))
     process.start()
-    play(here.recv())
+    there.close()  # so that a server that fails is noticed
+    play(here.recv())  # the ports: everything is compiled
     cycles, late, worst, share, early, end, dropped = here.recv()
     process.join()
     print(

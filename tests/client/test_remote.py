@@ -2,6 +2,7 @@
 
 import itertools
 import threading
+import time
 
 import gymnasium
 import numpy as np
@@ -11,7 +12,7 @@ import cprm_gym  # noqa: F401
 from cprm_gym.client.remote import server_place
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.errors import CprmError, ParameterError
-from cprm_gym.server import Server, Settings, Transport, run_in_real_time, run_synchronously
+from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time, run_synchronously
 from cprm_gym.simulator.state import PlayMode
 
 ENDLESS = ("server::half_time=-1", "server::coach=true")
@@ -119,6 +120,21 @@ def test_what_cannot_be_is_said():
     refused = pytest.raises(CprmError, match="connected_offline_coach_without_coach_mode")
     with Field("server::synch_mode=true", fast=True) as field, refused:
         SoccerCore("GoToBall", 1, backend=field.place)
+
+
+def test_who_is_refused_leaves_no_seat_behind():
+    """The trainer comes in, his players find foreign teams; the next one is told the same, not that there is a trainer."""
+    field = Field(*ENDLESS, "server::synch_mode=true", fast=True)
+    for name, place in ((b"Left", 9), (b"Right", 7)):
+        field.server.receive(Port.PLAYER, ("127.0.0.1", place), b"(init " + name + b")")
+    with field:
+        for _ in range(2):
+            with pytest.raises(CprmError, match=r"no_more_team.*it must have nobody else's teams"):
+                SoccerCore("GoToBall", 1, backend=field.place)
+            end = time.monotonic() + 60
+            while field.server.stadium.trainer is not None and time.monotonic() < end:
+                time.sleep(0.01)
+            assert field.server.stadium.trainer is None
 
 
 def test_a_benchmark_plays_on_a_server(field, tmp_path):

@@ -67,13 +67,13 @@ class Agreement:
 
 
 class SessionReplay:
-    """`path`: a session; `watch`, if given, is called with this replay after every step."""
+    """`path`: a session; `watch`, if given, is called with this replay after every step; `seed`: of the core."""
 
-    def __init__(self, path, watch=None):
+    def __init__(self, path, watch=None, seed=0):
         with gzip.open(path, "rt") as stream:
             self.header = json.loads(stream.readline())
             self.rows = [json.loads(line) for line in stream]
-        self.server = Server(Settings.from_words([f"{k}={v}" for k, v in self.header["parameters_not_default"].items()]))
+        self.server = Server(Settings.from_words([f"{k}={v}" for k, v in self.header["parameters_not_default"].items()]), seed)
         self.port = {client["name"]: PORTS[client["port"]] for client in self.header["clients"]}
         self.of = collections.defaultdict(Recorded)
         self.toss_as_recorded()

@@ -8,6 +8,7 @@ import pytest
 from served_field import SYNCHRONOUS, Field
 
 from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.envs.play import rehearse
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import CprmError
 from cprm_gym.joining.coach import choose_types
@@ -51,8 +52,10 @@ def test_the_core_and_a_simulator_play_the_same_match():
 
 def test_two_teams_join_and_play_a_match():
     words = (*SYNCHRONOUS, "server::auto_mode=true", "server::half_time=3", "server::kick_off_wait=3", "server::game_over_wait=3")
+    task = make_task("Soccer11v11")
+    rehearse(task, load_controller("scripted"), "left_1")  # a match waits for its teams, not for their compiler
     with Field(*words, fast=True) as field:
-        teams, task = [], make_task("Soccer11v11")
+        teams = []
         host, ports = "127.0.0.1", field.transport.ports
 
         def join(name):
@@ -102,6 +105,19 @@ def spend(player, enough):
         elif player.silent:
             player.reconnect()
         time.sleep(0.002)
+
+
+def test_who_has_no_part_in_the_task_leaves_no_seat_behind():
+    with Field(*SYNCHRONOUS, fast=True) as field:
+        places, task = ("127.0.0.1", field.transport.ports[0], "Alpha"), make_task("GoToBall")
+        first = JoinedPlayer(*places, task, load_controller("random"))
+        with pytest.raises(CprmError, match="player 2 of Alpha: on the side that it plays the task GoToBall has 1"):
+            JoinedPlayer(*places, task, load_controller("random"), rehearsed=True)
+        end = time.monotonic() + 60
+        while len(field.server.stadium.players()) > 1 and time.monotonic() < end:
+            time.sleep(0.01)
+        assert [player.unum for player in field.server.stadium.players()] == [1]
+        first.leave()
 
 
 def test_nobody_answers():

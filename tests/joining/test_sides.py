@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.cli import app
 from cprm_gym.client.connection import Connection
+from cprm_gym.envs.play import rehearse
 from cprm_gym.envs.tasks import TASKS, make_task
 from cprm_gym.errors import CprmError
 from cprm_gym.joining.player import JoinedPlayer, played_from
@@ -168,11 +169,13 @@ def test_what_is_lost_doubled_or_late_ends_nothing():
 def test_a_shoot_out_is_played_to_its_end():
     words = (*SYNCHRONOUS, "server::auto_mode=true", "server::half_time=1", "server::kick_off_wait=3", "server::game_over_wait=3",
              "server::connect_wait=2000", *SHOOT_OUT)  # fmt: skip
-    field, teams = Field(*words, fast=True), []
+    task, teams = make_task("Soccer11v11"), []
+    rehearse(task, load_controller("scripted"), "left_1")  # a match waits for its teams, not for their compiler
+    field = Field(*words, fast=True)
     with field:
 
         def join(name):
-            team = JoinedTeam(HOST, field.transport.ports[0], name, make_task("Soccer11v11"), load_controller("scripted"))
+            team = JoinedTeam(HOST, field.transport.ports[0], name, task, load_controller("scripted"))
             teams.append(team)
             team.play(field.thread.is_alive)
             team.leave()

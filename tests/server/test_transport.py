@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -85,6 +86,32 @@ def test_a_client_gets_a_socket_of_its_own_and_plays():
     assert made[0].got[0] == "(init l 1 before_kick_off)"
     assert made[0].peer[1] not in (0, 6000)
     assert server.stadium.world["pos"][1].tolist() == [-7.0, 3.0]
+
+
+AFTERWARDS = """
+import sys
+from numba.core.dispatcher import Dispatcher
+from session_replay import SessionReplay
+from cprm_gym.server import Server, Transport
+with Transport(Server(), ports=(0, 0, 0)):
+    pass
+made, late = Dispatcher.compile, []
+def watched(self, signature):
+    late.append(self.py_func.__name__)
+    return made(self, signature)
+Dispatcher.compile = watched
+replays = [SessionReplay(path).run() for path in sys.argv[1:]]
+print(len(replays), late)
+"""
+
+
+def test_everything_is_compiled_when_the_ports_answer():
+    """In a process of its own: sessions of players, coaches, trainers and monitors call no kernel that was not called before."""
+    tests = Path(__file__).parents[1]
+    sessions = sorted((tests / "server" / "data").glob("*.jsonl.gz"))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tests.parent), str(tests / "helpers")])}
+    done = subprocess.run([sys.executable, "-c", AFTERWARDS, *map(str, sessions)], capture_output=True, text=True, env=environment)
+    assert done.stdout.strip() == f"{len(sessions)} []", done.stderr
 
 
 def test_real_time_is_kept():
@@ -181,7 +208,7 @@ def test_ctrl_c_ends_the_match_with_complete_logs(tmp_path):
     command = [sys.executable, "-m", "cprm_gym", "serve", *words, "server::coach_w_referee=true", "--clock", "fast", "--log", str(tmp_path)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"})
     try:
-        assert select.select([process.stdout], [], [], 120)[0]
+        assert select.select([process.stdout], [], [], 900)[0]  # it compiles first, if nobody has
         assert "listening at 127.0.0.1" in process.stdout.readline()
         with Program(ports[0], "(init Left (version 19))") as player, Program(ports[1], "(init (version 19))") as trainer:
             end, thought = time.monotonic() + 60, 0
@@ -194,7 +221,7 @@ def test_ctrl_c_ends_the_match_with_complete_logs(tmp_path):
                         thought += 1
                         player.send("(dash 50)(done)")
             process.send_signal(signal.SIGINT)
-            out, _ = process.communicate(timeout=60)
+            out, _ = process.communicate(timeout=120)
     finally:
         process.kill()
     assert process.returncode == 0
