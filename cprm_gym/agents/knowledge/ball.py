@@ -41,9 +41,9 @@ class BallConstants(Constants):
 
     kicked: float = between(0.15, 0.01, 0.9)
     """Probability that a player who can changes the ball's way in a cycle."""
-    knocked: float = between(0.003, 0.0001, 0.1)
+    knocked: float = between(0.02, 0.0001, 0.1)
     """That it changes with nobody there who is known of."""
-    swerve: float = between(1.0, 0.1, 2.5)
+    swerve: float = between(1.4, 0.1, 2.5)
     """m / cycle by which it then does (standard deviation)."""
     turned: float = between(0.44, 0.1, 3.0)
     """Error of where he believes to look, degrees."""
@@ -70,6 +70,7 @@ def ball_model(body: Body, senses: Senses, constants: BallConstants) -> Model:
     kept = number(decay)
     given = [Given(f"{who}_{name}", Real("m")) for who in ("me", "was")[: 1 + senses.asynchronous] for name in SELF]
     given += [Given("seen_cos", Real(), 1.0), Given("seen_sin", Real(), 0.0), Given("told_far", Real("m"), 1.0)]
+    given += [Given("told_rate", Real(), 0.0), Given("told_turn", Real(), 0.0)]
     given += [Given("push_x", Real("m/cycle"), 0.0), Given("push_y", Real("m/cycle"), 0.0), Given("played", BOOL, "no")]
 
     def velocity(axis: str) -> Attribute:
@@ -81,7 +82,7 @@ def ball_model(body: Body, senses: Senses, constants: BallConstants) -> Model:
 
     def place(axis: str) -> Attribute:
         parents = (f"prev.{axis}", f"v{axis}")
-        start = Noise(f"me_{axis}", sd=20.0)
+        start = Noise(f"me_{axis}", sd=40.0)
         return Attribute(axis, Real("m"), Noise(f"prev.{axis} + v{axis} / {kept}", sd=0.005), parents, start, (f"me_{axis}",))
 
     kicked = Table({("yes",): (1.0 - c.kicked, c.kicked), ("no",): (1.0 - c.knocked, c.knocked)})
@@ -94,9 +95,10 @@ def ball_model(body: Body, senses: Senses, constants: BallConstants) -> Model:
 
 def _reading(name: str, senses: Senses, constants: BallConstants) -> Attribute:
     """One of the readings: how far the ball is along the line on which it was seen and beside it, and how it moves along and across."""
-    own = ("x", "y") if name in ("far", "aside") else ("vx", "vy")
+    own = ("x", "y") if name in ("far", "aside") else SELF
     now = _look(name, "", "me", senses, constants)
-    parents = (*own, *(f"me_{part}" for part in own), "seen_cos", "seen_sin", "told_far")
+    share = {"approach": ("told_rate",), "swing": ("told_turn",)}.get(name, ())
+    parents = (*own, *(f"me_{part}" for part in own), "seen_cos", "seen_sin", "told_far", *share)
     if not senses.asynchronous:
         return Attribute(f"seen_{name}", Real("m"), now, parents)
     late = Switch("late", {"no": now, "yes": _look(name, "prev.", "was", senses, constants)})
@@ -107,18 +109,20 @@ def _reading(name: str, senses: Senses, constants: BallConstants) -> Attribute:
 def _look(name: str, lag: str, me: str, senses: Senses, constants: BallConstants) -> CPD:
     """A reading as the eye gives it from a place `me`, of the ball in this slice or, with a lag, the one before.
 
-    The frame is turned to where the ball was seen: all is a straight line of what is sought.
+    The frame is turned to where the ball was seen: all is a straight line of what is sought. Changes are told as shares of the distance:
+    what is read of a velocity is by how much it differs from that share of how far the ball is, whatever that may be.
     """
     c, noise = constants, senses.noise * np.array(NOISE)
     v = "" if name in ("far", "aside") else "v"
     far, aside = shares(senses, constants)
     dx, dy = f"({lag}{v}x - {me}_{v}x)", f"({lag}{v}y - {me}_{v}y)"
     along, across = f"{dx} * seen_cos + {dy} * seen_sin", f"{dy} * seen_cos - {dx} * seen_sin"
+    away = f"(({lag}x - {me}_x) * seen_cos + ({lag}y - {me}_y) * seen_sin)"
     mean, sd = {
         "far": (along, f"hypot({number(c.placed)}, {number(far)} * told_far)"),
         "aside": (across, f"hypot({number(c.placed)}, {number(aside)} * told_far)"),
-        "approach": (along, number(float(np.hypot(c.paced, noise[2])))),
-        "swing": (across, f"hypot({number(c.paced)}, {number(float(noise[3]))} * told_far)"),
+        "approach": (f"{along} - told_rate * {away}", number(float(np.hypot(c.paced, noise[2])))),
+        "swing": (f"{across} - told_turn * {away}", f"hypot({number(c.paced)}, {number(float(noise[3]))} * told_far)"),
     }[name]
     return Noise(mean, sd=sd)
 
@@ -161,7 +165,9 @@ def misplaced(readings: Mapping[str, Any], away: np.ndarray, senses: Senses, con
     return np.stack([along * cos - across * sin, along * sin + across * cos], axis=1)
 
 
-def ball_readings(observation: Observation, me: np.ndarray, senses: Senses, step: float) -> tuple[dict[str, Any], np.ndarray]:
+def ball_readings(
+    observation: Observation, me: np.ndarray, senses: Senses, step: float, expected: np.ndarray | None = None
+) -> tuple[dict[str, Any], np.ndarray]:
     """What the eye tells as readings of `ball_model`, and who saw the ball.
 
     Parameters
@@ -172,6 +178,9 @@ def ball_readings(observation: Observation, me: np.ndarray, senses: Senses, step
     senses : Senses
     step : float
         Of the eye in the logarithm of a distance (``quantize_step``).
+    expected : (N,) array, optional
+        How far the ball was expected to be, m; NaN where nothing is known. Errors are shares of the true distance: if those of what is
+        told were taken, readings that are too short would count for more.
 
     Returns
     -------
@@ -183,24 +192,36 @@ def ball_readings(observation: Observation, me: np.ndarray, senses: Senses, step
     seen = (level > 0) & (me[:, SelfFeature.LOCATED] > 0)
     told = np.where(seen, np.maximum(row[:, ObjectFeature.DISTANCE], 0.05), np.nan)
     moving = seen & (level >= BallLevel.MOVING)
+    blurred = senses.noise * NOISE[0]
     coarse = 0.0 if senses.gaussian else 1.0
     half, rounding = coarse * 0.5 * senses.quantise * step, coarse * 0.5 * ROUNDING
-    low, high = np.maximum(told - rounding, 0.0) * np.exp(-half), (told + rounding) * np.exp(half)
-    far = 0.5 * (low + high)
-    approach, swing = row[:, ObjectFeature.DISTANCE_CHANGE], row[:, ObjectFeature.DIRECTION_CHANGE] * far
-    blur = 2.0 * senses.gaussian  # share by which the distance is wrong that changes are told for
-    unsure = half + blur + senses.noise * NOISE[0]
-    pace = (0.25 * RATE_STEP if senses.gaussian else 0.5 * RATE_STEP * far) + np.abs(approach) * blur + 0.002
+    mean = np.exp(-0.5 * blurred**2)  # of a distance whose logarithm has a normal error, as a share of the mean of what is told
+    low, high = np.maximum(told - rounding, 0.0) * np.exp(-half) * mean, (told + rounding) * np.exp(half) * mean
+    far = middle = 0.5 * (low + high)
+    if expected is not None:
+        most = 3.0 * np.hypot(2.0 * senses.gaussian, blurred) + half
+        near = np.clip(expected, middle / (1.0 + most), middle / max(1.0 - most, 0.25))
+        far = np.where(np.isnan(expected), middle, near)
+    approach, turn = row[:, ObjectFeature.DISTANCE_CHANGE], row[:, ObjectFeature.DIRECTION_CHANGE]
+    # a change of distance is told as a share of the distance that is told, unless one of them was blurred or coarsened afterwards
+    tied = senses.gaussian > 0.0 or (senses.noise == 0.0 and senses.quantise == 1.0)
+    rate = np.where(moving, approach / told, 0.0) if tied else np.zeros(len(told))
+    pace = 0.25 * RATE_STEP if senses.gaussian else 0.5 * RATE_STEP * far
+    afterwards = blurred + (0.5 * senses.quantise * step if senses.quantise > 1.0 else 0.0) if tied else 0.5 * step
+    if not tied or afterwards:
+        pace = pace + np.abs(approach) * afterwards
     sight = me[:, SelfFeature.FACE] + row[:, ObjectFeature.DIRECTION]
 
-    def interval(middle: np.ndarray, half: Any, there: np.ndarray) -> Interval:
+    def interval(middle: Any, half: Any, there: np.ndarray) -> Interval:
         return Interval(np.where(there, middle - half, np.nan), np.where(there, middle + half, np.nan))
 
+    nothing = np.zeros(len(told))
     readings: dict[str, Any] = {
         "seen_far": Interval(low, high),
-        "seen_aside": interval(np.zeros(len(far)), np.radians(0.5 * senses.quantise) * far, seen),
-        "seen_approach": interval(approach, pace, moving),
-        "seen_swing": interval(swing, 0.5 * np.radians(SWING_STEP) * far + np.abs(swing) * unsure + 0.002, moving),
+        "seen_aside": interval(nothing, np.radians(0.5 * senses.quantise) * far, seen),
+        "seen_approach": interval(nothing if tied else approach, pace + 0.002, moving),
+        "seen_swing": interval(nothing, 0.5 * np.radians(SWING_STEP) * far + 0.002, moving),
         "seen_cos": np.cos(sight), "seen_sin": np.sin(sight), "told_far": np.where(seen, far, 1.0),
+        "told_rate": rate, "told_turn": np.where(moving, turn, 0.0),
     }  # fmt: skip
     return {f"ball.{name}": reading for name, reading in readings.items()}, seen

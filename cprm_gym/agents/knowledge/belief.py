@@ -209,7 +209,7 @@ class BeliefTier(Tracker):
     def _take(self, observation: Observation, me: np.ndarray) -> None:
         """The ball as it was seen from `me`."""
         assert self._filter is not None
-        readings, seen = ball_readings(observation, me, self.senses, self.body.server.quantize_step)
+        readings, seen = ball_readings(observation, me, self.senses, self.body.server.quantize_step, self._expected(me))
         readings |= self._given(me)
         young = (self._cycles > 0) & (self._cycles <= self._late)
         if young.any():
@@ -223,6 +223,12 @@ class BeliefTier(Tracker):
             away = self._mean[:, :2] - me[:, [SelfFeature.X, SelfFeature.Y]]
             self._moved = np.where((seen | looked)[:, None], misplaced(readings, away, self.senses, self.ball), self._moved)
             self._mean[:, :2] += self._moved
+
+    def _expected(self, me: np.ndarray) -> np.ndarray:
+        """(N,) how far the ball is expected to be, before it is looked at; NaN where nothing is known."""
+        rolled = self._rolled(self._mean, self._pushes[self._late])
+        away = np.hypot(rolled[:, 0] - me[:, SelfFeature.X], rolled[:, 1] - me[:, SelfFeature.Y])
+        return np.where(self._seen & (self._cycles > self._late), away, np.nan)
 
     def _given(self, me: np.ndarray) -> dict[str, np.ndarray]:
         """What he knows of himself, now and a cycle before, his kick, and whether somebody can have played the ball."""
