@@ -7,8 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from ..agents.demos import DEMOS, OPTIONS
+from ..architecture.cprm import CPRM
+from ..architecture.petri import PetriNet
+from ..envs.core import select_agents
 from ..errors import unknown_name
 from .calls import Calls
+from .editing.desk import Desk
+from .editing.models import Models
+from .editing.token_game import Games
 from .running.setup import Setup
 from .watching.session import Session
 
@@ -50,11 +56,33 @@ class Studio:
         self.session = Session(publish, setup)
         self.calls.add("studio", {"about": self.about})
         self.calls.add("watch", self.session.calls())
+        self.desk = Desk(publish, Path.cwd())
+        self.calls.add("edit", self.desk.calls())
+        self.calls.add("model", Models(self.desk).calls())
+        self.calls.add("game", Games(lambda id, definition: self.desk.document(id).definition(definition)).calls())
+        if file is not None:
+            self.desk.open_named(file)
+        if setup is not None:
+            self.desk.begin_with(lambda: self._agents(setup))
 
     def about(self) -> dict[str, Any]:
         """What was opened."""
-        return {"title": self.title, "view": "watch" if self.session.setup else "run", "nets": [], "models": []}
+        return {"title": self.title, "view": "nets" if self.file else "watch" if self.session.setup else "run"}
+
+    def _agents(self, setup: Setup) -> None:
+        """Open the CPRM of the first player that has one, to be changed."""
+        task = setup.made()
+        for agent in select_agents(task.controlled, task.left, task.right):
+            cprm = getattr(setup.player(task, agent), "cprm", None)
+            if isinstance(cprm, CPRM):
+                self.desk.add(cprm.name, cprm, f"new:{cprm.name}")
+                return
+
+    def edited_nets(self) -> dict[str, PetriNet]:
+        """The nets that are open in the editor, by their names."""
+        return self.desk.nets()
 
     def close(self) -> None:
         """End what runs."""
         self.session.close()
+        self.desk.close()

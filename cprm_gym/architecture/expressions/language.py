@@ -113,7 +113,7 @@ def parse(text: str) -> Node:
             warnings.simplefilter("ignore")
             tree = ast.parse(source, mode="eval").body
     except SyntaxError as error:
-        at = min(max((error.offset or 1) - 1 + shift, 0), len(text))
+        at = min(error.offset - 1 + shift, len(text)) if error.offset else len(text.rstrip())  # no offset: the text ends too early
         raise complaint(text, at, f"not an expression: {error.msg}") from None
     except (ValueError, MemoryError, RecursionError):
         raise complaint(text, 0, "not an expression: nested too deeply") from None

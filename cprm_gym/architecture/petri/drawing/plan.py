@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from ..files.json import definition_keys
+from ..files.positions import Positions
 from ..net.modules import instances
 from ..net.net import PetriNet
 from .layout import Point
 from .picture import Unfold, picture
 from .svg import Laid, attachments, lay_out, upright
-
-Positions = Mapping[str, Mapping[str, Point]]
-"""Definition of a module -> place, transition or instance -> where it stands."""
 
 
 def drawing_plan(net: PetriNet, unfold: Unfold = 0, positions: Positions | None = None, *, all_ports: bool = False) -> dict[str, Any]:

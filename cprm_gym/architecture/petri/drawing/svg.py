@@ -117,8 +117,9 @@ def lay_out(box: Box, outermost: bool = False, by_hand: Mapping[str, Mapping[str
             source, target = target, source
         pull = 1.0 if link.style in ("arc", "set", "fuse") else 0.4
         edges.append(Edge(source, target, pull))
-    width, height = arrange(nodes, edges)
-    chosen = (by_hand or {}).get(box.key)
+    chosen = (by_hand or {}).get(box.key) or {}
+    whole = len(chosen) >= len(nodes) and all(_name(box, node) in chosen for node in nodes)
+    width, height = (0.0, 0.0) if whole else arrange(nodes, edges)
     if chosen:
         width, height = _put(box, nodes, chosen, outermost)
         for edge in edges:
@@ -146,17 +147,21 @@ def lay_out(box: Box, outermost: bool = False, by_hand: Mapping[str, Mapping[str
 
 def _put(box: Box, nodes: Sequence[Node], chosen: Mapping[str, Point], outermost: bool) -> tuple[float, float]:
     """Move nodes to positions chosen by hand; returns width and height from the origin on."""
-    prefix = f"{box.key}." if box.key else ""
     for node in nodes:
         inner = node.key.startswith("box ")
-        at = chosen.get(node.key.removeprefix("box ").removeprefix(prefix))
+        at = chosen.get(_name(box, node))
         if at is not None:
             node.x, node.y = at[0] + (node.left if inner else 0.0), at[1] + (node.height / 2 if inner else 0.0)
-    if not outermost:
+    if not outermost and nodes:
         left, top = min(node.x - node.left for node in nodes), min(node.y - node.height / 2 for node in nodes)
         for node in nodes:
             node.x, node.y = node.x - left, node.y - top
-    return max(node.x + node.right for node in nodes), max(node.y + node.height / 2 for node in nodes)
+    return max((node.x + node.right for node in nodes), default=0.0), max((node.y + node.height / 2 for node in nodes), default=0.0)
+
+
+def _name(box: Box, node: Node) -> str:
+    """What a node is called in the net of its box."""
+    return node.key.removeprefix("box ").removeprefix(f"{box.key}." if box.key else "")
 
 
 def _tops(children: Sequence[Laid]) -> set[str]:

@@ -4,8 +4,10 @@ A file holds each module once, under ``definitions``; instances refer to it by n
 
     {"format": "cprm_gym net", "version": 1, "net": "approach",
      "definitions": {"orient": {"places": [...], "transitions": [...]},
-                     "approach": {"modules": {"orient": "orient"}, ...}}}
+                     "approach": {"modules": {"orient": "orient"}, ...}},
+     "layout": {"approach": {"begin": [40, 12], ...}}}
 
+``layout`` is where somebody put parts of a drawing by hand (`positions.py`); it may be left out and means nothing to the net.
 Fields that have their default are left out. Reading checks everything that writing a net in Python checks.
 """
 
@@ -139,7 +141,7 @@ def net_from_dict(data: object, net: str | None = None) -> PetriNet:
     NetError
         Where it is not of that form, or describes a net that is not valid; the message says where.
     """
-    top = _mapping(data, "the file", ("format", "version", "net", "definitions"))
+    top = _mapping(data, "the file", _TOP_KEYS)
     if top.get("format") != FORMAT:
         raise NetError(f"not a net: 'format' is {shown(top.get('format'))}, expected {FORMAT!r}")
     if top.get("version") != VERSION:
@@ -165,6 +167,7 @@ def net_from_dict(data: object, net: str | None = None) -> PetriNet:
     return nets[wanted]
 
 
+_TOP_KEYS = ("format", "version", "net", "definitions", "layout")
 _NET_KEYS = ("name", "places", "transitions", "modules", "fuse", "ports", "semantics")
 
 
@@ -267,7 +270,7 @@ def net_from_json(text: str, net: str | None = None) -> PetriNet:
 
 def json_names(text: str) -> tuple[str, ...]:
     """The keys of the nets that a JSON text defines."""
-    top = _mapping(_parsed(text), "the file", ("format", "version", "net", "definitions"))
+    top = _mapping(_parsed(text), "the file", _TOP_KEYS)
     return tuple(_mapping(top.get("definitions"), "'definitions'"))
 
 

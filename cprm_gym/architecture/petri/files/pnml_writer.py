@@ -24,9 +24,10 @@ from ..net.modules import flatten
 from ..net.net import PetriNet
 from ..net.places import ObjectPlace, Place
 from ..net.transitions import Transition
-from .json import net_to_dict
+from .json import definition_keys, net_to_dict
 from .pnml_block import moved_places, skeleton
 from .pnml_tree import PTNET, TOOL, VERSION
+from .positions import Positions, with_positions
 
 _KINDS = {
     "Place": "discrete",
@@ -55,9 +56,18 @@ def write_pnml(net: PetriNet, path: str | Path, *, expanded: bool = False, bound
     write_atomically(path, to_pnml(expanded_net(net, bounds) if expanded else net))
 
 
-def to_pnml(net: PetriNet) -> str:
-    """The PNML text of a net."""
+def to_pnml(net: PetriNet, positions: Positions | None = None) -> str:
+    """The PNML text of a net.
+
+    Parameters
+    ----------
+    net : PetriNet
+    positions : mapping, optional
+        Where parts of a drawing stand, by the keys of the definitions (`positions.py`). Those of the net's own places and transitions are
+        ``<graphics>``, which every tool reads; those of its modules stand in our block.
+    """
     flat = flatten(net)
+    own = (positions or {}).get(definition_keys(net)[net], {})
     ids = _identifiers([net.name, "page", *(p.name for p in flat.places), *(t.name for t in flat.transitions)])
     name_id, page_id = ids[:2]
     place_id = dict(zip((p.name for p in flat.places), ids[2:]))
@@ -70,16 +80,16 @@ def to_pnml(net: PetriNet) -> str:
         f'  <page id="{page_id}">',
     ]
     for place in flat.places:
-        lines += _place(place, place_id[place.name])
+        lines += _place(place, place_id[place.name], _graphics(own.get(place.name)))
     arcs: list[str] = []
     entries: list[str] = []
     for t in flat.transitions:
-        lines += _transition(t, transition_id[t.name])
+        lines += _transition(t, transition_id[t.name], _graphics(own.get(t.name)))
         _arcs(t, flat, place_id, transition_id[t.name], arcs, entries)
     lines += [line.format(id=f"arc{k}") for k, line in enumerate(arcs, 1)]
     lines.append("  </page>")
     if _is_extended(net):
-        lines += _block(net, entries)
+        lines += _block(net, entries, positions)
     return "\n".join([*lines, " </net>", "</pnml>", ""])
 
 
@@ -107,20 +117,24 @@ def _hint(indent: str, parts: Mapping[str, object]) -> list[str]:
     return [f'{indent}<toolspecific tool="{TOOL}" version="{VERSION}">{inner}</toolspecific>']
 
 
-def _place(place: Any, identifier: str) -> list[str]:
+def _graphics(at: tuple[float, float] | None) -> list[str]:
+    return [] if at is None else [f'    <graphics><position x="{at[0]:g}" y="{at[1]:g}"/></graphics>']
+
+
+def _place(place: Any, identifier: str, graphics: list[str]) -> list[str]:
     hints: dict[str, object] = {}
     if not isinstance(place, Place):
         hints["kind"] = _KINDS[type(place).__name__]
     elif place.capacity is not None:
         hints["capacity"] = place.capacity
     tokens = place.tokens if isinstance(place, Place) else 0
-    lines = [f'   <place id="{identifier}">', f"    <name><text>{escape(place.name)}</text></name>"]
+    lines = [f'   <place id="{identifier}">', f"    <name><text>{escape(place.name)}</text></name>", *graphics]
     if tokens:
         lines.append(f"    <initialMarking><text>{tokens}</text></initialMarking>")
     return [*lines, *_hint("    ", hints), "   </place>"]
 
 
-def _transition(t: Transition, identifier: str) -> list[str]:
+def _transition(t: Transition, identifier: str, graphics: list[str]) -> list[str]:
     hints: dict[str, object] = {}
     if t.delay:
         hints["delay"] = t.delay
@@ -131,6 +145,7 @@ def _transition(t: Transition, identifier: str) -> list[str]:
     return [
         f'   <transition id="{identifier}">',
         f"    <name><text>{escape(t.name)}</text></name>",
+        *graphics,
         *_hint("    ", hints),
         "   </transition>",
     ]
@@ -193,7 +208,7 @@ def _losses(net: PetriNet) -> list[str]:
     return lost
 
 
-def _block(net: PetriNet, entries: list[str]) -> list[str]:
+def _block(net: PetriNet, entries: list[str], positions: Positions | None) -> list[str]:
     """Our block: what is lost without it, the arcs that are not ordinary, the net itself."""
     lost = _losses(net)
     note = f"A reader of plain place/transition nets loses: {', '.join(lost)}. " if lost else ""
@@ -205,7 +220,7 @@ def _block(net: PetriNet, entries: list[str]) -> list[str]:
         f'  <toolspecific tool="{TOOL}" version="{VERSION}">',
         *([f"   <note>{escape(note.strip())}</note>"] if note else []),
         *entries,
-        f"   <definition>{escape(json.dumps(net_to_dict(net), separators=(',', ':')))}</definition>",
+        f"   <definition>{escape(json.dumps(with_positions(net_to_dict(net), positions), separators=(',', ':')))}</definition>",
         "  </toolspecific>",
     ]
 

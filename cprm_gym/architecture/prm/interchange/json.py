@@ -56,7 +56,7 @@ def model_to_json(model: Model) -> str:
     ----------
     model : Model
     """
-    return _layout({"format": FORMAT, "version": VERSION, "model": _encode(model)}) + "\n"
+    return json_text({"format": FORMAT, "version": VERSION, "model": _encode(model)}) + "\n"
 
 
 def model_from_json(text: str, where: str = "model") -> Model:
@@ -87,7 +87,7 @@ def world_to_json(grounding: Grounding) -> str:
     for (name, slot), targets in grounding.references.items():
         references.setdefault(name, {})[slot] = list(targets)
     body = {"model": _encode(grounding.model), "objects": grounding.objects, "references": references}
-    return _layout({"format": FORMAT, "version": VERSION, **body}) + "\n"
+    return json_text({"format": FORMAT, "version": VERSION, **body}) + "\n"
 
 
 def world_from_json(text: str, where: str = "world") -> Grounding:
@@ -148,7 +148,7 @@ def _document(text: str, where: str, part: str) -> Any:
     return document[part]
 
 
-def _layout(value: Any, indent: int = 0) -> str:
+def json_text(value: Any, indent: int = 0) -> str:
     """JSON with every row of numbers, and everything else that fits, on one line."""
     short = json.dumps(value, allow_nan=False)
     parted = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict | list) for v in value))
@@ -156,9 +156,9 @@ def _layout(value: Any, indent: int = 0) -> str:
         return short
     pad = " " * (indent + 1)
     if isinstance(value, dict):
-        parts = [f"{json.dumps(k)}: {_layout(v, indent + 1)}" for k, v in value.items()]
+        parts = [f"{json.dumps(k)}: {json_text(v, indent + 1)}" for k, v in value.items()]
     else:
-        parts = [_layout(v, indent + 1) for v in value]
+        parts = [json_text(v, indent + 1) for v in value]
     left, right = "{}" if isinstance(value, dict) else "[]"
     return f"{left}\n{pad}" + f",\n{pad}".join(parts) + f"\n{' ' * indent}{right}"
 
