@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,13 +10,19 @@ from typing import Any
 from ..agents.demos import DEMOS, OPTIONS
 from ..architecture.cprm import CPRM
 from ..architecture.petri import PetriNet
+from ..benchmark.registry import controller_entries
 from ..envs.core import select_agents
 from ..errors import unknown_name
 from .calls import Calls
 from .editing.desk import Desk
 from .editing.models import Models
 from .editing.token_game import Games
+from .playing.results import Results
+from .playing.room import RunRoom
+from .running.recording import Recording
 from .running.setup import Setup
+from .watching.comparison import Comparison
+from .watching.debugger import Debugger
 from .watching.session import Session
 
 Publish = Callable[..., None]
@@ -52,10 +59,18 @@ class Studio:
         self.publish, self.file, self.log = publish, file, log
         self.title = f"demo {demo}" if demo else str(file or log or "studio")
         self.calls = Calls()
+        results = Results(log) if log is not None and log.is_dir() else None
         setup = None if demo is None else Setup(DEMOS[demo], seed=seed, options=OPTIONS.get(demo, {}))
         self.session = Session(publish, setup)
+        if log is not None and results is None:
+            self.session.look_at(Recording(log))
         self.calls.add("studio", {"about": self.about})
         self.calls.add("watch", self.session.calls())
+        self.debugger = Debugger(self.session, breakpoint_file(file))
+        self.calls.add("watch", self.debugger.calls())
+        self.calls.add("watch", Comparison(self.session).calls())
+        self.playing = RunRoom(self.session, self.edited_nets, results)
+        self.calls.add("run", self.playing.calls())
         self.desk = Desk(publish, Path.cwd())
         self.calls.add("edit", self.desk.calls())
         self.calls.add("model", Models(self.desk).calls())
@@ -67,7 +82,9 @@ class Studio:
 
     def about(self) -> dict[str, Any]:
         """What was opened."""
-        return {"title": self.title, "view": "nets" if self.file else "watch" if self.session.setup else "run"}
+        watched = self.session.setup is not None or self.session.recording is not None
+        view = "nets" if self.file else "watch" if watched else "run"
+        return {"title": self.title, "view": view, "controllers": list(controller_entries())}
 
     def _agents(self, setup: Setup) -> None:
         """Open the CPRM of the first player that has one, to be changed."""
@@ -84,5 +101,15 @@ class Studio:
 
     def close(self) -> None:
         """End what runs."""
+        self.playing.close()
         self.session.close()
         self.desk.close()
+
+
+def breakpoint_file(file: str | None) -> Path:
+    """Where breakpoints are kept: beside the file that was opened; of nets that ship, in the folder of the user's state."""
+    if file is not None and Path(file).is_file():
+        path = Path(file)
+        return path.with_name(f"{path.stem}.breakpoints.json")
+    state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    return Path(state) / "cprm_gym" / "breakpoints.json"

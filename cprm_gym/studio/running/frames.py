@@ -98,7 +98,7 @@ def frame(run: Run, shown: Collection[str], asked: Mapping[str, Collection[str]]
 
 def command(run: Run, i: int) -> str:
     """What an agent's body does: ``dash(80, 0)``."""
-    action = run._actions[i]
+    action = run.actions[i]
     kind = CommandKind(int(action["type"][0]))
     if kind == CommandKind.NONE:
         return ""
@@ -214,7 +214,7 @@ def distribution(runner: CPRMRunner, name: str) -> Message:
 def moments(found: Any, variable: Any) -> tuple[float, float]:
     """Expectation and standard deviation; of an angle its mean direction."""
     if variable.quantity is not None:
-        return float(np.ravel(found.mean)[0]), float(np.sqrt(np.ravel(found.variance)[0]))
+        return float(np.ravel(found.expectation())[0]), float(np.sqrt(np.ravel(found.variance())[0]))
     p = np.asarray(found, float)
     middle = 0.5 * (variable.edges[:-1] + variable.edges[1:])
     if variable.circular:

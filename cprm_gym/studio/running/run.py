@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from ...architecture.prm import Grounding
 from ...architecture.prm.inference.engines.exact import ExactEngine
 from ...envs.controller import Action, Controller, check_action
 from ...envs.core import SoccerCore, select_agents
-from ...envs.tasks import Status
+from ...envs.tasks import Status, Task
 from ...errors import CprmError, ParameterError
 from ...wrappers.disturbances import DISTURBANCES, Disturber
 from .changes import Change, Hands
@@ -32,6 +33,42 @@ class Moment(NamedTuple):
     players: list[Remembered]
     disturber: tuple[np.ndarray, ...] | None
     ended: tuple[str, bool] | None
+
+
+def make_players(setup: Setup, task: Task) -> list[Controller]:
+    """The players of a setup's agents, who keep what fires, play with changed nets, and share what inference compiles.
+
+    Raises
+    ------
+    ParameterError
+        When nobody plays with a net that was changed.
+    """
+    players: list[Controller] = [setup.player(task, name) for name in select_agents(task.controlled, task.left, task.right)]
+    shared: dict[Any, dict[str, Any]] = {}
+    used = set()
+    for player in players:
+        if not isinstance(player, SoccerAgent):
+            continue
+        player.options["trace"] = True
+        net = setup.nets.get(player.cprm.net.name)
+        if net is not None:
+            used.add(player.cprm.net.name)
+            player.cprm = replace(player.cprm, net=net)
+        cprm = player.cprm
+        plain = cprm.model is not None and not cprm.separate and not cprm.references
+        if plain and cprm.model is not None and not {"engine", "grounding", "deep"} & set(player.options):
+            key = (id(cprm.model), tuple(cprm.objects.items()))
+            if key not in shared:
+                shared[key] = {"engine": ExactEngine(), "grounding": Grounding(cprm.model, cprm.objects)}
+            player.options |= shared[key]
+    if unused := set(setup.nets) - used:
+        raise ParameterError(f"nobody in {setup.task} plays with a net called {', '.join(sorted(unused))}")
+    return players
+
+
+def needs_of(players: Iterable[Controller]) -> tuple[str, ...]:
+    """Parts of the observation that players read, but the memory."""
+    return tuple(dict.fromkeys(part for player in players for part in getattr(player, "needs", ()) if part != "memory"))
 
 
 class Run:
@@ -60,11 +97,8 @@ class Run:
         self.setup = setup
         task = self.task = setup.made()
         if setup.controller:
-            names = select_agents(task.controlled, task.left, task.right)
-            self.players: list[Controller] = [setup.player(task, name) for name in names]
-            self._prepare()
-            needs = tuple(dict.fromkeys(("memory", *(part for player in self.players for part in getattr(player, "needs", ())))))
-            self.core = SoccerCore(task, 1, seed=setup.seed, first_world=setup.world, include=needs)
+            self.players: list[Controller] = make_players(setup, task)
+            self.core = SoccerCore(task, 1, seed=setup.seed, first_world=setup.world, include=("memory", *needs_of(self.players)))
         else:
             others = task.others
             sides = (others, others) if isinstance(others, str) else tuple(others)
@@ -81,26 +115,18 @@ class Run:
         self._moments: OrderedDict[int, Moment] = OrderedDict()
         self.begin()
 
-    def _prepare(self) -> None:
-        """Let players keep what fired, play with changed nets, and share what inference compiles."""
-        shared: dict[Any, dict[str, Any]] = {}
-        used = set()
-        for player in self.players:
-            if not isinstance(player, SoccerAgent):
-                continue
-            player.options["trace"] = True
-            net = self.setup.nets.get(player.cprm.net.name)
-            if net is not None:
-                used.add(player.cprm.net.name)
-                player.cprm = replace(player.cprm, net=net)
-            if player.cprm.model is not None and not {"engine", "grounding", "deep"} & set(player.options):
-                key = (id(player.cprm.model), tuple(player.cprm.objects.items()))
-                if key not in shared:
-                    shared[key] = {"engine": ExactEngine(), "grounding": Grounding(player.cprm.model, player.cprm.objects)}
-                if not player.cprm.separate and not player.cprm.references:
-                    player.options |= shared[key]
-        if unused := set(self.setup.nets) - used:
-            raise ParameterError(f"nobody in {self.setup.task} plays with a net called {', '.join(sorted(unused))}")
+    def about(self) -> dict[str, Any]:
+        """What does not change from cycle to cycle, for a page."""
+        return {
+            **self.setup.said(),
+            "agents": list(self.agents),
+            "counts": list(self.core.counts),
+            "region": list(self.task.region),
+            "max_cycles": int(self.task.max_cycles),
+            "goal_width": float(self.core.parameters.goal_width),
+            "keepable": self.keepable,
+            "recorded": None,
+        }
 
     # ------------------------------------------------------------------ the course
 
@@ -123,19 +149,23 @@ class Run:
         """Of the episode."""
         return int(self.core.cycle[0])
 
-    def _decide(self) -> None:
+    def _decide(self, remember: bool = True) -> None:
         """The players look and decide."""
-        self._remember()
-        self._actions: list[Action] = []
-        if self.over:
-            return
-        for i, player in enumerate(self.players):
-            runner = runner_of(player)
-            if runner is not None and runner.executor.trace is not None:
-                runner.executor.trace.clear()
-            with self.hands.over(i):
-                action = player.act(self._seen(i))
-            self._actions.append(check_action(self.agents[i], action, 1))
+        if remember:
+            self._remember()
+        self.actions: list[Action] = []
+        """What each player has decided."""
+        if not self.over:
+            self.actions = [self._act(i) for i in range(len(self.players))]
+
+    def _act(self, i: int) -> Action:
+        """One of them."""
+        player = self.players[i]
+        runner = runner_of(player)
+        if runner is not None and runner.executor.trace is not None:
+            runner.executor.trace.clear()
+        with self.hands.over(i):
+            return check_action(self.agents[i], player.act(self._seen(i)), 1)
 
     def advance(self) -> None:
         """Carry out what was decided, and let the players decide anew.
@@ -151,7 +181,7 @@ class Run:
             self.disturber()
             self.struck = int(self.disturber.struck[0])
         self.hands.touch()
-        action = {key: np.stack([a[key] for a in self._actions], axis=1) for key in self._actions[0]} if self._actions else None
+        action = {key: np.stack([a[key] for a in self.actions], axis=1) for key in self.actions[0]} if self.actions else None
         step = self.core.step(action)
         self.over = bool(step.terminated[0] or step.truncated[0])
         if self.over:
@@ -209,7 +239,7 @@ class Run:
             self.advance()
             told(self.cycle)
 
-    def _put(self, moment: Moment) -> None:
+    def _put(self, moment: Moment, forget: bool = True) -> None:
         self.core.load_state(moment.world)
         for player, kept in zip(self.players, moment.players):
             put(player, kept)
@@ -219,9 +249,66 @@ class Run:
             self.struck = int(struck[0])
         self.over = moment.ended is not None
         self.status, self.success = moment.ended or (Status.IN_GAME.name, False)
-        for later in [c for c in self._moments if c > self.cycle]:
+        for later in [c for c in self._moments if c > self.cycle and forget]:
             del self._moments[later]
-        self._decide()
+        self._decide(remember=forget)
+
+    @contextmanager
+    def standing_in(self, cycle: int) -> Iterator[None]:
+        """Stand in an earlier cycle for a while, to ask.
+
+        Raises
+        ------
+        CprmError
+            When it is not kept.
+        """
+        now = self.cycle
+        if cycle == now:
+            yield
+            return
+        there, back = self._moments.get(cycle), self._moments.get(now)
+        if there is None or back is None:
+            raise CprmError(f"cycle {cycle} is not kept, and cannot be asked; go back to it first")
+        self._put(there, forget=False)
+        try:
+            yield
+        finally:
+            self._put(back, forget=False)
+
+    def without(self, i: int, lost: Iterable[Collection[str]], read: Callable[[], Any]) -> list[Any]:
+        """What a player's belief would be in this cycle, had his model not been told some readings.
+
+        Parameters
+        ----------
+        i : int
+            Which player.
+        lost : iterable of collections of str
+            For each answer, the variables whose readings are kept from the model.
+        read : callable
+            What is asked, after the player has decided.
+
+        Raises
+        ------
+        CprmError
+            When this cycle is not kept, or the player is of another kind.
+        """
+        player, moment = self.players[i], self._moments.get(self.cycle)
+        runner = runner_of(player)
+        if moment is None or runner is None or self.over:
+            raise CprmError(f"{self.agents[i]}: what would be without a reading can be told of players with nets and models of ours alone")
+        found = []
+        try:
+            for names in lost:
+                put(player, moment.players[i])
+                with self.hands.over(i):
+                    runner.withheld |= frozenset(names)
+                    player.act(self._seen(i))
+                    runner.withheld = frozenset()
+                found.append(read())
+        finally:
+            put(player, moment.players[i])
+            self._act(i)
+        return found
 
     # ------------------------------------------------------------------ by hand
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from ...errors import CprmError, ParameterError, unknown_name
 from ..running.frames import Message, frame
+from ..running.recording import Recording
 from ..running.run import Run
 from ..running.setup import Setup
 
@@ -19,6 +20,8 @@ FASTEST = 1000.0
 """Most cycles in a second that may be asked for; as many are played as can be."""
 PICTURES = 30.0
 """Most frames in a second that are sent while it plays."""
+LOG = 300
+"""Most cycles of which a page that opens, or was not told for a while, is given a line."""
 Call = Callable[..., Any]
 
 
@@ -35,14 +38,23 @@ class Session:
     def __init__(self, publish: Call, setup: Setup | None = None) -> None:
         self.publish, self.setup = publish, setup
         self.run: Run | None = None
+        self.recording: Recording | None = None
+        """A log that is looked at instead of a run."""
         self.shown: list[str] = []
         self.asked: dict[str, list[str]] = {}
         self.speed = 10.0
         self._frames: OrderedDict[int, Message] = OrderedDict()
+        self._untold: list[int] = []
         self._lock = threading.RLock()
         self._playing = threading.Event()
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
+        self.stops: list[Callable[[Run, Message], str | None]] = []
+        """Each is asked after a cycle whether the run stops there, and says why."""
+        self.begun: list[Callable[[Run], object]] = []
+        """Told of a run that has been made."""
+        self.extras: list[Callable[[Run, Message], object]] = []
+        """Each may add something to a frame."""
 
     # ------------------------------------------------------------------ what pages call
 
@@ -54,24 +66,16 @@ class Session:
     def open(self) -> dict[str, Any]:
         """All that a page needs to begin: who plays, and the cycle in which the run stands."""
         with self._lock:
-            if self.run is None:
+            if self.run is None and self.recording is None:
                 if self.setup is None:
                     return {"run": None}
                 self.begin(self.setup)
-            return {"run": self.about(), "state": self.state(), "frame": self._now()}
+            log = [brief(made, self.shown) for made in list(self._frames.values())[-LOG:]]
+            return {"run": self.about(), "state": self.state(), "frame": self._now(), "log": log}
 
     def about(self) -> dict[str, Any]:
         """What does not change from cycle to cycle."""
-        run = self._there()
-        return {
-            **run.setup.said(),
-            "agents": list(run.agents),
-            "counts": list(run.core.counts),
-            "region": list(run.task.region),
-            "max_cycles": int(run.task.max_cycles),
-            "goal_width": float(run.core.parameters.goal_width),
-            "keepable": run.keepable,
-        }
+        return self._shown_run().about()
 
     def state(self) -> dict[str, Any]:
         """Whether it plays, and which agents are shown in full."""
@@ -80,6 +84,8 @@ class Session:
     def frame(self, cycle: int) -> Message:
         """A cycle that was played."""
         with self._lock:
+            if self.recording is not None and isinstance(cycle, int) and 0 <= cycle < len(self.recording):
+                return self.recording.picture(cycle)
             if cycle not in self._frames:
                 raise ParameterError(f"cycle {cycle!r} is not among those played: {self._span()}")
             return self._frames[cycle]
@@ -87,7 +93,7 @@ class Session:
     def play(self) -> dict[str, Any]:
         """Let it go on."""
         with self._lock:
-            run = self._there()
+            run = self._shown_run()
             if run.over:
                 raise CprmError("the episode is over: go back, or begin anew")
             if self._thread is None:
@@ -108,11 +114,11 @@ class Session:
             raise ParameterError(f"cycles: 1 to {KEPT_FRAMES}, got {cycles!r}")
         self.pause()
         with self._lock:
-            run = self._there()
+            run = self._shown_run()
             for _ in range(cycles):
                 run.advance()
-                self._note()
-                if run.over:
+                stopped = self._stopped(self._note())
+                if run.over or stopped:
                     break
             return self._tell()
 
@@ -120,8 +126,8 @@ class Session:
         """Stand in another cycle, and stop."""
         self.pause()
         with self._lock:
-            run = self._there()
-            for later in [c for c in self._frames if c > cycle]:
+            run = self._shown_run()
+            for later in [c for c in self._frames if c > cycle and self.recording is None]:
                 del self._frames[later]
             run.go_to(cycle, lambda _: self._note())
             self._note()
@@ -154,33 +160,96 @@ class Session:
         self._playing.clear()
         with self._lock:
             run = Run(setup)
-            self.setup, self.run = setup, run
+            self.setup, self.run, self.recording = setup, run, None
             self._frames.clear()
             self.shown = [name for name in self.shown if name in run.agents] or list(run.agents[:1])
+            for told in self.begun:
+                told(run)
+            self._note()
+        self.publish("run", {"run": self.about()})
+
+    def look_at(self, recording: Recording) -> None:
+        """Show a log instead of a run."""
+        self._playing.clear()
+        with self._lock:
+            self.recording, self.run, self.shown = recording, None, []
+            self._frames.clear()
             self._note()
 
+    @property
+    def lock(self) -> threading.RLock:
+        """Held while the run is used."""
+        return self._lock
+
+    @property
+    def frames(self) -> Mapping[int, Message]:
+        """Cycle -> frame of those that can be looked at again."""
+        return self._frames
+
+    def there(self) -> Run:
+        """The run.
+
+        Raises
+        ------
+        CprmError
+            When there is none.
+        """
+        return self._there()
+
+    def again(self) -> Message:
+        """Make the frame of this cycle anew, because something was changed."""
+        self._note()
+        return self._tell()
+
+    def _stopped(self, made: Message) -> str | None:
+        """Why the run stops in this cycle, told to the pages."""
+        run = self.run
+        reasons = [] if run is None else [reason for stop in self.stops if (reason := stop(run, made)) is not None]
+        if not reasons:
+            return None
+        self.publish("stopped", {"cycle": made["cycle"], "why": reasons})
+        made["stopped"] = reasons
+        return reasons[0]
+
     def _there(self) -> Run:
+        if self.recording is not None:
+            raise CprmError(f"{self.recording.path} is a log, which holds no nets and beliefs, and can only be looked at")
         if self.run is None:
             raise CprmError("nothing is being watched: choose what to play in the view Run")
         return self.run
 
+    def _shown_run(self) -> Run | Recording:
+        return self.recording or self._there()
+
     def _span(self) -> list[int]:
+        if self.recording is not None:
+            return [0, len(self.recording) - 1]
         return [min(self._frames), max(self._frames)] if self._frames else [0, 0]
 
     def _note(self) -> Message:
         """Keep the frame of the cycle in which the run stands."""
-        run = self._there()
-        made = frame(run, self.shown, self.asked)
+        run = self._shown_run()
+        if isinstance(run, Recording):
+            made = run.picture()
+        else:
+            made = frame(run, self.shown, self.asked)
+            for add in self.extras:
+                add(run, made)
         self._frames[run.cycle] = made
+        self._untold.append(run.cycle)
         while len(self._frames) > KEPT_FRAMES:
             self._frames.popitem(last=False)
         return made
 
     def _now(self) -> Message:
-        return self._frames[self._there().cycle]
+        return self._frames[self._shown_run().cycle]
 
     def _tell(self, passing: bool = False) -> Message:
         now = self._now()
+        passed = [brief(self._frames[c], self.shown) for c in self._untold[-LOG:] if c in self._frames]
+        self._untold.clear()
+        if passed:
+            self.publish("log", {"passed": passed})
         self.publish("frame", {"frame": now, "cycles": self._span()}, passing=passing)
         return now
 
@@ -198,11 +267,11 @@ class Session:
                 continue
             try:
                 with self._lock:
-                    if not self._playing.is_set() or self.run is None:
+                    if not self._playing.is_set():
                         continue
-                    self.run.advance()
-                    self._note()
-                    stop = self.run.over
+                    run = self._shown_run()
+                    run.advance()
+                    stop = self._stopped(self._note()) is not None or run.over
                     if stop:
                         self._playing.clear()
                     now = time.monotonic()
@@ -225,3 +294,11 @@ class Session:
         self._playing.clear()
         if self._thread is not None:
             self._thread.join(2.0)
+
+
+def brief(made: Message, shown: list[str]) -> Message:
+    """A line of the log of decisions."""
+    inner = made["agents"].get(shown[0], {}) if shown else {}
+    said: Message = {key: made[key] for key in ("cycle", "over", "status", "changes", "stopped") if key in made}
+    command = made["commands"].get(shown[0], "") if shown else ""
+    return {**said, "command": command, "commands": inner.get("commands", {}), "fired": inner.get("fired", [])}

@@ -233,3 +233,19 @@ def _operand_links(place: AnyPlace, prefix: str, scope: Mapping[str, AnyPlace]) 
             if not skip or not name.startswith(skip):
                 found[resolve_name(name, scope)[0]] = None
     return [Link(prefix + name, prefix + place.name, "operand") for name in found if name]
+
+
+def drop_quantities(box: Box) -> None:
+    """Leave out inputs, beliefs, math and continuous places, and the arcs at them, in a picture: what stays is what happens.
+
+    Parameters
+    ----------
+    box : Box
+        Changed in place; a transition that only quantities touch stays.
+    """
+    for part in box.walk():
+        hidden = set() if part.net is None or not part.folded else {f"{part.key}.{port}" for port in part.net.ports.parameters}
+        part.items = [i for i in part.items if i.kind not in ("input", "belief", "math", "continuous") and i.key not in hidden]
+    there = {item.key for part in box.walk() for item in part.items}
+    for part in box.walk():
+        part.links = [link for link in part.links if link.source in there and link.target in there]

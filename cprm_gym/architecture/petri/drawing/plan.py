@@ -10,11 +10,13 @@ from ..files.positions import Positions
 from ..net.modules import instances
 from ..net.net import PetriNet
 from .layout import Point
-from .picture import Unfold, picture
+from .picture import Unfold, drop_quantities, picture
 from .svg import Laid, attachments, lay_out, upright
 
 
-def drawing_plan(net: PetriNet, unfold: Unfold = 0, positions: Positions | None = None, *, all_ports: bool = False) -> dict[str, Any]:
+def drawing_plan(
+    net: PetriNet, unfold: Unfold = 0, positions: Positions | None = None, *, all_ports: bool = False, quantities: bool = True
+) -> dict[str, Any]:
     """Where everything in a drawing stands, under the flat names of places and transitions.
 
     Parameters
@@ -26,6 +28,8 @@ def drawing_plan(net: PetriNet, unfold: Unfold = 0, positions: Positions | None 
         Those chosen by hand, by the keys that the definitions have in the net's JSON form. What has none is placed automatically.
     all_ports : bool
         Show every port of a folded module, not only those that are used.
+    quantities : bool
+        False: without inputs, beliefs, math and continuous places (`picture.drop_quantities`).
 
     Returns
     -------
@@ -35,6 +39,8 @@ def drawing_plan(net: PetriNet, unfold: Unfold = 0, positions: Positions | None 
         style, label and the points of their path, which is empty where an end was put by hand.
     """
     box = picture(net, unfold, all_ports)
+    if not quantities:
+        drop_quantities(box)
     keys = definition_keys(net)
     by_hand = {}
     if positions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,19 +78,41 @@ def two_commands(net: CompiledNet, program: Program, layout: Layout, state: arra
     )
 
 
-def missing_conditions(net: CompiledNet, program: Program, row: NDArray[np.float64], t: int) -> list[str]:
-    """The conditions of transition `t` that do not hold in the marking `row` of one copy, with what each needs and has."""
+class Condition(NamedTuple):
+    """One condition of a transition: it holds iff ``low <= has < high``."""
+
+    place: str
+    low: float
+    high: float
+    has: float
+    full: bool  # the bound above is the place's capacity
+
+    @property
+    def holds(self) -> bool:
+        """Whether it does."""
+        return self.low <= self.has < self.high
+
+    def reason(self) -> str:
+        """What it needs and has, where it does not hold."""
+        if self.has < self.low:
+            return f"{self.place} needs {self.low:g}, has {self.has:g}"
+        return f"{self.place} is full with {self.has:g}" if self.full else f"{self.place} must be below {self.high:g}, has {self.has:g}"
+
+
+def conditions_of(net: CompiledNet, program: Program, row: NDArray[np.float64], t: int) -> list[Condition]:
+    """All conditions of transition `t` in the marking `row` of one copy."""
     consumed, produced = dict(net.inputs.of(t)), dict(net.outputs.of(t))
-    reasons = []
+    found = []
     span = program.transitions[t]
     for place, _, low, high in program.conditions[span["cond"] : span["cond_end"]].tolist():
-        name, has = net.place_names[place], row[place]
-        if has < low:
-            reasons.append(f"{name} needs {low:g}, has {has:g}")
-        elif has >= high:
-            full = high == capacity_limit(net, t, place, consumed, produced)
-            reasons.append(f"{name} is full with {has:g}" if full else f"{name} must be below {high:g}, has {has:g}")
-    return reasons
+        full = high == capacity_limit(net, t, place, consumed, produced)
+        found.append(Condition(net.place_names[place], low, high, float(row[place]), full))
+    return found
+
+
+def missing_conditions(net: CompiledNet, program: Program, row: NDArray[np.float64], t: int) -> list[str]:
+    """The conditions of transition `t` that do not hold in the marking `row` of one copy, with what each needs and has."""
+    return [condition.reason() for condition in conditions_of(net, program, row, t) if not condition.holds]
 
 
 def _period(sequence: Sequence[int]) -> list[int]:

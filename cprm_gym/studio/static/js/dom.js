@@ -18,6 +18,11 @@ export const el = (name, attributes = {}, ...children) => fill(document.createEl
 /** The same in SVG. */
 export const svg = (name, attributes = {}, ...children) => fill(document.createElementNS(SVG, name), attributes, children);
 
+/** Put these children into an element instead of what it holds; null is left out. */
+export function refill(element, ...children) {
+  element.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
+}
+
 /** A list of choices: `choose([["a", "first"], "b"], "a", onchange)`; onchange is given the value. */
 export function choose(options, chosen, onchange, attributes = {}) {
   const made = options.map((option) => (Array.isArray(option) ? option : [option, option]));

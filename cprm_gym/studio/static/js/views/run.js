@@ -1,11 +1,141 @@
-import { el } from "../dom.js";
+// The view Run: what is watched is chosen, many episodes are played, results are opened, runs that analysis found are played.
 
-/** What is to be played. */
+import { choose, el } from "../dom.js";
+import { Witnesses } from "../run/witnesses.js";
+
+const percent = (x) => `${(100 * x).toFixed(1)} %`;
+const KEPT_ROWS = 2000;
+
+class RunView {
+  constructor(root, studio) {
+    this.studio = studio;
+    this.connection = studio.connection;
+    this.only = "all";
+    this.form = el("form", { class: "panel form", onsubmit: (event) => { event.preventDefault(); this.watch(); } });
+    this.progress = el("progress", { max: 1, value: 0, "aria-label": "episodes played", hidden: true });
+    this.summary = el("p", { "data-show": "episodes" }, "No episodes yet.");
+    this.filter = choose([["all", "all"], ["failures", "failures"], ["successes", "successes"]], "failures", () => this.#rows(), { "aria-label": "which episodes are listed" });
+    this.stop = el("button", { "data-do": "stop", hidden: true, onclick: () => this.call("run.stop") }, "stop");
+    this.list = el("tbody");
+    this.episodes = el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Episodes"), this.progress, this.stop, el("span", { class: "room" }), this.filter),
+      el("div", { class: "tab-body" }, this.summary, el("table", { class: "rows" }, el("thead", {}, el("tr", {}, ...["world", "outcome", "cycles", "struck", ""].map((h) => el("th", {}, h)))), this.list)));
+    this.results = el("div", { class: "panel", hidden: true });
+    this.witnesses = new Witnesses((name, given) => this.call(name, given));
+    root.append(el("div", { class: "run-view" }, this.form, this.episodes, this.results, this.witnesses.element));
+    this.connection.on("episodes", (played) => this.#played(played));
+    this.form.append(el("p", { class: "soft" }, "loading …"));
+  }
+
+  async call(name, given) {
+    try {
+      return await this.connection.call(name, given);
+    } catch (error) {
+      this.studio.note(error.message, "error");
+      return null;
+    }
+  }
+
+  async show() {
+    const choices = await this.call("run.choices");
+    if (!choices) return;
+    const before = this.choices;
+    this.choices = choices;
+    if (!before) {
+      this.#build();
+      this.witnesses.begin(choices);
+      const played = await this.call("run.played");
+      if (played?.wanted) this.#played(played);
+      if (choices.results) this.#table(await this.call("run.results"));
+    } else this.#nets();
+  }
+
+  #build() {
+    const { tasks, controllers, disturbances, setup } = this.choices;
+    const now = setup ?? { task: "Goalie", controller: "cprm", seed: 0, world: 0, disturbance: null };
+    const whole = (name, value, least = 0) => el("input", { type: "number", min: least, step: 1, value, "data-field": name });
+    const field = (text, input) => el("label", {}, el("span", {}, text), input);
+    this.fields = {
+      task: choose(tasks, now.task, () => {}, { "data-field": "task" }),
+      controller: choose([...controllers, ["", "nobody: all are scripted"]], now.controller, () => {}, { "data-field": "controller" }),
+      disturbance: choose([["", "none"], ...Object.keys(disturbances)], now.disturbance ?? "", (name) => { this.about.textContent = disturbances[name] ?? ""; }, { "data-field": "disturbance" }),
+      seed: whole("seed", now.seed),
+      world: whole("world", now.world),
+      count: whole("count", 50, 1),
+    };
+    this.about = el("p", { class: "soft" }, disturbances[now.disturbance] ?? "");
+    this.nets = el("div", {});
+    this.form.replaceChildren(el("h2", {}, "What is played"), field("task", this.fields.task), field("controller", this.fields.controller), field("disturbance", this.fields.disturbance), this.about,
+      field("seed", this.fields.seed), field("world", this.fields.world), this.nets, el("button", { class: "main", "data-do": "watch" }, "watch this episode"),
+      field("episodes", this.fields.count), el("button", { type: "button", "data-do": "episodes", onclick: () => this.play() }, "play them all"));
+    this.#nets();
+  }
+
+  #nets() {
+    const { nets, setup } = this.choices;
+    this.nets.replaceChildren(...(nets.length ? [el("span", { class: "soft" }, "with the opened net instead of the one that ships:"), ...nets.map((name) => el("label", { class: "check" }, el("input", { type: "checkbox", value: name, "data-net": name, checked: Boolean(setup?.changed.includes(name)) }), ` ${name}`))] : []));
+  }
+
+  #given() {
+    const { task, controller, disturbance, seed, world } = this.fields;
+    return { task: task.value, controller: controller.value, disturbance: disturbance.value || null, seed: Number(seed.value), world: Number(world.value),
+      nets: [...this.nets.querySelectorAll("input:checked")].map((box) => box.value) };
+  }
+
+  async #open(name, given) {
+    this.studio.note("making the run …");
+    if (await this.call(name, given)) this.studio.go("watch");
+  }
+
+  watch(given = this.#given()) {
+    return this.#open("run.watch", given);
+  }
+
+  async play() {
+    this.list.replaceChildren();
+    const played = await this.call("run.episodes", { ...this.#given(), count: Number(this.fields.count.value) });
+    if (played) this.#played({ ...played, going: true });
+  }
+
+  #played(played) {
+    this.last = played;
+    const { episodes, wanted, success, going, error } = played;
+    this.progress.hidden = !going;
+    this.stop.hidden = !going;
+    this.progress.value = episodes.length / Math.max(1, wanted);
+    const n = episodes.length;
+    const rate = n ? `${success} of ${n} succeeded: ${percent(success / n)} [${percent(played.low)}, ${percent(played.high)}]` : "being made …";
+    this.summary.textContent = error ?? (going ? `${rate}, ${n} of ${wanted} played` : rate);
+    this.summary.classList.toggle("bad", Boolean(error));
+    this.#rows();
+  }
+
+  #rows() {
+    if (!this.last) return;
+    const wanted = { all: () => true, failures: (e) => !e.success, successes: (e) => e.success }[this.filter.value];
+    const { setup } = this.last;
+    this.list.replaceChildren(...this.last.episodes.filter(wanted).slice(0, KEPT_ROWS).map((e) => el("tr", {}, el("td", { class: "mono" }, `${e.world}`), el("td", {}, `${e.success ? "✓" : "✗"} ${e.status.replaceAll("_", " ").toLowerCase()}`), el("td", { class: "mono" }, `${e.cycles}`),
+      el("td", { class: "mono" }, e.struck >= 0 ? `${e.struck}` : ""), el("td", {}, el("button", { class: "link", "data-world": e.world, onclick: () => this.watch({ task: setup.task, controller: setup.controller, disturbance: setup.disturbance, seed: setup.seed, world: e.world, nets: setup.changed }) }, "watch")))));
+  }
+
+  #table(table) {
+    if (!table) return;
+    this.results.hidden = false;
+    const shown = el("tbody");
+    const list = (row, only) => shown.replaceChildren(...row.episodes.filter((e) => only === "all" || !e.success).slice(0, KEPT_ROWS).map((e) => el("tr", {}, el("td", { class: "mono" }, `${e.world}`), el("td", {}, e.success ? "✓" : "✗"), el("td", { class: "mono" }, `${e.cycles}`),
+      el("td", {}, el("button", { class: "link", "data-replay": e.world, onclick: () => this.#open("run.replay", { task: row.task, controller: row.controller, world: e.world }) }, "watch")))));
+    this.results.replaceChildren(el("div", { class: "bar" }, el("h2", {}, "Results"), el("span", { class: "soft" }, table.folder)),
+      el("div", { class: "tab-body" }, el("table", { class: "rows" }, el("thead", {}, el("tr", {}, ...["task", "controller", "success", "95 %", "cycles", "episodes"].map((h) => el("th", {}, h)))),
+        el("tbody", {}, ...table.rows.map((row) => el("tr", {}, el("td", {}, row.task), el("td", {}, row.controller), el("td", { class: "mono" }, `${row.success} of ${row.episodes.length}, ${percent(row.rate)}`), el("td", { class: "mono" }, `${percent(row.low)} to ${percent(row.high)}`), el("td", { class: "mono" }, row.cycles.toFixed(1)),
+          el("td", {}, el("button", { class: "link", "data-row": `${row.task} ${row.controller}`, onclick: () => list(row, "failures") }, "failures"), " ", el("button", { class: "link", onclick: () => list(row, "all") }, "all")))))),
+        el("table", { class: "rows" }, shown)));
+  }
+}
+
 export default {
   name: "run",
   title: "Run",
-  create(root) {
-    root.append(el("div", { class: "empty" }, el("p", {}, "Start the studio with --demo to watch a demonstration.")));
-    return {};
+  create(root, studio) {
+    const view = new RunView(root, studio);
+    return { show: () => view.show(), keys: [["p", "play the episodes", () => view.play()], ["o", "watch this episode", () => view.watch()]] };
   },
 };

@@ -1,47 +1,412 @@
-import { el } from "../dom.js";
-import { Field } from "../watch/field.js";
+// The view Watch: field, net, beliefs and decisions of a run, live and back; stopped, asked and changed by hand.
 
-/** The field, the net, the beliefs, the commands of a run, live and back. */
+import { choose, el, memory } from "../dom.js";
+import { Beliefs } from "../watch/beliefs.js";
+import { Field, nameOf } from "../watch/field.js";
+import { NetView } from "../watch/netview.js";
+import { Ask, Breaks, Hands, Log, Numbers } from "../watch/panels.js";
+
+const SPEEDS = [["1", "1 / s"], ["5", "5 / s"], ["10", "10 / s"], ["30", "30 / s"], ["100", "100 / s"], ["1000", "fastest"]];
+
+class Watch {
+  constructor(root, studio) {
+    this.studio = studio;
+    this.connection = studio.connection;
+    this.state = { playing: false, shown: [], cycles: [0, 0] };
+    this.breakpoints = { nets: {}, file: "" };
+    this.known = new Map(); // agent -> what watch.inside says
+    this.frame = null; // what is shown
+    this.live = null; // where the run stands
+    this.firings = null; // of the shown cycle: {list, at}
+    this.chosen = null;
+    this.#build(root);
+    const on = (event, listener) => this.connection.on(event, listener);
+    on("frame", ({ frame, cycles }) => this.#arrived(frame, cycles));
+    on("log", ({ passed }) => passed.forEach((line) => this.log.add(line)));
+    on("state", ({ state }) => this.#said(state));
+    on("run", () => this.open());
+    on("stopped", ({ cycle, why }) => this.studio.note(`stopped in cycle ${cycle}: ${why.join("; ")}`));
+    on("trouble", ({ error }) => this.studio.note(error, "error"));
+    on("breakpoints", ({ breakpoints }) => this.#broken(breakpoints));
+  }
+
+  // ------------------------------------------------------------------ the page
+
+  #build(root) {
+    const button = (name, text, title, onclick) => el("button", { "data-do": name, title, "aria-label": title, onclick }, text);
+    this.field = new Field((number, x, y) => this.change({ kind: number === 0 ? "ball" : "player", whom: number === 0 ? "" : nameOf(number), values: number === 0 ? [x, y, 0, 0] : [x, y] }));
+    this.play = button("play", "play", "play or pause (Space)", () => this.toggle());
+    this.play.classList.add("main");
+    this.slider = el("input", { type: "range", min: 0, max: 0, value: 0, "aria-label": "cycle", oninput: () => this.look(Number(this.slider.value)) });
+    this.at = el("output", { class: "mono", "data-show": "cycle" });
+    this.resume = button("resume", "go on from here", "make this cycle the one in which the run stands (Enter)", () => this.goOn());
+    this.speed = choose(SPEEDS, "10", (value) => this.call("watch.speed", { cycles: Number(value) }), { "aria-label": "speed" });
+    this.agents = el("div", { class: "agents", role: "group", "aria-label": "agents shown in full" });
+    this.firing = el("output", { class: "mono soft", "data-show": "firing" });
+    this.compare = el("select", { "aria-label": "side by side", "data-show": "compare", onchange: () => this.#compare() });
+    this.difference = el("button", { class: "difference link", title: "show that cycle", "data-show": "difference" });
+    this.beliefs = new Beliefs((variable) => this.moved(variable));
+    this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
+    this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v) });
+    this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
+    this.log = new Log((cycle) => this.look(cycle));
+    this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
+    this.numbers = new Numbers();
+    this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers]];
+    this.panels = [["ask", "Why?", this.ask], ["breaks", "Breakpoints", this.breaks], ["log", "Log", this.log], ["hands", "Change", this.hands]];
+    const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
+    this.bar = el("div", { class: "bar timeline" },
+      button("start", "|◀", "back to the first cycle (Home)", () => this.look(this.state.cycles[0])), button("back", "◀", "one cycle back (←)", () => this.look(this.frame.cycle - 1)),
+      this.play, button("step", "▶", "one cycle on (→)", () => this.forth()), this.slider, this.at, this.resume,
+      button("firing-back", "◂", "one firing back (,)", () => this.fire(-1)), this.firing, button("firing", "▸", "one firing on (.)", () => this.fire(1)), this.speed, this.agents,
+      el("span", { class: "room" }), this.compare);
+    this.empty = el("div", { class: "empty" });
+    this.body = el("div", { class: "watch" },
+      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.difference),
+      el("div", { class: "panel" }, this.net.element),
+      this.#tabbed(this.tabs, "left"), this.#tabbed(this.panels, "right"));
+    root.append(el("div", { class: "watch-view" }, this.bar, this.body, this.empty));
+    this.#blank("Opening …");
+  }
+
+  #tabbed(parts, side) {
+    const heads = parts.map(([name, title]) => el("button", { role: "tab", "data-tab": name, onclick: () => this.tab(name) }, title));
+    const bodies = parts.map(([name, , panel]) => el("div", { class: "tab-body", "data-body": name }, panel.element));
+    this.sides = { ...this.sides, [side]: { heads, bodies } };
+    const made = el("div", { class: "panel tabbed" }, el("div", { class: "bar tabs", role: "tablist" }, ...heads), ...bodies);
+    const remembered = memory.get(`tab.${side}`, parts[0][0]);
+    this.#pick(this.sides[side], parts.some(([name]) => name === remembered) ? remembered : parts[0][0]);
+    return made;
+  }
+
+  #pick({ heads, bodies }, name) {
+    for (const head of heads) head.setAttribute("aria-selected", head.dataset.tab === name);
+    for (const body of bodies) body.hidden = body.dataset.body !== name;
+  }
+
+  tab(name) {
+    for (const [side, part] of Object.entries(this.sides)) {
+      if (!part.heads.some((head) => head.dataset.tab === name)) continue;
+      this.#pick(part, name);
+      memory.set(`tab.${side}`, name);
+    }
+    this.#draw();
+  }
+
+  #shows(name) {
+    return Object.values(this.sides).some(({ bodies }) => bodies.some((body) => body.dataset.body === name && !body.hidden));
+  }
+
+  #blank(text, more = null) {
+    this.body.hidden = Boolean(text);
+    this.bar.hidden = Boolean(text);
+    this.empty.hidden = !text;
+    this.empty.replaceChildren(el("p", {}, text ?? ""), ...(more ? [more] : []));
+  }
+
+  // ------------------------------------------------------------------ speaking with the server
+
+  async call(name, given) {
+    try {
+      return await this.connection.call(name, given);
+    } catch (error) {
+      this.studio.note(error.message, "error");
+      return null;
+    }
+  }
+
+  async open() {
+    const opening = this.frame === null;
+    if (opening) this.#blank("Opening: nets and models are compiled, which takes some seconds the first time.");
+    let opened;
+    try {
+      opened = await this.connection.call("watch.open");
+    } catch (error) {
+      this.#blank(`It cannot be opened: ${error.message}`);
+      return;
+    }
+    if (!opened.run) {
+      this.#blank("Nothing is being watched.", el("button", { class: "main", onclick: () => this.studio.go("run") }, "choose what to play"));
+      return;
+    }
+    this.run = opened.run;
+    this.known.clear();
+    this.log.clear();
+    this.frame = null;
+    this.field.begin(this.run);
+    this.#chips();
+    this.#comparisons();
+    this.state = opened.state;
+    this.live = opened.frame;
+    opened.log.forEach((line) => this.log.add(line));
+    this.#broken(await this.call("watch.breakpoints"));
+    await this.#agent();
+    this.#blank(null);
+    this.#said(opened.state);
+    this.#show(opened.frame);
+    this.net.canvas.fit();
+  }
+
+  #arrived(frame, cycles) {
+    if (!this.run) return;
+    const following = this.frame === null || this.live === null || this.frame.cycle === this.live.cycle || frame.cycle <= this.frame.cycle;
+    this.live = frame;
+    this.state.cycles = cycles;
+    if (following) this.#show(frame);
+    else this.#range();
+  }
+
+  #said(state) {
+    const before = this.state.shown?.[0];
+    this.state = { ...this.state, ...state };
+    this.play.textContent = state.playing ? "pause" : "play";
+    this.play.setAttribute("aria-pressed", state.playing);
+    if (![...this.speed.options].some((o) => o.value === `${state.speed}`)) this.speed.append(el("option", { value: state.speed }, `${state.speed} / s`));
+    this.speed.value = `${state.speed}`;
+    for (const chip of this.agents.children) {
+      const at = state.shown.indexOf(chip.dataset.agent);
+      chip.setAttribute("aria-pressed", at >= 0);
+      chip.classList.toggle("first", at === 0);
+    }
+    this.field.setMovable(!state.playing);
+    if (before !== state.shown[0] && this.run) this.#agent().then(() => this.#draw());
+  }
+
+  get agent() {
+    return this.state.shown[0];
+  }
+
+  async #agent() {
+    if (!this.agent) {
+      this.inside = null;
+      this.beliefs.begin(null);
+      return this.net.begin(null, null);
+    }
+    if (!this.known.has(this.agent)) this.known.set(this.agent, await this.call("watch.inside", { agent: this.agent }));
+    this.inside = this.known.get(this.agent);
+    this.chosen = null;
+    this.ask.clear();
+    this.beliefs.begin(this.inside);
+    this.hands.begin(this.agent, this.inside, this.run);
+    await this.net.begin(this.agent, this.inside);
+    return this.#draw();
+  }
+
+  #chips() {
+    const click = (agent, event) => {
+      const shown = this.state.shown;
+      const others = shown.filter((name) => name !== agent);
+      const more = event.shiftKey || event.ctrlKey;
+      this.call("watch.show", { agents: more ? (shown.includes(agent) ? others : [...shown, agent]) : [agent] });
+    };
+    this.agents.replaceChildren(...this.run.agents.map((agent) => el("button", { "data-agent": agent, title: `${agent}: shown in full; with Shift beside those shown`, onclick: (e) => click(agent, e) }, agent.replace("left_", "L").replace("right_", "R"))));
+  }
+
+  #comparisons() {
+    const options = [["", "alone"], ["same", "beside: the same run, nothing changed"], ...(this.run.changed.length ? [["shipped", "beside: with the nets as they ship"]] : []),
+      ...(this.studio.about.controllers ?? []).map((name) => [`controller ${name}`, `beside: played by ${name}`])];
+    this.compare.replaceChildren(...options.map(([value, text]) => el("option", { value }, text)));
+  }
+
+  async #compare() {
+    const wanted = this.compare.value;
+    if (wanted === "") await this.call("watch.alone");
+    else {
+      this.difference.textContent = "playing the other run …";
+      const done = await this.call("watch.compare", wanted.startsWith("controller ") ? { controller: wanted.slice(11) } : { changed: wanted !== "shipped" });
+      if (!done) this.compare.value = "";
+    }
+    this.#draw();
+  }
+
+  // ------------------------------------------------------------------ what is shown
+
+  #show(frame) {
+    if (this.frame?.cycle !== frame.cycle) this.firings = null;
+    this.frame = frame;
+    this.#range();
+    this.#draw();
+  }
+
+  #range() {
+    const [low, high] = this.state.cycles;
+    this.slider.min = low;
+    this.slider.max = high;
+    this.slider.value = this.frame.cycle;
+    const past = this.live && this.frame.cycle !== this.live.cycle;
+    this.resume.hidden = !past;
+    this.at.textContent = `cycle ${this.frame.cycle}${past ? ` of ${this.live.cycle}` : ""}`;
+    this.play.disabled = this.live.over && !past;
+  }
+
+  #draw() {
+    const { frame } = this;
+    if (!frame || !this.run) return;
+    const inner = frame.agents[this.agent];
+    const { mode, score } = frame.world;
+    const goals = score[0] + score[1] ? `, ${score.join(" : ")}` : "";
+    this.what.textContent = this.run.recorded ? `${this.run.task}, ${mode.replaceAll("_", " ")}, ${score.join(" : ")}` : `${this.run.task}, seed ${this.run.seed}${this.run.world ? `, world ${this.run.world}` : ""}, ${mode.replaceAll("_", " ")}${goals}${frame.over ? `, ${frame.status.replaceAll("_", " ").toLowerCase()}` : ""}${frame.struck >= 0 ? `, ${this.run.disturbance} in cycle ${frame.struck}` : ""}`;
+    this.field.draw(frame, this.state.shown);
+    this.net.draw(inner, this.#breakKeys(), this.#atFiring(inner));
+    if (this.#shows("beliefs")) this.beliefs.draw(inner);
+    if (this.#shows("numbers")) this.numbers.draw(inner);
+    if (this.#shows("breaks")) this.breaks.draw(this.breakpoints.nets[this.inside?.net] ?? [], this.breakpoints.file, (frame.hit ?? []).filter((h) => h.agent === this.agent));
+    if (this.#shows("hands")) this.hands.draw(frame);
+    const count = inner?.fired?.length ?? 0;
+    this.firing.textContent = this.firings ? `${this.firings.at} of ${this.firings.list.length} ${this.firings.list[this.firings.at - 1]?.transition ?? ""}` : `${count} fired`;
+    const first = frame.other?.first;
+    this.difference.hidden = !frame.other;
+    this.difference.onclick = () => first && this.look(first.cycle);
+    this.difference.textContent = frame.other ? (first ? `first difference in cycle ${first.cycle}: ${first.what.slice(0, 3).join("; ")}${first.what.length > 3 ? " …" : ""}` : "no difference so far") : "";
+    if (!frame.other && this.live === frame) this.compare.value = "";
+  }
+
+  #breakKeys() {
+    return (this.breakpoints.nets[this.inside?.net] ?? []).filter((b) => b.on && b.kind !== "when").map((b) => b.what);
+  }
+
+  #atFiring(inner) {
+    if (!this.firings || !inner) return null;
+    const { list, at } = this.firings;
+    const tokens = {};
+    for (const firing of [...list].reverse()) for (const [place, [before]] of Object.entries(firing.tokens)) tokens[place] = before;
+    for (const firing of list.slice(0, at)) for (const [place, [, after]] of Object.entries(firing.tokens)) tokens[place] = after;
+    const now = list[at - 1];
+    return { tokens, fired: now ? [now.transition] : [], enabled: list[at] ? [list[at].transition, ...list[at].enabled] : [] };
+  }
+
+  #broken(breakpoints) {
+    if (breakpoints) this.breakpoints = breakpoints;
+    this.#draw();
+  }
+
+  // ------------------------------------------------------------------ what one does
+
+  toggle() {
+    if (this.state.playing) return this.call("watch.pause");
+    return this.#past() ? this.goOn().then(() => this.call("watch.play")) : this.call("watch.play");
+  }
+
+  #past() {
+    return this.live && this.frame && this.frame.cycle !== this.live.cycle;
+  }
+
+  async look(cycle) {
+    const [low, high] = this.state.cycles;
+    const wanted = Math.max(low, Math.min(high, cycle));
+    if (this.state.playing) await this.call("watch.pause");
+    const frame = wanted === this.live.cycle ? this.live : await this.call("watch.frame", { cycle: wanted });
+    if (frame) this.#show(frame);
+  }
+
+  forth() {
+    return this.#past() ? this.look(this.frame.cycle + 1) : this.call("watch.step");
+  }
+
+  async goOn() {
+    const { cycle } = this.frame;
+    this.live = null;
+    const frame = await this.call("watch.go", { cycle });
+    if (!frame) return;
+    this.live = frame;
+    this.#show(frame);
+  }
+
+  /** One firing on or back; after the last comes the next cycle, before the first the one before. */
+  async fire(by) {
+    if (this.state.playing) await this.call("watch.pause");
+    if (!this.firings) await this.#fetch(by > 0 ? 0 : Infinity);
+    if (!this.firings) return;
+    const at = this.firings.at + by;
+    if (at > this.firings.list.length) {
+      if (this.live.over && !this.#past()) return;
+      await this.forth();
+      await this.#fetch(0);
+    } else if (at < 0) {
+      if (this.frame.cycle <= this.state.cycles[0]) return;
+      await this.look(this.frame.cycle - 1);
+      await this.#fetch(Infinity);
+    } else this.firings.at = at;
+    this.#draw();
+  }
+
+  async #fetch(at) {
+    const list = await this.call("watch.firings", { agent: this.agent, cycle: this.frame.cycle });
+    this.firings = list ? { list, at: Math.min(at, list.length) } : null;
+  }
+
+  choose(key) {
+    this.chosen = key;
+    if (!this.inside?.net) return null;
+    if (this.inside.transitions.includes(key)) return this.why(key);
+    if (this.inside.places.includes(key)) {
+      this.tab("ask");
+      this.ask.place(key, this.frame.agents[this.agent], this.inside);
+    }
+    return null;
+  }
+
+  why(transition) {
+    return this.#answer(transition, "watch.why", { transition }, (answer) => this.ask.transition(answer));
+  }
+
+  moved(variable) {
+    const unit = this.inside.variables[variable]?.unit;
+    return this.#answer(variable, "watch.moved", { variable }, (answer) => this.ask.belief(answer, unit ? ` ${unit}` : ""));
+  }
+
+  async #answer(what, name, given, show) {
+    this.tab("ask");
+    if (this.state.playing) await this.call("watch.pause");
+    this.ask.wait(what);
+    try {
+      show(await this.connection.call(name, { agent: this.agent, cycle: this.frame.cycle, ...given }));
+    } catch (error) {
+      this.ask.fail(error.message);
+    }
+  }
+
+  async breakAt(kind, what) {
+    try {
+      await this.setBreak(kind, what, true);
+      this.tab("breaks");
+    } catch (error) {
+      this.studio.note(error.message, "error");
+    }
+  }
+
+  async setBreak(kind, what, on) {
+    this.#broken(await this.connection.call("watch.break", { net: this.inside?.net ?? "", kind, what, on }));
+  }
+
+  async change(given, told = false) {
+    if (this.#past()) await this.goOn();
+    if (told) return this.connection.call("watch.change", given);
+    return this.call("watch.change", given);
+  }
+
+  #breakChosen() {
+    if (this.chosen) this.breakAt(this.inside.transitions.includes(this.chosen) ? "fires" : "marked", this.chosen);
+  }
+
+  keys() {
+    return [
+      [" ", "play or pause", () => this.toggle()], ["ArrowRight", "one cycle on", () => this.forth()], ["ArrowLeft", "one cycle back", () => this.look(this.frame.cycle - 1)],
+      ["Home", "the first cycle", () => this.look(this.state.cycles[0])], ["End", "where the run stands", () => this.look(this.live.cycle)],
+      ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
+      ["b", "stop at the chosen part", () => this.#breakChosen()], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
+      ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
+      ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],
+    ];
+  }
+}
+
 export default {
   name: "watch",
   title: "Watch",
   create(root, studio) {
-    const { connection, note } = studio;
-    const field = new Field();
-    const play = el("button", { class: "main", "data-do": "play", onclick: toggle }, "play");
-    const step = el("button", { "data-do": "step", onclick: () => call("watch.step") }, "step");
-    const cycle = el("output", { class: "mono", "data-show": "cycle" }, "");
-    root.append(el("div", { class: "bar" }, play, step, cycle), field.element);
-    let playing = false;
-
-    async function call(name, given) {
-      try {
-        return await connection.call(name, given);
-      } catch (error) {
-        note(error.message, "error");
-        return null;
-      }
-    }
-    function toggle() {
-      return call(playing ? "watch.pause" : "watch.play");
-    }
-    function draw(frame) {
-      cycle.textContent = `cycle ${frame.cycle} ${frame.status}`;
-      field.draw(frame);
-    }
-    function said(state) {
-      playing = state.playing;
-      play.textContent = playing ? "pause" : "play";
-    }
-    connection.on("frame", ({ frame }) => draw(frame));
-    connection.on("state", ({ state }) => said(state));
-    async function show() {
-      const opened = await call("watch.open");
-      if (!opened?.run) return;
-      field.begin(opened.run);
-      said(opened.state);
-      draw(opened.frame);
-    }
-    return { show, keys: [[" ", "play or pause", toggle], [".", "one cycle on", () => call("watch.step")]] };
+    const watch = new Watch(root, studio);
+    studio.connection.on("connection", ({ state }) => state === "open" && watch.run && watch.open());
+    return { show: () => (watch.run ? undefined : watch.open()), keys: watch.keys() };
   },
 };

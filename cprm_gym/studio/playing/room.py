@@ -1,0 +1,178 @@
+"""What the view Run calls."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ...agents.catalogue import shipped_nets
+from ...agents.registry import AGENTS
+from ...architecture.petri import PetriNet
+from ...architecture.petri.drawing.plan import drawing_plan
+from ...benchmark.registry import controller_entries
+from ...benchmark.statistics import wilson_interval
+from ...envs.tasks import TASKS
+from ...errors import CprmError, unknown_name
+from ...wrappers.disturbances import DISTURBANCES
+from ..running.setup import Setup
+from ..watching.session import Session
+from .episodes import Episode, play_episodes
+from .results import Results
+from .witnesses import analysis
+
+Nets = Callable[[], Mapping[str, PetriNet]]
+
+
+class RunRoom:
+    """Setups, episodes, results, analyses.
+
+    Parameters
+    ----------
+    session : Session
+        Where what is chosen is watched.
+    nets : callable
+        The nets that were opened or edited, by name.
+    results : Results, optional
+        That were opened.
+    """
+
+    def __init__(self, session: Session, nets: Nets, results: Results | None = None) -> None:
+        self.session, self.nets, self.results = session, nets, results
+        self._episodes: list[Episode] = []
+        self._setup: Setup | None = None
+        self._wanted = 0
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._analyses: dict[tuple[PetriNet, float], dict[str, Any]] = {}
+
+    def calls(self) -> Mapping[str, Callable[..., Any]]:
+        """The room ``run``."""
+        return {"choices": self.choices, "watch": self.watch, "episodes": self.episodes, "stop": self.stop, "played": self.played,
+                "results": self.table, "replay": self.replay, "analyze": self.analyze, "plan": self.plan}  # fmt: skip
+
+    def choices(self) -> dict[str, Any]:
+        """What can be chosen."""
+        return {
+            "tasks": list(TASKS),
+            "played": sorted(AGENTS),
+            "controllers": list(controller_entries()),
+            "disturbances": {name: (type(d).__doc__ or "").partition("\n")[0] for name, d in DISTURBANCES.items()},
+            "nets": sorted(self.nets()),
+            "shipped": sorted(shipped_nets()),
+            "setup": None if self.session.setup is None else self.session.setup.said(),
+            "results": self.results is not None,
+        }
+
+    def _made(self, task: str, controller: str, seed: int, world: int, disturbance: str | None, nets: list[str] | None) -> Setup:
+        known = self.nets()
+        for name in nets or ():
+            if name not in known:
+                raise unknown_name("opened net", str(name), known)
+        return Setup(task, controller, seed, world, disturbance or None, {}, {name: known[name] for name in nets or ()})
+
+    def watch(
+        self, task: str, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
+        nets: list[str] | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Watch an episode."""
+        self.session.begin(self._made(task, controller, seed, world, disturbance, nets))
+        return self.session.about()
+
+    # ------------------------------------------------------------------ many episodes
+
+    def episodes(
+        self, task: str, count: int, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
+        nets: list[str] | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Begin to play many episodes; pages are told of each few that end."""
+        if self._thread is not None and self._thread.is_alive():
+            raise CprmError("episodes are being played; stop them first")
+        setup = self._made(task, controller, seed, world, disturbance, nets)
+        batches = play_episodes(setup, count, lambda: not self._stop.is_set())
+        self._stop.clear()
+        self._setup, self._wanted, self._episodes = setup, count, []
+
+        def play() -> None:
+            error = None
+            try:
+                for batch in batches:
+                    self._episodes += batch
+                    self._tell(True)
+            except CprmError as wrong:
+                error = str(wrong)
+            self._tell(False, error)
+
+        self._thread = threading.Thread(target=play, name="studio episodes", daemon=True)
+        self._thread.start()
+        return self.played()
+
+    def _tell(self, going: bool, error: str | None = None) -> None:
+        self.session.publish("episodes", {**self.played(), "going": going and len(self._episodes) < self._wanted, "error": error})
+
+    def stop(self) -> dict[str, Any]:
+        """End them; what has been played stays."""
+        self._stop.set()
+        return self.played()
+
+    def played(self) -> dict[str, Any]:
+        """The episodes so far."""
+        done = sum(e.success for e in self._episodes)
+        interval = wilson_interval(done, len(self._episodes)) if self._episodes else None
+        return {
+            "setup": None if self._setup is None else self._setup.said(),
+            "wanted": self._wanted,
+            "going": self._thread is not None and self._thread.is_alive() and len(self._episodes) < self._wanted,
+            "success": done,
+            "low": None if interval is None else interval.low,
+            "high": None if interval is None else interval.high,
+            "episodes": [e.said() for e in self._episodes],
+            "error": None,
+        }
+
+    # ------------------------------------------------------------------ results and analyses
+
+    def table(self) -> dict[str, Any]:
+        """The results that were opened.
+
+        Raises
+        ------
+        CprmError
+            When there are none.
+        """
+        if self.results is None:
+            raise CprmError("no results are open: start the studio with --log FOLDER, a folder that cprm-gym benchmark wrote")
+        return self.results.table()
+
+    def replay(self, task: str, controller: str, world: int) -> dict[str, Any]:
+        """Watch the episode behind a number."""
+        if self.results is None:
+            return self.table()
+        return self.watch(**self.results.setup(task, controller, world))
+
+    def _net(self, net: str) -> PetriNet:
+        known = {**shipped_nets(), **self.nets()}
+        if net not in known:
+            raise unknown_name("net", net, known)
+        return known[net]
+
+    def analyze(self, net: str, seconds: float = 20.0) -> dict[str, Any]:
+        """What the analysis says of a net, and the runs that show it."""
+        if isinstance(seconds, bool) or not isinstance(seconds, (int, float)) or not 0 < seconds <= 600:
+            raise CprmError(f"seconds: above 0, at most 600, got {seconds!r}")
+        wanted = self._net(net)
+        if (wanted, seconds) not in self._analyses:
+            while len(self._analyses) > 20:
+                self._analyses.pop(next(iter(self._analyses)))
+            self._analyses[wanted, seconds] = analysis(wanted, seconds)
+        return self._analyses[wanted, seconds]
+
+    def plan(self, net: str) -> dict[str, Any]:
+        """Where everything in its drawing stands."""
+        return drawing_plan(self._net(net), -1, quantities=False)
+
+    def close(self) -> None:
+        """End what runs."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(3.0)

@@ -1,0 +1,110 @@
+// What an agent believes: a distribution for each variable, with what was observed of it, and the relations in force.
+
+import { el, svg } from "../dom.js";
+
+const WIDTH = 190;
+const HEIGHT = 38;
+const SHOWN_STATES = 6;
+
+/** Bars for the beliefs of one agent; `onask(variable)` is asked what moved it. */
+export class Beliefs {
+  constructor(onask) {
+    this.onask = onask;
+    this.list = el("div", { class: "beliefs" });
+    this.facts = el("div", { class: "facts" });
+    this.element = el("div", { class: "beliefs-panel" }, this.facts, this.list);
+    this.rows = new Map();
+    this.inside = null;
+  }
+
+  begin(inside) {
+    this.inside = inside;
+    this.rows.clear();
+    this.list.replaceChildren();
+  }
+
+  draw(inner) {
+    if (!inner?.beliefs) {
+      this.facts.replaceChildren(el("p", { class: "soft" }, inner ? "This player has a net and no model: his net reads percepts alone." : "Nobody is shown in full."));
+      this.list.replaceChildren();
+      this.rows.clear();
+      return;
+    }
+    this.facts.replaceChildren(
+      el("span", { class: "soft" }, "relations: "),
+      ...(inner.relations.length ? inner.relations.map((r) => el("span", { class: "chip" }, r)) : [el("span", {}, "none")]),
+    );
+    const names = Object.keys(inner.beliefs);
+    for (const [name, row] of this.rows) if (!names.includes(name)) { row.element.remove(); this.rows.delete(name); }
+    names.forEach((name, i) => {
+      if (!this.rows.has(name)) this.rows.set(name, this.#row(name));
+      const row = this.rows.get(name);
+      if (this.list.children[i] !== row.element) this.list.insertBefore(row.element, this.list.children[i] ?? null);
+      this.#fill(row, name, inner.beliefs[name], inner.evidence);
+    });
+  }
+
+  #row(name) {
+    const bars = svg("svg", { class: "bars", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", height: HEIGHT, "aria-hidden": true });
+    const value = el("div", { class: "mono value" });
+    const element = el("button", { class: "belief", title: `what moved ${name}?`, "data-variable": name, onclick: () => this.onask(name) },
+      el("div", { class: "name" }, name), bars, value);
+    return { element, bars, value, rects: [], key: "" };
+  }
+
+  #fill(row, name, belief, evidence) {
+    const known = this.inside?.variables?.[name];
+    const unit = known?.unit ? ` ${known.unit}` : "";
+    const text = belief.mean !== undefined && belief.mean !== null ? `${short(belief.mean)} ± ${short(belief.spread)}${unit}` : best(belief, known);
+    if (row.value.textContent !== text) row.value.textContent = text;
+    if (!belief.p) return;
+    const edges = known?.edges;
+    if (row.rects.length !== belief.p.length) {
+      row.rects = belief.p.map(() => svg("rect", { class: "bar-p" }));
+      row.seen = svg("line", { class: "seen", y1: 0, y2: HEIGHT });
+      row.bars.replaceChildren(...row.rects, row.seen);
+    }
+    const low = edges ? edges[0] : 0;
+    const span = edges ? edges.at(-1) - low : belief.p.length;
+    const density = belief.p.map((p, i) => (edges ? p / (edges[i + 1] - edges[i]) : p));
+    const top = edges ? Math.max(...density) || 1 : 1;
+    belief.p.forEach((p, i) => {
+      const rect = row.rects[i];
+      const height = (density[i] / top) * (HEIGHT - 2);
+      if (rect.shown === height) return;
+      rect.shown = height;
+      const x = edges ? ((edges[i] - low) / span) * WIDTH : (i / span) * WIDTH;
+      const width = edges ? ((edges[i + 1] - edges[i]) / span) * WIDTH : WIDTH / span;
+      rect.setAttribute("x", x.toFixed(1));
+      rect.setAttribute("width", Math.max(width - (edges ? 0 : 2), 0.6).toFixed(1));
+      rect.setAttribute("y", (HEIGHT - height).toFixed(1));
+      rect.setAttribute("height", height.toFixed(1));
+    });
+    const seen = observed(name, evidence);
+    const at = seen === null || !edges ? null : ((Math.min(Math.max(seen, low), edges.at(-1)) - low) / span) * WIDTH;
+    row.seen.style.display = at === null ? "none" : "";
+    if (at !== null) {
+      row.seen.setAttribute("x1", at);
+      row.seen.setAttribute("x2", at);
+    }
+  }
+}
+
+/** The reading of a variable in this cycle: of itself, or of what is called seen_ or obs_ of it. */
+export function observed(name, evidence) {
+  const dot = name.lastIndexOf(".");
+  const [owner, attribute] = [name.slice(0, dot), name.slice(dot + 1)];
+  for (const candidate of [name, `${owner}.seen_${attribute}`, `${owner}.obs_${attribute}`]) {
+    const found = evidence?.[candidate];
+    if (found !== null && found !== undefined) return found;
+  }
+  return null;
+}
+
+export const short = (value) => (value === null || value === undefined ? "–" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) >= 10 ? value.toFixed(1) : value.toFixed(2));
+
+function best(belief, known) {
+  if (!belief.p) return "";
+  const order = belief.p.map((p, i) => [p, i]).sort((a, b) => b[0] - a[0]).slice(0, 2).filter(([p]) => p > 0.005);
+  return order.slice(0, SHOWN_STATES).map(([p, i]) => `${known?.states?.[i] ?? i} ${p.toFixed(2)}`).join(", ");
+}

@@ -1,0 +1,109 @@
+// The net of the agent that is watched, as it works: marking, what fired, what was enabled, clocks, modules at work.
+
+import { choose, el } from "../dom.js";
+import { NetCanvas } from "../netcanvas.js";
+
+const LARGE = 2500;
+
+/** `onchoose(key, kind)` is told of the place, transition or module that was chosen. */
+export class NetView {
+  constructor(call, onchoose) {
+    this.call = call;
+    this.onchoose = onchoose;
+    this.holder = el("div", { class: "net-holder" });
+    this.find = el("input", { type: "search", placeholder: "find a part", list: "net-parts", "aria-label": "find a place or transition", onchange: () => this.seek(this.find.value) });
+    this.names = el("datalist", { id: "net-parts" });
+    this.depth = choose([["0", "folded"], ["1", "one level"], ["-1", "unfolded"]], "0", (value) => this.unfold(Number(value)), { "aria-label": "how far modules are unfolded" });
+    this.quantities = el("input", { type: "checkbox", onchange: () => this.#again() });
+    this.bar = el("div", { class: "bar" }, el("h2", {}, "Net"), this.depth, el("label", { title: "inputs, beliefs, math and continuous places, too" }, this.quantities, " quantities"), this.find, this.names, el("span", { class: "room" }),
+      el("button", { title: "smaller (-)", onclick: () => this.canvas.zoom(0.8) }, "−"), el("button", { title: "larger (+)", onclick: () => this.canvas.zoom(1.25) }, "+"),
+      el("button", { title: "all of it (0)", onclick: () => this.canvas.fit() }, "fit"));
+    this.element = el("div", { class: "net-panel" }, this.bar, this.holder);
+    this.canvas = new NetCanvas(this.holder, { editable: false, label: "net of the agent" });
+    this.opened = [];
+    this.canvas.element.addEventListener("select", ({ detail }) => detail.keys.length === 1 && this.onchoose(detail.keys[0]));
+    this.canvas.element.addEventListener("toggle", ({ detail }) => this.toggle(detail.key));
+    this.canvas.element.addEventListener("open", ({ detail }) => this.canvas.boxes.has(detail.key) && this.toggle(detail.key));
+  }
+
+  async begin(agent, inside) {
+    this.agent = agent;
+    this.inside = inside;
+    this.opened = [];
+    this.depth.value = "0";
+    if (!inside?.net) {
+      this.holder.hidden = true;
+      return;
+    }
+    this.holder.hidden = false;
+    this.names.replaceChildren(...[...inside.transitions, ...inside.places].slice(0, LARGE).map((value) => el("option", { value })));
+    await this.#load(0);
+  }
+
+  async #load(unfold, keep = false) {
+    const plan = await this.call("watch.plan", { agent: this.agent, unfold, quantities: this.quantities.checked });
+    if (!plan) return;
+    this.unfolded = unfold;
+    this.canvas.show(plan, { keep });
+    this.working = new Set();
+    this.boxes = plan.boxes.map((box) => box.key);
+    this.shown = plan.nodes.map((node) => node.key);
+    if (this.last) this.draw(this.last, this.broken);
+  }
+
+  async #again() {
+    await this.#load(this.unfolded);
+  }
+
+  unfold(levels) {
+    this.opened = levels === 0 ? [] : this.boxes.slice();
+    return this.#load(levels);
+  }
+
+  /** Show a module with its inside, or without. */
+  async toggle(key) {
+    const inside = (path) => path === key || path.startsWith(`${key}.`);
+    const folded = this.canvas.boxes.get(key)?.box.folded;
+    const open = this.boxes.filter((path) => !this.canvas.boxes.get(path).box.folded);
+    const wanted = folded ? [...open, key] : open.filter((path) => !inside(path));
+    await this.#load(wanted, true);
+    this.canvas.fit();
+  }
+
+  /** Bring a place or transition into view, unfolding what it is in. */
+  async seek(key) {
+    const names = [...this.inside.transitions, ...this.inside.places];
+    const found = names.includes(key) ? key : names.find((part) => key && part.includes(key));
+    this.find.classList.toggle("bad", Boolean(key) && !found);
+    if (!found) return;
+    key = found;
+    if (!this.canvas.nodes.has(key)) {
+      if (this.inside.quantities.includes(key)) this.quantities.checked = true;
+      const parts = key.split(".");
+      const paths = parts.slice(0, -1).map((_, i) => parts.slice(0, i + 1).join("."));
+      const open = this.boxes.filter((path) => !this.canvas.boxes.get(path).box.folded);
+      await this.#load([...new Set([...open, ...paths])], true);
+    }
+    this.canvas.select([key]);
+    this.canvas.centre(key);
+  }
+
+  /** Colour a cycle; `broken` are the keys that have breakpoints, `at` a firing inside the cycle: {tokens, fired}. */
+  draw(inner, broken, at = null) {
+    this.last = inner;
+    this.broken = broken;
+    if (!inner?.marking || !this.shown) return;
+    const marking = {};
+    for (const key of this.shown) if (!this.canvas.nodes.get(key)?.group.querySelector("rect.shape")) marking[key] = at?.tokens[key] ?? inner.marking[key] ?? (key in inner.holds ? 1 : 0);
+    const clocks = Object.fromEntries(Object.entries(inner.clocks).map(([key, [counted, delay]]) => [key, counted / delay]));
+    this.canvas.update({ marking, fired: at ? at.fired : inner.fired, enabled: at ? at.enabled : inner.enabled, clocks, broken });
+    for (const path of this.boxes) {
+      const place = this.inside.modules[path];
+      const works = Boolean(place && (inner.marking[place] ?? 0) > 0);
+      if (works === this.working.has(path)) continue;
+      this.canvas.boxes.get(path)?.group.classList.toggle("working", works);
+      if (works) this.working.add(path);
+      else this.working.delete(path);
+    }
+  }
+}

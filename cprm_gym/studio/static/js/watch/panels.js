@@ -1,0 +1,247 @@
+// What stands below the net: the answer to a question, breakpoints, the log of decisions, changes by hand, percepts.
+
+import { choose, el, refill } from "../dom.js";
+import { nameOf } from "./field.js";
+import { observed, short } from "./beliefs.js";
+
+const LOG = 300;
+
+/** The answer to "why not?" and "what moved it?". */
+export class Ask {
+  constructor({ ask, seek, breakAt, moved }) {
+    this.act = { ask, seek, breakAt, moved };
+    this.element = el("div", { class: "ask" });
+    this.clear();
+  }
+
+  clear() {
+    refill(this.element, el("p", { class: "soft" },
+      "Choose a transition in the net to ask why it did not fire, a place to see what it holds, or a belief to see which reading moved it."));
+  }
+
+  wait(what) {
+    refill(this.element, el("p", { class: "soft" }, `asking about ${what} …`));
+  }
+
+  fail(text) {
+    refill(this.element, el("p", { class: "bad" }, text));
+  }
+
+  transition(answer) {
+    const rows = answer.conditions.map((c) => {
+      const need = [c.low === null ? "" : `≥ ${c.low}`, c.high === null ? "" : `< ${c.high}`].filter(Boolean).join(" and ");
+      const since = c.holds ? "" : c.held !== undefined ? `since cycle ${c.held + 1}` : answer.first !== null ? `in all cycles shown, from ${answer.first}` : "";
+      return el("tr", { class: c.holds ? "" : "fails" }, el("td", {}, c.holds ? "✓" : "✗"),
+        el("td", {}, el("button", { class: "link", onclick: () => this.act.seek(c.place) }, c.place)), el("td", {}, need), el("td", {}, `has ${c.has}`),
+        el("td", {}, c.holds ? "" : `by ${c.by}`), el("td", {}, since));
+    });
+    refill(this.element,
+      el("div", { class: "bar" }, el("h3", {}, answer.transition), el("span", { class: "room" }),
+        el("button", { "data-do": "break", onclick: () => this.act.breakAt("fires", answer.transition) }, "stop when it fires (B)")),
+      el("p", { class: "answer", "data-show": "answer" }, answer.answer),
+      answer.clock ? el("p", {}, answer.clock[0] < 0 ? `its clock of ${answer.clock[1]} cycles does not run` : `clock ${answer.clock[0]} of ${answer.clock[1]}`) : null,
+      el("table", { class: "conditions" }, el("thead", {}, el("tr", {}, ...["", "place", "needs", "", "fails", ""].map((h) => el("th", {}, h)))), el("tbody", {}, ...rows)),
+    );
+  }
+
+  place(name, inner, inside) {
+    const variable = inside.reads[name];
+    refill(this.element,
+      el("div", { class: "bar" }, el("h3", {}, name), el("span", { class: "room" }),
+        el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)")),
+      el("p", {}, name in inner.holds ? `holds ${inner.holds[name]}` : `holds ${inner.marking[name] ?? 0}`),
+      variable ? el("p", {}, "reads the belief about ", el("button", { class: "link", onclick: () => this.act.moved(variable) }, variable)) : null,
+    );
+  }
+
+  belief(answer, unit) {
+    const mean = (m) => (m?.mean === undefined || m.mean === null ? "" : `${short(m.mean)} ± ${short(m.spread)}${unit}`);
+    const most = Math.max(0.001, ...answer.evidence.map((e) => e.moved));
+    refill(this.element,
+      el("h3", {}, `What moved ${answer.variable}`),
+      el("p", { "data-show": "answer" }, answer.evidence.length
+        ? `Without the readings of cycle ${answer.cycle}: ${mean(answer.before)}; with them: ${mean(answer.after)} (moved by ${short(answer.moved)} of 1).`
+        : `No reading came in cycle ${answer.cycle}: the belief went on by itself.`),
+      el("table", {}, el("tbody", {}, ...answer.evidence.map((e) => el("tr", {}, el("td", {}, e.name), el("td", { class: "mono" }, short(e.value)),
+        el("td", {}, el("meter", { min: 0, max: most, value: e.moved }, `${e.moved}`)), el("td", { class: "mono" }, short(e.moved)),
+        el("td", { class: "soft" }, e.mean === undefined || e.mean === null ? "" : `without it ${short(e.mean)}${unit}`))))),
+      answer.evidence.length ? el("p", { class: "soft" }, "How far the belief would lie from where it is, had the model not been told one reading: 0 not at all, 1 entirely elsewhere.") : null,
+    );
+  }
+}
+
+/** Breakpoints of the agent's net. */
+export class Breaks {
+  constructor({ set, remove }) {
+    this.act = { set, remove };
+    this.list = el("div", { class: "breaks" });
+    this.text = el("input", { class: "mono", placeholder: "P(ball.x < -45) > 0.8", "aria-label": "expression", size: 26, onkeydown: (e) => e.key === "Enter" && this.#add() });
+    this.kind = choose([["when", "when"], ["fires", "transition fires"], ["marked", "place is marked"], ["ends", "the episode ends"]], "when", () => this.#kind(), { "aria-label": "kind of breakpoint" });
+    this.wrong = el("p", { class: "bad", hidden: true });
+    this.where = el("p", { class: "soft" });
+    this.element = el("div", { class: "breaks-panel" },
+      el("div", { class: "bar" }, this.kind, this.text, el("button", { "data-do": "add-break", onclick: () => this.#add() }, "stop there")), this.wrong, this.list, this.where);
+  }
+
+  #kind() {
+    this.text.disabled = this.kind.value === "ends";
+    if (this.kind.value === "when") this.text.removeAttribute("list");
+    else this.text.setAttribute("list", "net-parts");
+    this.text.placeholder = this.kind.value === "when" ? "P(ball.x < -45) > 0.8" : "name";
+  }
+
+  async #add() {
+    this.wrong.hidden = true;
+    try {
+      await this.act.set(this.kind.value, this.kind.value === "ends" ? "" : this.text.value.trim());
+      this.text.value = "";
+    } catch (error) {
+      this.wrong.textContent = error.message;
+      this.wrong.hidden = false;
+    }
+  }
+
+  draw(breakpoints, file, hit) {
+    this.where.textContent = `Kept in ${file}: they hold from the first cycle of every run of this net.`;
+    this.list.replaceChildren(...(breakpoints.length ? breakpoints.map((b) => {
+      const struck = hit.some((h) => h.kind === b.kind && h.what === b.what);
+      const text = { fires: "fires", marked: "is marked", when: "", ends: "the episode ends" }[b.kind];
+      return el("div", { class: `break${struck ? " struck" : ""}${b.on ? "" : " off"}` },
+        el("label", {}, el("input", { type: "checkbox", checked: b.on, onchange: (e) => this.act.set(b.kind, b.what, e.target.checked) }),
+          el("span", { class: b.kind === "when" ? "mono" : "" }, b.what), ` ${text}`, struck ? el("strong", {}, " ◀ stopped here") : null),
+        el("button", { "aria-label": `remove ${b.what}`, onclick: () => this.act.remove(b.kind, b.what) }, "×"));
+    }) : [el("p", { class: "soft" }, "No breakpoints yet.")]));
+  }
+}
+
+/** What was decided, cycle by cycle. */
+export class Log {
+  constructor(onchoose) {
+    this.onchoose = onchoose;
+    this.lines = new Map();
+    this.element = el("ol", { class: "log", reversed: true, "aria-label": "decisions" });
+  }
+
+  clear() {
+    this.lines.clear();
+    this.element.replaceChildren();
+  }
+
+  add(frame) {
+    for (const [cycle, line] of this.lines) if (cycle >= frame.cycle) { line.remove(); this.lines.delete(cycle); }
+    const commands = Object.entries(frame.commands).map(([name, values]) => `${name}(${Object.values(values).map((v) => short(v)).join(", ")})`).join(" ");
+    const { fired } = frame;
+    const changed = frame.changes.map((c) => describe(c)).join("; ");
+    if (!commands && !frame.command && !fired.length && !changed && !frame.stopped && !frame.over) return;
+    const line = el("li", { "data-cycle": frame.cycle },
+      el("button", { class: "link mono", onclick: () => this.onchoose(frame.cycle) }, `${frame.cycle}`), el("span", { class: "mono" }, commands || frame.command || "–"),
+      el("span", { class: "soft" }, fired.join(", ")), changed ? el("em", {}, `by hand: ${changed}`) : null,
+      frame.stopped ? el("strong", {}, `stopped: ${frame.stopped.join("; ")}`) : null, frame.over ? el("strong", {}, frame.status.replaceAll("_", " ").toLowerCase()) : null);
+    this.element.prepend(line);
+    this.lines.set(frame.cycle, line);
+    if (this.lines.size > LOG) {
+      const [first] = this.lines.keys();
+      this.lines.get(first).remove();
+      this.lines.delete(first);
+    }
+  }
+}
+
+const KINDS = { ball: "ball moved", player: "player moved", blind: "blind", force: "forced", lose: "not told", mark: "marked", hold: "holds", fail: "failed" };
+
+export function describe(change) {
+  const who = change.whom ? `${change.whom} ` : "";
+  const values = change.values.length ? ` ${change.values.map((v) => short(v)).join(", ")}` : "";
+  return `${who}${KINDS[change.kind]} ${change.name}${values}${change.cycles > 1 ? ` for ${change.cycles} cycles` : ""}`.trim();
+}
+
+/** Changes by hand: faults, readings, relations, things moved. */
+export class Hands {
+  constructor({ change, undo }) {
+    this.act = { change, undo };
+    this.fields = el("div", { class: "bar" });
+    this.kind = choose([
+      ["blind", "blind him"], ["fail", "let a skill fail"], ["lose", "keep a reading from his model"], ["force", "make a percept read"],
+      ["hold", "switch whom a place holds"], ["mark", "put tokens into a place"], ["ball", "put the ball at"], ["player", "put a player at"],
+    ], "blind", () => this.#form(), { "aria-label": "what to change", "data-show": "change-kind" });
+    this.list = el("ul", {});
+    this.wrong = el("p", { class: "bad", hidden: true });
+    this.element = el("div", { class: "hands" }, el("p", { class: "soft" }, "Changes take effect when the commands of this cycle are carried out. Ball and players can be dragged on the field while the run is paused."),
+      el("div", { class: "bar" }, this.kind, this.fields, el("button", { class: "main", "data-do": "change", onclick: () => this.#do() }, "change"),
+        el("button", { "data-do": "undo", onclick: () => this.act.undo() }, "take back")), this.wrong, this.list);
+  }
+
+  begin(agent, inside, run) {
+    this.agent = agent;
+    this.inside = inside;
+    this.run = run;
+    this.#form();
+  }
+
+  #form() {
+    const i = this.inside ?? {};
+    const pick = (names, label) => choose(names.length ? names : ["–"], names[0], () => {}, { "aria-label": label, "data-field": "name" });
+    const cell = (name, value, attributes = {}) => el("input", { type: "number", step: "any", value, "aria-label": name, title: name, "data-field": name, style: "width: 6em", ...attributes });
+    const cycles = () => [el("span", {}, "for"), cell("cycles", 20, { min: 1, step: 1 }), el("span", {}, "cycles")];
+    const holds = () => {
+      const places = Object.keys(i.holds ?? {});
+      const place = pick(places, "object place");
+      const object = el("select", { "aria-label": "object", "data-field": "value" });
+      const fill = () => object.replaceChildren(el("option", { value: -1 }, "nobody"), ...(i.holds?.[place.value] ?? []).map((o, k) => el("option", { value: k }, o)));
+      place.addEventListener("change", fill);
+      fill();
+      return [place, el("span", {}, "holds"), object];
+    };
+    const made = {
+      blind: () => cycles(),
+      fail: () => [pick(i.failing ?? [], "module")],
+      lose: () => [pick(i.readings ?? [], "reading"), ...cycles()],
+      force: () => [pick(i.percepts ?? [], "percept"), el("span", {}, "="), cell("value", 0), ...cycles()],
+      hold: holds,
+      mark: () => [el("input", { list: "net-parts", "data-field": "name", placeholder: "place", "aria-label": "place" }), cell("value", 1)],
+      ball: () => [cell("x", 0), cell("y", 0), cell("vx", 0), cell("vy", 0)],
+      player: () => [choose(this.#players(), "left_1", () => {}, { "aria-label": "player", "data-field": "whom" }), cell("x", 0), cell("y", 0)],
+    }[this.kind.value]();
+    this.fields.replaceChildren(...made);
+  }
+
+  #players() {
+    const [left, right] = this.run?.counts ?? [0, 0];
+    return [...Array(left).keys()].map((k) => nameOf(k + 1)).concat([...Array(right).keys()].map((k) => nameOf(k + 12)));
+  }
+
+  async #do() {
+    const read = (name) => this.fields.querySelector(`[data-field=${name}]`)?.value;
+    const kind = this.kind.value;
+    const numbers = { ball: ["x", "y", "vx", "vy"], player: ["x", "y"], force: ["value"], mark: ["value"], hold: ["value"] }[kind] ?? [];
+    const given = { kind, whom: kind === "ball" ? "" : kind === "player" ? read("whom") : this.agent, name: read("name") ?? "", values: numbers.map((n) => Number(read(n))), cycles: Number(read("cycles") ?? 1) };
+    this.wrong.hidden = true;
+    try {
+      await this.act.change(given);
+    } catch (error) {
+      this.wrong.textContent = error.message;
+      this.wrong.hidden = false;
+    }
+  }
+
+  draw(frame) {
+    this.list.replaceChildren(...(frame.changes ?? []).map((c) => el("li", {}, describe(c))));
+    this.element.querySelector("[data-do=undo]").disabled = !frame.undo;
+  }
+}
+
+/** Percepts and readings as numbers. */
+export class Numbers {
+  constructor() {
+    this.element = el("div", { class: "numbers" });
+  }
+
+  draw(inner) {
+    if (!inner?.percepts) return refill(this.element, el("p", { class: "soft" }, "Nothing is known of what this player perceives."));
+    const evidence = Object.entries(inner.evidence);
+    const table = (title, rows) => el("div", {}, el("h3", {}, title), el("table", {}, el("tbody", {}, ...rows.map(([name, value]) => el("tr", { class: value === null ? "soft" : "" }, el("td", {}, name), el("td", { class: "mono" }, value === null ? "not observed" : short(value)))))));
+    return refill(this.element, table("percepts", Object.entries(inner.percepts)), evidence.length ? table("told to the model", evidence) : null, table("places of beliefs", Object.entries(inner.places)));
+  }
+}
+
+export { observed };
