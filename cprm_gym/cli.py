@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from .architecture.petri import PetriNet
     from .benchmark.plan import Plan
 
+T_B = "Of the controller cprm: cycles from one inference of its model to the next."
+LATENCY = "Of the controller cprm: cycles until an inference's result comes."
+
 console = Console()
 complaints = Console(stderr=True)
 
@@ -125,26 +128,32 @@ def benchmark(
     backend: Annotated[str | None, typer.Option(help="Play on a server, udp://host:port, instead of in process.")] = None,
     senses: Annotated[str | None, typer.Option(help="Of the suite: senses, separated by commas.", show_default="all")] = None,
     tiers: Annotated[str | None, typer.Option(help="Of the suite: tiers of knowledge, separated by commas.", show_default="all")] = None,
+    t_b: Annotated[int | None, typer.Option(help=T_B, show_default="the model's slice")] = None,
+    latency: Annotated[int | None, typer.Option(help=LATENCY, show_default="0")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
     if suite is not None or quick or senses is not None or tiers is not None:
         with said_plainly():
             if backend is not None:
                 raise CprmError("--backend does not go with --suite, which plays in process")
-            if controllers is not None:
-                raise CprmError("--controllers does not go with --suite, where each task has its player")
+            if controllers is not None or t_b is not None or latency is not None:
+                raise CprmError("--controllers, --t-b and --latency do not go with --suite, where each task has its player")
             chosen = {"tasks": tasks, "senses": senses, "tiers": tiers}
             named: dict[str, Any] = {name: _names(text) for name, text in chosen.items() if text is not None}
             numbers = {name: value for name, value in (("episodes", episodes), ("seed", seed)) if value is not None}
             _suite(suite, quick, named | numbers, output, resume)
         return
     from .benchmark.plan import BlockResult, Plan
+    from .benchmark.registry import with_options
     from .benchmark.report import summarise
     from .benchmark.runner import check_workers, run
 
     with said_plainly():
         given: dict[str, Any] = {"episodes": episodes, "seed": seed, "backend": backend}
-        given |= {"tasks": tasks and _names(tasks), "controllers": controllers and _names(controllers)}
+        who = controllers and _names(controllers)
+        if t_b is not None or latency is not None:
+            who = with_options(who or Plan.controllers, t_b=t_b, latency=latency)
+        given |= {"tasks": tasks and _names(tasks), "controllers": who}
         given = {name: value for name, value in given.items() if value is not None}
         check_workers(workers)
         if backend is not None and workers > 1:
@@ -512,6 +521,8 @@ def demo(
     record: Annotated[Path | None, typer.Option(help="Write a film (.mp4 or .gif) instead of showing it here.")] = None,
     seed: Annotated[int, typer.Option(help="Which world.")] = 0,
     every: Annotated[int, typer.Option(help="Without a terminal: cycles between two pictures.")] = 25,
+    t_b: Annotated[int | None, typer.Option(help=T_B, show_default="the model's slice")] = None,
+    latency: Annotated[int | None, typer.Option(help=LATENCY, show_default="0")] = None,
 ) -> None:
     """Show a demonstration: the field, the markings of the nets, what the players believe."""
     import time
@@ -534,12 +545,13 @@ def demo(
         if every < 1:
             raise CprmError(f"--every {every}: allowed is 1 and more")
         last: Scene | None = None
+        timing = {name: value for name, value in (("t_b", t_b), ("latency", latency)) if value is not None}
         if record is not None:
             check_place(record, "--record")
             film = Recorder(record)
             try:
                 with complaints.status("recording ...") as line:
-                    for last in play(name, seed):
+                    for last in play(name, seed, **timing):
                         film.add(last)
                         line.update(f"recording, cycle {last.cycle}")
             except BaseException:
@@ -549,11 +561,11 @@ def demo(
             console.print(f"wrote {record}", highlight=False, soft_wrap=True)
         elif console.is_terminal:
             with Live(console=console, auto_refresh=False) as live:
-                for last in play(name, seed):
+                for last in play(name, seed, **timing):
                     live.update(shown(last), refresh=True)
                     time.sleep(0.1)
         else:
-            for last in play(name, seed):
+            for last in play(name, seed, **timing):
                 if last.cycle % every == 0:
                     console.print(shown(last))
     if last is not None:
@@ -569,6 +581,8 @@ def play(
     cycles: Annotated[int | None, typer.Option(help="Stop after so many cycles.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write a film (.mp4, .gif) or a game log (.rcg, .rcg.gz).")] = None,
     window: Annotated[bool, typer.Option("--window", help="Show it in a window.")] = False,
+    t_b: Annotated[int | None, typer.Option(help=T_B, show_default="the model's slice")] = None,
+    latency: Annotated[int | None, typer.Option(help=LATENCY, show_default="0")] = None,
 ) -> None:
     """Play an episode of a task: in the terminal, in a window, as a film or as a game log."""
     import time
@@ -576,7 +590,7 @@ def play(
     from rich.live import Live
     from rich.text import Text
 
-    from .benchmark.registry import load_controller
+    from .benchmark.registry import load_controller, with_options
     from .envs.play import Film
     from .envs.play import play as episode
     from .envs.rendering import Viewer, text_picture
@@ -584,7 +598,8 @@ def play(
 
     with said_plainly():
         made = make_task(task)
-        factory = None if controller is None else load_controller(controller)
+        names = with_options([] if controller is None else [controller], t_b=t_b, latency=latency)
+        factory = load_controller(names[0]) if names else None
         sides = None if others is None else _names(others)
         chosen = sides[0] if sides is not None and len(sides) == 1 else sides
         course = episode(made, factory, chosen, seed, cycles)

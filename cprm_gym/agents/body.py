@@ -8,10 +8,11 @@ one; what remains as a plain number is a threshold of the behaviour itself.
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ..envs.tasks.base import Task
 from ..simulator.parameters import ServerParameters
@@ -127,12 +128,13 @@ DEFAULT = Body()
 """A default player of a default server."""
 
 
-def of_body(make: Callable[[Body], Made]) -> Callable[..., Made]:
-    """A function of a `Body`, `DEFAULT` if none is given, that makes its value once for each."""
+def of_body(make: Callable[..., Made]) -> Callable[..., Made]:
+    """A function of a `Body`, `DEFAULT` if none is given, and of what else it takes, that makes its value once for each."""
     cached = functools.lru_cache(maxsize=64)(make)
+    usual = [p.default for p in inspect.signature(make).parameters.values()][1:]
 
     @functools.wraps(make)
-    def made(body: Body = DEFAULT) -> Made:
-        return cached(body)
+    def made(body: Body = DEFAULT, *more: Any) -> Made:
+        return cached(body, *more, *usual[len(more) :])
 
     return made

@@ -95,18 +95,28 @@ class Scene:
     success: bool
 
 
-def play(name: str, seed: int = 0) -> Iterator[Scene]:
+def play(name: str, seed: int = 0, **options: Any) -> Iterator[Scene]:
     """Play a demonstration, one scene a cycle.
+
+    Parameters
+    ----------
+    name : str
+    seed : int
+    **options
+        Of the agents (`registry.make_controller`).
 
     Raises
     ------
     UnknownName
         Listing the demonstrations.
+    ParameterError
+        For options that an agent does not take.
     """
     if name not in DEMOS:
         raise unknown_name("demonstration", name, DEMOS)
     task = make_task(DEMOS[name], **OPTIONS.get(name, {}))
-    agents: list[SoccerAgent] = [_traced(make_controller(task, agent)) for agent in select_agents(task.controlled, task.left, task.right)]
+    names = select_agents(task.controlled, task.left, task.right)
+    agents: list[SoccerAgent] = [_traced(make_controller(task, agent, **options)) for agent in names]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)
     observation = core.reset(seed)

@@ -31,12 +31,14 @@ def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     agent : str
         ``left_1``: the goalie, if the team has one with that number.
     **options
-        Of an outfield player's `CPRMRunner`.
+        Of the `CPRMRunner`; the goalie takes when he infers (``t_b``, ``latency``, ``demand``), an outfield player all of them.
     """
     side, _, number = agent.partition("_")
     goalie, opponents = (task.left_goalie, task.right) if side == "left" else (task.right_goalie, task.left)
     body = Body.of(task)
-    return GoalieAgent(opponents, body=body) if int(number) == goalie else OutfieldAgent(body, **options)
+    if int(number) != goalie:
+        return OutfieldAgent(body, **options)
+    return GoalieAgent(opponents, body=body, **{name: options[name] for name in ("t_b", "latency", "demand") if name in options})
 
 
 class Eleven:

@@ -24,6 +24,7 @@ from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task
+from ..errors import ParameterError, unknown_name
 from ..simulator.pitch import HALF_LENGTH, PENALTY_X, PENALTY_Y
 from ..simulator.senses import BallLevel, PlayerLevel
 from ..simulator.state import PlayMode
@@ -71,7 +72,16 @@ def late(body: Body, way: str, c: GoalieConstants) -> tuple[Math, ...]:
     return (Math(f"late_{way}", f"{number(c.haste)} + max(0, {reach} - {body.within(c.at_feet)}) / {body.pace(c.run)} - ({roll})"),)
 
 
-def kinematics(body: Body, c: GoalieConstants = FIRST) -> tuple[Math, ...]:
+HANDS = {
+    "hands": "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance",
+    "none": "ball_distance",
+    "eye": "ball_distance",
+}
+"""Reflexes -> by what he judges whether the ball is near enough to kick: ``hands`` have a ball seen near by as the eye had it, which is
+finer than any bins; with ``none`` all is as it is believed; of ``eye`` see `REFLEX`."""
+
+
+def kinematics(body: Body, c: GoalieConstants = FIRST, reflexes: str = "hands") -> tuple[Math, ...]:
     """Quantities derived from place and velocity of ball and goalie, by which he decides (Fig. 2.29)."""
     deepest, pace, feet = number(GOAL_X + c.deepest), body.pace(c.run), body.within(c.at_feet)
     return (
@@ -116,8 +126,7 @@ def kinematics(body: Body, c: GoalieConstants = FIRST) -> tuple[Math, ...]:
         Math("side_turn", "side_left if abs(side_left) < abs(side_right) else side_right"),
         Math("displaced", f"1 if post_distance > {number(c.displaced)} or abs(side_turn) > {number(c.turned)} else 0"),
         Math("flank", "norm_deg((60 if ball_y >= 0 else -60) - body)"),
-        # near enough to kick: there the eye is finer than any bins
-        Math("hand_distance", "seen_distance if ball_age <= 2 and seen_distance < 2 else ball_distance"),
+        Math("hand_distance", HANDS[reflexes]),
         Math("at_hand", f"1 if hand_distance < {body.within(AT_HAND)} else 0"),
     )  # fmt: skip
 
@@ -146,8 +155,9 @@ TRANSITIONS = (
 
 
 def goalie_net(
-    seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie", body: Body = DEFAULT, constants: GoalieConstants = FIRST
-) -> PetriNet:
+    seen: tuple[Any, ...], attended: int = ATTENDED, name: str = "goalie", body: Body = DEFAULT, constants: GoalieConstants = FIRST,
+    reflexes: str = "hands", focus: bool = False,
+) -> PetriNet:  # fmt: skip
     """The goalie's net.
 
     Parameters
@@ -162,8 +172,12 @@ def goalie_net(
     body : Body
     constants : GoalieConstants
         Numbers of his behaviour, fitted to what he knows.
+    reflexes : str
+        Of `HANDS`.
+    focus : bool
+        He narrows his view to the ball (`watch_ball`).
     """
-    modules = {"eyes": watch_ball(body), "post": reposition(body), "save": catch_ball(body, constants), "away": clear(body)}
+    modules = {"eyes": watch_ball(body, focus), "post": reposition(body), "save": catch_ball(body, constants), "away": clear(body)}
     watch = tuple(
         ObjectPlace(f"watched_{k}", "Opponent", Selection("Opponent", best="opponent.danger", where="opponent.danger > 0", k=k))
         for k in range(1, attended + 1)
@@ -177,7 +191,7 @@ def goalie_net(
             Input("x", observes="self.x"), Input("y", observes="self.y"), Input("body", observes="self.body_deg"),
             Input("own_vx", observes="self.vx"), Input("own_vy", observes="self.vy"),
             Input("seen_distance", observes="ball.distance"), Input("ball_age", observes="ball.age"),
-            *kinematics(body, constants),
+            *kinematics(body, constants, reflexes),
         ),
         modules=modules,
         transitions=TRANSITIONS,
@@ -194,6 +208,16 @@ BALL = tuple(Belief(f"ball_{name}", variable=f"ball.{name}") for name in ("x", "
 BELIEVED = (*BALL, Belief("watched_x", variable="watched_1.x", value=FAR), Belief("watched_y", variable="watched_1.y"))
 """The ball, and the opponent nearest to it, as they are believed to be."""
 
+REFLEX = (
+    *(Belief(f"believed_{name}", variable=f"ball.{name}") for name in ("x", "y", "vx", "vy")),
+    Input("placed", observes="ball.placed"), Input("moving", observes="ball.moving"),
+    *(Input(f"read_{name}", observes=f"ball.{name}") for name in ("x", "y", "vx", "vy")),
+    *(Math(f"ball_{name}", f"read_{name} if placed else believed_{name}") for name in ("x", "y")),
+    *(Math(f"ball_{name}", f"read_{name} if moving else believed_{name}") for name in ("vx", "vy")),
+    Belief("watched_x", variable="watched_1.x", value=FAR), Belief("watched_y", variable="watched_1.y"),
+)  # fmt: skip
+"""As `BELIEVED`, with reflexes: in a cycle in which the ball is seen the net acts on that reading, whenever inference comes to it."""
+
 BALL_SEEN = tuple(
     Observe(f"ball.seen_{name}", f"ball.{name}", when=f"ball.{given}")
     for name, given in (("x", "placed"), ("y", "placed"), ("vx", "moving"), ("vy", "moving"))
@@ -202,7 +226,10 @@ BALL_SEEN = tuple(
 
 
 @functools.lru_cache(maxsize=64)
-def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> CPRM:
+def goalie_cprm(
+    opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST,
+    reflexes: str = "hands", focus: bool = False,
+) -> CPRM:  # fmt: skip
     """The goalie's net, his beliefs, and the links between them.
 
     Parameters
@@ -213,9 +240,23 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFA
         How many of them are watched at most.
     body : Body
     constants : GoalieConstants
+    reflexes : str
+        Which inputs act in the same cycle, before any inference: of `HANDS`. With ``eye`` at least one opponent has to be watched.
+    focus : bool
+        As for `goalie_net`.
+
+    Raises
+    ------
+    UnknownName
+        For other reflexes.
     """
+    if reflexes not in HANDS:
+        raise unknown_name("reflexes", reflexes, HANDS)
     names = [f"o{k}" for k in range(1, opponents + 1)]
     watched = min(attended, opponents)
+    if reflexes == "eye" and not watched:
+        raise ParameterError(f"goalie: reflexes 'eye' go with opponents who are watched; of {opponents} opponents {attended} are")
+    believed = REFLEX if reflexes == "eye" else BELIEVED
     seen = [
         Observe(f"{o}.seen_{percept}", f"{o}.{percept}", when=f"{o}.{given}")
         for o in names
@@ -224,7 +265,12 @@ def goalie_cprm(opponents: int = 11, attended: int = ATTENDED, body: Body = DEFA
     return CPRM(
         "goalie",
         net=goalie_net(
-            BELIEVED if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")), watched, body=body, constants=constants
+            believed if watched else (*BALL, Continuous("watched_x", FAR), Continuous("watched_y")),
+            watched,
+            body=body,
+            constants=constants,
+            reflexes=reflexes,
+            focus=focus,
         ),
         model=goalie_model(body),
         objects={"ball": "Ball", **dict.fromkeys(names, "Opponent")},
@@ -262,6 +308,7 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     percepts["self.x"], percepts["self.y"] = me[:, SelfFeature.X], me[:, SelfFeature.Y]
     percepts["self.vx"], percepts["self.vy"] = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
     percepts["self.body_deg"] = np.degrees(me[:, SelfFeature.BODY])
+    percepts["body.view_width"] = np.asarray(observation["body"][:, BodyFeature.VIEW_WIDTH], np.float64)
     mode = observation["body"][:, BodyFeature.PLAY_MODE]
     percepts["game.stopped"] = (mode != PlayMode.play_on).astype(np.float64)
     percepts["ball.seen"] = (fresh & (level[:, 0] > 0)).astype(np.float64)
@@ -318,13 +365,16 @@ class GoalieAgent(SoccerAgent):
         As for `goalie_cprm`.
     body : Body
     constants : GoalieConstants
+    reflexes, focus
+        As for `goalie_cprm`.
     """
 
     def __init__(
-        self, opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST, **options: Any
-    ) -> None:
+        self, opponents: int = 11, attended: int = ATTENDED, body: Body = DEFAULT, constants: GoalieConstants = FIRST,
+        reflexes: str = "hands", focus: bool = False, **options: Any,
+    ) -> None:  # fmt: skip
         super().__init__(
-            goalie_cprm(opponents, attended, body, constants),
+            goalie_cprm(opponents, attended, body, constants, reflexes, focus),
             lambda observation: goalie_percepts(observation, opponents),
             needs=("memory",),
             objects=(lambda observation: opponent_attributes(observation, opponents)) if min(attended, opponents) else None,
@@ -343,10 +393,11 @@ SECOND = Input("second_x", observes="second.x", value=FAR), Input("second_y", ob
 
 
 @functools.lru_cache(maxsize=64)
-def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> CPRM:
+def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST, focus: bool = False) -> CPRM:
     """The net alone, on what is reckoned instead of believed."""
     seen = (*RECKONED, *SECOND) if isinstance(constants, AttackedConstants) else RECKONED
-    return CPRM("goalie_memory", net=goalie_net(seen, attended=0, name="goalie_memory", body=body, constants=constants))
+    net = goalie_net(seen, attended=0, name="goalie_memory", body=body, constants=constants, focus=focus)
+    return CPRM("goalie_memory", net=net)
 
 
 class ReckoningGoalie(SoccerAgent):
@@ -357,10 +408,12 @@ class ReckoningGoalie(SoccerAgent):
     opponents : int
     body : Body
     constants : GoalieConstants
+    focus : bool
+        As for `goalie_net`.
     """
 
-    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> None:
-        super().__init__(reckoning_cprm(body, constants), self._read, needs=("memory",), body=body)
+    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: GoalieConstants = FIRST, focus: bool = False) -> None:
+        super().__init__(reckoning_cprm(body, constants, focus), self._read, needs=("memory",), body=body)
         self.opponents = opponents
 
     def _read(self, observation: Observation) -> Percepts:
@@ -386,6 +439,6 @@ GOALIE_NET = goalie_net(BELIEVED)
 """His net, with two opponents watched."""
 
 
-def make_controller(task: Task, agent: str) -> GoalieAgent:
-    """The goalie as a controller."""
-    return GoalieAgent(task.right if agent.startswith("left") else task.left, body=Body.of(task))
+def make_controller(task: Task, agent: str, **options: Any) -> GoalieAgent:
+    """The goalie as a controller; options are those of `GoalieAgent` and `CPRMRunner`."""
+    return GoalieAgent(task.right if agent.startswith("left") else task.left, body=Body.of(task), **options)

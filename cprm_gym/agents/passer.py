@@ -27,6 +27,7 @@ from ..architecture.petri import AnyPlace, Belief, Command, Continuous, Input, M
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
+from ..errors import ParameterError
 from ..lazy import made_on_use
 from ..simulator.pitch import HALF_LENGTH
 from .attacker import agent as attacker
@@ -290,11 +291,21 @@ class PasserAgent(SoccerAgent):
         super().__init__(cprm, percepts, needs=("memory",), objects=objects, body=body, **{"engine": ProjectionEngine(CLUSTERS), **options})
 
 
-def make_controller(task: Task, agent: str, recovering: bool = True) -> SoccerAgent:
-    """One of the pair as a controller; against opponents an attacker who decides anew with every kick (`attacker`)."""
+def make_controller(task: Task, agent: str, recovering: bool = True, **options: Any) -> SoccerAgent:
+    """One of the pair as a controller; against opponents an attacker who decides anew with every kick (`attacker`).
+
+    Options are those of `CPRMRunner`.
+
+    Raises
+    ------
+    ParameterError
+        For options of the attacker, who has no model.
+    """
     if task.right if agent.startswith("left") else task.left:
+        if options:
+            raise ParameterError(f"the agent of {task.name} has no model: there is no option {next(iter(options))!r}")
         return attacker.make_controller(task, agent)
-    return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task))
+    return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task), **options)
 
 
 if TYPE_CHECKING:

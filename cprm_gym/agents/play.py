@@ -9,6 +9,7 @@ import numpy as np
 
 from ..architecture.cprm import CPRM, CPRMRunner
 from ..architecture.cprm.runner import check_options
+from ..architecture.cprm.slow import Timing
 from ..envs.actions import NECK_SCALE, scaled
 from ..envs.controller import Action, Observation, no_action
 from ..errors import ControllerError
@@ -55,7 +56,7 @@ class SoccerAgent:
     ModelError
         When the model would be told a reading that may not have been given (`given`).
     ParameterError
-        For an option, or an engine, that there is not.
+        For an option, or an engine, that there is not, and a timing of inference that makes no sense.
     """
 
     def __init__(
@@ -70,6 +71,7 @@ class SoccerAgent:
     ) -> None:
         check_given(cprm, given)
         check_options(options, ("exclusive", "seed"))
+        Timing.of(cprm, **{name: options[name] for name in ("t_b", "latency", "demand") if name in options})
         self.cprm = cprm
         self.needs = tuple(needs)
         self.percepts = percepts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..architecture.cprm import CPRM, Observe
 from ..architecture.petri import PetriNet, Place, Transition
@@ -54,10 +54,10 @@ def seeker_cprm(body: Body) -> CPRM:
     )
 
 
-def make_controller(task: Task, agent: str) -> SoccerAgent:
-    """The seeker as a controller."""
+def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
+    """The seeker as a controller; options are those of `CPRMRunner`."""
     body = Body.of(task)
-    return SoccerAgent(seeker_cprm(body), ball_percepts, body=body)
+    return SoccerAgent(seeker_cprm(body), ball_percepts, body=body, **options)
 
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ..client.remote import server_place
 from ..envs.tasks import TASKS
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
-from .registry import controller_entries
+from .registry import controller_entries, split_options
 
 BLOCK = 125
 """Episodes played as one batch; a fixed number, so that results do not depend on the number of workers."""
@@ -45,7 +45,7 @@ class Plan:
             if not names:
                 raise ParameterError(f"{kind}s: none given; known are {', '.join(known)}")
             for i, name in enumerate(names):
-                if name not in known:
+                if (split_options(name)[0] if kind == "controller" else name) not in known:
                     raise unknown_name(kind, name, known)
                 if name in names[:i]:
                     raise ParameterError(f"{kind} {name!r} is named twice")

@@ -23,12 +23,16 @@ def join(
     coach: Annotated[bool, typer.Option("--coach", help="A coach chooses heterogeneous types.")] = False,
     coach_port: Annotated[int | None, typer.Option(help="Of the server's coaches.", show_default="the players' and 2")] = None,
     seed: Annotated[int, typer.Option(help="Of the controllers.")] = 0,
+    t_b: Annotated[
+        int | None, typer.Option(help="Of cprm: cycles from one inference to the next.", show_default="the model's slice")
+    ] = None,
+    latency: Annotated[int | None, typer.Option(help="Of cprm: cycles until an inference's result comes.", show_default="0")] = None,
     wait: Annotated[float, typer.Option(help="Seconds for which the server's answer is waited for.")] = 10.0,
 ) -> None:
     """Join a match on a server with controllers of ours."""
     import re
 
-    from ..benchmark.registry import load_controller
+    from ..benchmark.registry import load_controller, with_options
     from ..envs.tasks import make_task
     from .team import JoinedTeam
 
@@ -45,6 +49,7 @@ def join(
         raise CprmError(f"--players {count}: allowed are 1 to {most}, the players of {task}")
     if not 0 < wait < math.inf:
         raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
+    (controller,) = with_options([controller], t_b=t_b, latency=latency)
     going = True
 
     def end(*_: Any) -> None:

@@ -33,7 +33,7 @@ def test_every_demonstration_names_arms_and_senses_that_there_are():
 def test_all_play_with_the_same_numbers_where_nobody_was_tuned_for_the_senses():
     memory = GoalieConstants.tuned("memory").to_dict()
     for arm in ("memory", "tracker", "rule", "model"):
-        numbers = DEMONSTRATIONS["A"].numbers(arm).to_dict()
+        numbers = DEMONSTRATIONS["C .6"].numbers(arm).to_dict()
         assert {name: numbers[name] for name in memory} == memory
 
 
@@ -56,7 +56,7 @@ def test_differences_are_the_models_less_the_rivals_in_the_same_worlds():
 @pytest.mark.parametrize(
     ("difference", "low", "floor", "met"),
     [(0.1, 0.01, 9.0, True), (0.08, 0.01, 9.0, False), (0.1, -0.01, 9.0, False), (-0.005, -0.015, 0.0, True), (-0.012, -0.015, 0.0, False),
-     (0.0, -0.03, 0.0, False), (0.1, 0.05, None, None)],
+     (0.0, -0.03, 0.0, False), (0.1, 0.05, None, None), (-0.09, -0.11, -10.0, True), (-0.11, -0.12, -10.0, False)],
 )  # fmt: skip
 def test_a_floor_is_met_by_the_point_estimate_with_an_interval_beyond_0(difference, low, floor, met):
     assert Row("A", "rule", 100, 0.5, 0.4, 0.6, difference, low, 2 * difference - low, floor).met is met

@@ -60,10 +60,11 @@ def expecting(c: IntentionConstants) -> tuple[Math, ...]:
 
 
 @functools.lru_cache(maxsize=64)
-def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> CPRM:
+def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants(), focus: bool = False) -> CPRM:
     """The net on what is known and expected."""
     seen = (*INTENDED, *expecting(constants))
-    return CPRM("goalie_intention", net=goalie_net(seen, attended=0, name="goalie_intention", body=body, constants=constants))
+    net = goalie_net(seen, attended=0, name="goalie_intention", body=body, constants=constants, focus=focus)
+    return CPRM("goalie_intention", net=net)
 
 
 class IntentionGoalie(ReckoningGoalie):
@@ -74,10 +75,14 @@ class IntentionGoalie(ReckoningGoalie):
     opponents : int
     body : Body
     constants : IntentionConstants
+    focus : bool
+        As for `cprm_gym.agents.goalie.goalie_net`.
     """
 
-    def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants()) -> None:
-        SoccerAgent.__init__(self, intention_cprm(body, constants), self._read, needs=("memory",), body=body)
+    def __init__(
+        self, opponents: int = 11, body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants(), focus: bool = False
+    ) -> None:
+        SoccerAgent.__init__(self, intention_cprm(body, constants, focus), self._read, needs=("memory",), body=body)
         self.opponents = opponents
 
     def _read(self, observation: Observation) -> Percepts:

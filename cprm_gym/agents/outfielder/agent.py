@@ -285,12 +285,12 @@ _NUMBERS = range(1, 12)
 
 
 @of_body
-def outfielder_cprm(body: Body) -> CPRM:
-    """Net, beliefs, and the links between them."""
+def outfielder_cprm(body: Body, period: int = PERIOD) -> CPRM:
+    """Net, beliefs, and the links between them; `period` is of a slice, in cycles."""
     return CPRM(
         "outfielder",
         net=outfielder_net(body),
-        model=outfield_model(body),
+        model=outfield_model(body, period),
         objects={"ball": "Ball", **{f"t{k}": "Teammate" for k in _NUMBERS}, **{f"o{k}": "Opponent" for k in _NUMBERS}},
         observations=(
             Observe("ball.seen_x", "ball.x", when="ball.placed"), Observe("ball.seen_y", "ball.y", when="ball.placed"),
@@ -302,7 +302,7 @@ def outfielder_cprm(body: Body) -> CPRM:
             Cluster("attendedTeammate", ("receiver",)),
             Cluster("possessesOpponent", ("holder", "=ball")),
         ),
-        period=PERIOD,
+        period=period,
     )  # fmt: skip
 
 
@@ -310,12 +310,13 @@ class OutfieldAgent(SoccerAgent):
     """An outfield player as a controller; each copy may be another of the ten.
 
     He remembers whether the last look told how the ball moves: a slice of his model is longer than a cycle, so that it may take in a look
-    of the cycle before. Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle.
+    of the cycle before. Players with odd numbers begin a cycle later, so that of ten on one core half infer in every cycle. Where
+    inferences are an odd number of cycles apart (``t_b``), a slice is one cycle.
     """
 
     def __init__(self, body: Body = DEFAULT, **options: Any) -> None:
         super().__init__(
-            outfielder_cprm(body),
+            outfielder_cprm(body, 1 if isinstance(t_b := options.get("t_b"), int) and t_b % PERIOD else PERIOD),
             self._perceive,
             needs=("memory",),
             objects=lambda observation: outfield_attributes(observation, body),

@@ -5,23 +5,49 @@
     open & coming ------> [warn] --> open + ball_coming                 the output holds a token while the ball is coming
     ball_coming & not --> [calm]
     stop ---------------> [close] --> stopped
+    lid --> [narrow | widen] --> lid_moved --(one cycle)--> lid          where it is wanted, beside all of it
 
 The neck points where the ball is believed to be. If the last looks did not show it, the neck sweeps from side to side. The skill
 moves nothing but the neck, so it runs concurrently with skills that move the body.
+
+With `focus` the view is narrow, and there is a look in every cycle, while looks show the ball; a look that does not widens it again.
 """
 
 from __future__ import annotations
 
-from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ...architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ...simulator.state import ViewWidth
 from ..body import Body, number, of_body
 
 LOOKS = 4
 """Looks in a row without the ball after which the neck sweeps."""
 
 
+def _lid(focus: bool) -> tuple[tuple[AnyPlace, ...], tuple[Transition, ...]]:
+    """Places and transitions that change the width of the view; none without `focus`."""
+    if not focus:
+        return (), ()
+    places = (
+        Place("lid", capacity=1), Place("lid_moved", capacity=1), Input("width", observes="body.view_width"),
+        Continuous("narrow_width", float(ViewWidth.NARROW)), Continuous("normal_width", float(ViewWidth.NORMAL)),
+    )  # fmt: skip
+    transitions = (
+        Transition("narrow", ("lid",), ("lid_moved",), tests={"seen": 1, "width": int(ViewWidth.NORMAL)},
+                   emits=Command("change_view", width="narrow_width"), priority=3),
+        Transition("widen", ("lid",), ("lid_moved",), tests={"fresh": 1}, inhibitors={"seen": 1, "width": int(ViewWidth.NORMAL)},
+                   emits=Command("change_view", width="normal_width"), priority=3),
+        Transition("leave_lid", ("lid",), ("lid_moved",), priority=-1),
+        Transition("lift", ("lid_moved",), ("lid",), delay=1),
+    )  # fmt: skip
+    return places, transitions
+
+
 @of_body
-def watch_ball(body: Body) -> PetriNet:
+def watch_ball(body: Body, focus: bool = False) -> PetriNet:
     """The skill of a player as a module; it goes on until it is stopped."""
+    lid, lids = _lid(focus)
+    begun, shut = ("ongoing", "open", *(("lid",) if focus else ())), {"missed": 0, "ball_coming": 0}
+    shut |= {"lid": 0, "lid_moved": 0} if focus else {}
     return PetriNet(
         "watch_ball",
         ports=Ports(
@@ -35,12 +61,13 @@ def watch_ball(body: Body) -> PetriNet:
             Continuous("ball_direction"),  # degrees from the body, believed
             Continuous("coming"),  # 1 while the ball is a danger
             Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck_deg"),
+            *lid,
             Math("other_side", f"{number(body.server.minneckang)} if neck > 0 else {number(body.server.maxneckang)}"),
         ),
         transitions=(
-            Transition("start", ("begin",), ("ongoing", "open")),
-            Transition("close_open", ("stop", "ongoing", "open"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
-            Transition("close_moved", ("stop", "ongoing", "moved"), ("stopped",), sets={"missed": 0, "ball_coming": 0}, priority=9),
+            Transition("start", ("begin",), begun),
+            Transition("close_open", ("stop", "ongoing", "open"), ("stopped",), sets=shut, priority=9),
+            Transition("close_moved", ("stop", "ongoing", "moved"), ("stopped",), sets=shut, priority=9),
             Transition("ignore", ("stop",), inhibitors=("ongoing", "begin"), priority=8),
             # the output is up to date before anybody acts on it
             Transition("warn", ("open",), ("open", "ball_coming"), tests={"coming": 1}, inhibitors=("ball_coming",), priority=7),
@@ -55,6 +82,7 @@ def watch_ball(body: Body) -> PetriNet:
                        emits=Command("look", direction="ball_direction"), priority=2),
             Transition("wait", ("open",), ("moved",), priority=-1),
             Transition("blink", ("moved",), ("open",), delay=1),
+            *lids,
         ),
     )  # fmt: skip
 

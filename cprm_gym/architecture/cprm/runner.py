@@ -23,7 +23,8 @@ from ..prm.inference.filtering import POLICIES
 from ..prm.inference.links import Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
-from .separate import Holding, SeparateBeliefs, Told, separate_filters
+from .separate import Holding, Perceived, SeparateBeliefs, Told, separate_filters
+from .slow import SlowBeliefs, Timing, slow_banks, slow_separately
 from .value import CPRM, Observe, view_of
 
 Percepts = Mapping[str, NDArray[Any]]
@@ -114,6 +115,13 @@ class CPRMRunner:
         Engine of an occasional deep inference over the remembered readings (§2.3.3); `engine` is then the quick one.
     every : int
         Inferences from one deep one to the next.
+    t_b, latency, demand
+        When inferences begin and when their results come (`slow.Timing`): by default one ends each slice, at once.
+
+    Raises
+    ------
+    ParameterError
+        For a timing that makes no sense, or of a CPRM without a model.
     """
 
     def __init__(
@@ -129,9 +137,15 @@ class CPRMRunner:
         seed: int | None = None,
         deep: str | None = None,
         every: int = 50,
+        t_b: int | None = None,
+        latency: int = 0,
+        demand: str = "",
     ) -> None:
         self.cprm = cprm
         self.batch = batch
+        self.timing = Timing.of(cprm, t_b, latency, demand)
+        self.slow: SlowBeliefs[Any, Any] | None = None
+        """What waits for an inference, where not every slice is inferred at once."""
         compiled = compile_net(cprm.net)
         self._by_class = {c: tuple(o for o, k in cprm.objects.items() if k == c) for c in cprm.objects.values()}
         counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
@@ -145,6 +159,7 @@ class CPRMRunner:
         """The agents' beliefs one by one, for a CPRM that says what a bank does not take (`CPRM.separate`)."""
         self.withheld: frozenset[str] = frozenset()
         """Variables whose readings the model is not told, whatever is perceived of them: to see what it does without."""
+        at_once = self.timing.at_once(cprm.period)
         if cprm.model is not None:
             own = cprm.grounding()
             if grounding is None:
@@ -154,13 +169,19 @@ class CPRMRunner:
             if cprm.separate or deep is not None:
                 filters = separate_filters(grounding, batch, engine, deep, every, seed, on_impossible)
                 self.separate = SeparateBeliefs(cprm, grounding, filters)
+                if not at_once:
+                    self.slow = slow_separately(self.separate, self.timing, self._tell_each)
                 self._links_read = [(o, _formulas(o), Formula(o.when or "1")) for o in cprm.observations]
                 self._present = {name: Formula(text) for name, text in cprm.present.items()}
             else:
-                alike = not cprm.clusters and cprm.period == 1
+                alike = not cprm.clusters and cprm.period == 1 and at_once
                 self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
                 self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
                 self._sight_names = tuple(dict.fromkeys(s.name for s in self._sights))
+                if not at_once:
+                    other = FilterBank(grounding, batch, self.bank.settings.engine, on_impossible=on_impossible, seed=seed)
+                    self.slow = slow_banks(self.bank, other, self.timing, cprm.period)
+        self._demand = Formula(demand) if demand else None
         self._trace = trace
         self._percepts: Percepts = {}
         self._seen: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
@@ -184,6 +205,8 @@ class CPRMRunner:
             self.bank.reset(mask)
         if self.separate is not None:
             self.separate.reset(mask)
+        if self.slow is not None:
+            self.slow.reset(mask)
 
     # ------------------------------------------------------------------ the cycle
 
@@ -210,9 +233,11 @@ class CPRMRunner:
         inputs = {name: self._needed(percepts, name) for name in self.executor.input_names}
         self.executor.observe(inputs)
         due = self._cycle % self.cprm.period == 0
-        if self.bank is not None and due.any():
+        if self.slow is not None:
+            self._infer_slowly(self.slow, percepts)
+        elif self.bank is not None and due.any():
             self._infer(self.bank, percepts, due)
-        if self.separate is not None and due.any():
+        elif self.separate is not None and due.any():
             self._infer_each(self.separate, percepts, due)
         if objects is not None:
             self.executor.see(objects)
@@ -229,6 +254,10 @@ class CPRMRunner:
         """One slice of the model for the agents that are due: observations, relations, posterior, belief places."""
         self._in_force = self._links()
         bank.step(self._read(bank, percepts), self._in_force, due)
+        self.executor.believe(self._views(bank, due))
+
+    def _views(self, bank: FilterBank, agents: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
+        """The belief places: of some agents what their last step answers, of the others as they are."""
         values = {}
         for name, variable, view, default in self._beliefs:
             owner, _, attribute = variable.partition(".")
@@ -237,38 +266,60 @@ class CPRMRunner:
                 read = np.where(whom.index < 0, default, bank.view_of(view, whom, attribute))
             else:
                 read = bank.view(view, variable)
-            values[name] = read if due.all() else np.where(due, read, self.executor.read(name))
-        self.executor.believe(values)
+            values[name] = read if agents.all() else np.where(agents, read, self.executor.read(name))
+        return values
 
     def _infer_each(self, beliefs: SeparateBeliefs, percepts: Percepts, due: NDArray[np.bool_]) -> None:
         """As `_infer`, agent by agent."""
         self._in_force = self._links()
-        held = {name: self.executor.holds(name) for name in self._class_at}
-        told = []
-        for link, formulas, when in self._links_read:
-            shown = self._evaluate([when], percepts)[0] >= 0.5
-            told.append((link, self._evaluate(formulas, percepts), shown & (link.variable not in self.withheld)))
-        present = {name: self._evaluate([formula], percepts)[0] >= 0.5 for name, formula in self._present.items()}
-        agents = [int(k) for k in np.flatnonzero(due)]
-        holdings = {k: self._holding(held, k) for k in agents}
-        seen = {k: [_told(link, values[:, k], bool(shown[k])) for link, values, shown in told] for k in agents}
+        perceived = self._perceived(percepts)
         before = [f.state for f in beliefs.filters]
         try:
-            for k in agents:
-                there = [o for o in self.cprm.objects if o not in present or present[o][k]] if present else None
-                beliefs.step(k, seen[k], holdings[k], there)
+            self._tell_each(beliefs, perceived, due, False)
         except CprmError:
             for one, state in zip(beliefs.filters, before):
                 one.state = state
             raise
+        self.executor.believe(self._views_each(beliefs, due))
+
+    def _perceived(self, percepts: Percepts) -> Perceived:
+        """What is told of everything that is observed, whom the object places hold, and who there is."""
+        told = []
+        for link, formulas, when in self._links_read:
+            shown = self._evaluate([when], percepts)[0] >= 0.5
+            told.append((link, self._evaluate(formulas, percepts), shown & (link.variable not in self.withheld)))
         self._seen = [(link.variable, values[0], shown) for link, values, shown in told]
+        present = {name: self._evaluate([formula], percepts)[0] >= 0.5 for name, formula in self._present.items()}
+        return Perceived(told, {name: self.executor.holds(name) for name in self._class_at}, present)
+
+    def _tell_each(self, beliefs: SeparateBeliefs, perceived: Perceived, due: NDArray[np.bool_], blind: bool) -> None:
+        """One slice of each agent that is due; `blind`: with what is given alone."""
+        for k in np.flatnonzero(due).tolist():
+            seen = [_told(link, values[:, k], bool(shown[k])) for link, values, shown in perceived.told]
+            there = [o for o in self.cprm.objects if o not in perceived.present or perceived.present[o][k]] if perceived.present else None
+            beliefs.step(k, seen, self._holding(perceived.held, k), there, blind)
+
+    def _views_each(self, beliefs: SeparateBeliefs, agents: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
+        """As `_views`."""
+        held = {name: self.executor.holds(name) for name in self._class_at}
+        holdings = {k: self._holding(held, k) for k in np.flatnonzero(agents).tolist()}
         values = {}
         for name, variable, view, default in self._beliefs:
             read = self.executor.read(name).astype(np.float64)
-            for k in agents:
-                read[k] = beliefs.read(k, variable, view, holdings[k], default)
+            for k, holding in holdings.items():
+                read[k] = beliefs.read(k, variable, view, holding, default)
             values[name] = read
-        self.executor.believe(values)
+        return values
+
+    def _infer_slowly(self, slow: SlowBeliefs[Any, Any], percepts: Percepts) -> None:
+        """What is told waits for an inference; the belief places are of what the last one whose result has come says of now."""
+        self._in_force = self._links()
+        demanded = self._evaluate([self._demand], percepts)[0] >= 0.5 if self._demand else np.zeros(self.batch, bool)
+        if self.bank is not None:
+            record: Any = (self._read(self.bank, percepts), self._in_force)
+            slow.step(record, demanded, lambda bank, agents: self.executor.believe(self._views(bank, agents)))
+        else:
+            slow.step(self._perceived(percepts), demanded, lambda one, agents: self.executor.believe(self._views_each(one, agents)))
 
     def _holding(self, held: Mapping[str, NDArray[Any]], agent: int) -> Holding:
         """Whom an agent's object places hold, and which tuples its clusters make of them."""

@@ -16,6 +16,7 @@ from ..prm.grounding.grounding import Grounding
 from ..prm.grounding.slices import GroundSlice
 from ..prm.inference.deep_filter import DeepFilter
 from ..prm.inference.filter import Filter
+from ..prm.inference.filtering import begin
 from ..prm.inference.posterior import Posterior
 from ..prm.inference.views import View, probability_weights
 from ..prm.model.domains import Index
@@ -47,6 +48,17 @@ class Told(NamedTuple):
     likelihood: np.ndarray | None
 
 
+class Perceived(NamedTuple):
+    """What a batch of agents perceives in a cycle."""
+
+    told: Sequence[tuple[Observe, np.ndarray, np.ndarray]]
+    """Each observation: (n, W) values, and (W,) whether it is made."""
+    held: Mapping[str, np.ndarray]
+    """Object place -> (W,) index of whom it holds."""
+    present: Mapping[str, np.ndarray]
+    """Object -> (W,) whether it exists."""
+
+
 class SeparateBeliefs:
     """The beliefs of a batch of agents, each in a filter of its own.
 
@@ -70,7 +82,17 @@ class SeparateBeliefs:
             self.filters[k].reset()
             self.answers[k] = None
 
-    def step(self, agent: int, told: Sequence[Told], holding: Holding, objects: Sequence[str] | None) -> None:
+    def alike(self) -> SeparateBeliefs:
+        """Other beliefs of the same agents, at their beginning and without deep inference."""
+        filters = [Filter.of(one.settings, begin(one.settings, 1)) for one in self.filters]
+        return SeparateBeliefs(self.cprm, self.grounding, filters)
+
+    def take(self, other: SeparateBeliefs, agents: np.ndarray) -> None:
+        """Give agents, a (W,) bool array, what they believe in the other."""
+        for k in np.flatnonzero(agents).tolist():
+            self.filters[k].state, self.answers[k] = other.filters[k].state, other.answers[k]
+
+    def step(self, agent: int, told: Sequence[Told], holding: Holding, objects: Sequence[str] | None, blind: bool = False) -> None:
         """Go on by one slice with one agent.
 
         Parameters
@@ -81,21 +103,25 @@ class SeparateBeliefs:
         holding : Holding
         objects : sequence of str, optional
             That exist in this slice; default all.
+        blind : bool
+            Nothing is observed; what is given is.
         """
         one = self.filters[agent]
         there = set(self.grounding.objects if objects is None else objects)
         tuples = tuple(dict.fromkeys(t for t in holding.clusters if t is not None and set(parse_tuple(t)[1]) <= there))
         first = one.state.step == 0
         situation = self.grounding.situation(tuples, objects, None if first else one.state.relations)
-        evidence, soft = self._readings(told, holding, self.grounding.ground(situation, first=first))
+        evidence, soft = self._readings(told, holding, self.grounding.ground(situation, first=first), blind)
         self.answers[agent] = one.step(evidence, tuples, objects=objects, soft=soft)
 
-    def _readings(self, told: Sequence[Told], holding: Holding, ground: GroundSlice) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _readings(self, told: Sequence[Told], holding: Holding, ground: GroundSlice, blind: bool) -> tuple[dict[str, Any], dict[str, Any]]:
         evidence: dict[str, Any] = {}
         soft: dict[str, Any] = {}
         for link, value, likelihood in told:
             name = holding.variable(link.variable)
             if name is None or name not in ground.variables or (value is None and likelihood is None):
+                continue
+            if blind and name not in ground.given:
                 continue
             if likelihood is not None:
                 soft[name] = likelihood

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...agents.body import Body
-from ...agents.goalie import ReckoningGoalie
+from ...agents.goalie import GoalieAgent, ReckoningGoalie
 from ...agents.intention import IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
 from ...agents.knowledge.belief import BeliefTier
 from ...agents.knowledge.registry import make_tier
@@ -27,16 +27,20 @@ class Arm:
     Parameters
     ----------
     tier : str
-        Of knowledge; of an arm that expects shots the one beneath, ``tracker`` or ``belief``.
+        Of knowledge; of an arm that expects shots the one beneath, ``tracker`` or ``belief``; ``own`` for the goalie with the model of his
+        own (`GoalieAgent`).
     expects : str
         ``model``, ``rule`` or nothing.
     lesion : mapping of str to bool
         Options of `IntentionTier`.
+    options : mapping
+        Of the goalie: how he looks (``focus``); of one with a model of his own also ``reflexes``, ``t_b`` and ``latency``.
     """
 
     tier: str
     expects: str = ""
     lesion: Mapping[str, bool] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def constants(self) -> type[GoalieConstants]:
@@ -60,16 +64,21 @@ class Arm:
 
         def make(task: Task, agent: str) -> Informed:
             body, opponents = Body.of(task), task.right if agent.startswith("left") else task.left
+            if self.tier == "own":
+                return Informed(GoalieAgent(opponents, body=body, constants=constants, **self.options), make_tier("memory", task, agent))
             if not self.expects:
-                return Informed(ReckoningGoalie(opponents, body, constants), make_tier(self.tier, task, agent, senses))
+                return Informed(ReckoningGoalie(opponents, body, constants, **self.options), make_tier(self.tier, task, agent, senses))
             inner = BeliefTier(senses, body) if self.tier == "belief" else Tracker(senses, body)
             assert isinstance(constants, IntentionConstants)
             options: dict[str, Any] = {**self.lesion, "rule": Rule() if self.expects == "rule" else None}
-            return Informed(IntentionGoalie(opponents, body, constants), IntentionTier(inner, learned(play), opponents, **options))
+            return Informed(
+                IntentionGoalie(opponents, body, constants, **self.options), IntentionTier(inner, learned(play), opponents, **options)
+            )
 
         return make
 
 
+_EYES: Mapping[str, Any] = {"focus": True, "reflexes": "eye"}
 ARMS: dict[str, Arm] = {
     "memory": Arm("memory"),
     "tracker": Arm("tracker"),
@@ -81,5 +90,10 @@ ARMS: dict[str, Arm] = {
     "without possession": Arm("tracker", "model", {"possesses": False}),
     "without memory": Arm("tracker", "model", {"memory": False}),
     "state": Arm("state"),
+    "at once": Arm("own", options=_EYES),
+    "slow": Arm("own", options={**_EYES, "t_b": 5, "latency": 5}),
+    "slow, no reflexes": Arm("own", options={**_EYES, "t_b": 5, "latency": 5, "reflexes": "none"}),
+    "no model": Arm("frozen", options={"focus": True}),
 }  # fmt: skip
-"""Name -> who plays. ``rule`` is the hand rule "expect the shot", with the model's line."""
+"""Name -> who plays. ``rule`` is the hand rule "expect the shot", with the model's line; those from ``at once`` on have the goalie's own
+model, ``no model`` nothing but what the eye told last."""

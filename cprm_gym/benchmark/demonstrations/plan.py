@@ -36,7 +36,7 @@ class Demonstration:
     senses : str
         Of the suite ``knowledge``.
     floors : mapping of str to float
-        Rival -> least difference of the model, in points.
+        Rival -> least difference of the model, in points; below 0 how far he may fall behind.
     model : str
         The arm that is the model.
     task : str
@@ -89,6 +89,8 @@ DEMONSTRATIONS: dict[str, Demonstration] = {
     "C .6": Demonstration("six looks of ten are lost", "lost .6", _GAINS),
     "D": Demonstration("an eye with a clock of its own", "asynchronous", {"memory": 6.0, "tracker": 6.0, "rule": 0.0}, episodes=2000),
     "E": Demonstration("the server's own senses", "default", _GAINS),
+    "I": Demonstration("inference every five cycles, five cycles late", "default", {"at once": -10.0, "slow, no reflexes": 25.0},
+                       model="slow", more=("no model", "memory", "state"), episodes=2000),
 }  # fmt: skip
 """Name -> demonstration."""
 
@@ -181,7 +183,7 @@ class DemonstrationPlan:
         return plan
 
 
-COSTS = {"memory": 2.5, "tracker": 3.0, "rule": 3.5, "state": 2.5, "belief": 4.5}
+COSTS = {"slow": 15.0, "slow, no reflexes": 15.0, "at once": 8.0, "memory": 2.5, "tracker": 3.0, "rule": 3.5, "state": 2.5, "belief": 4.5}
 """CPU seconds of 1000 episodes, about; of the model's arms 5."""
 
 

@@ -33,12 +33,15 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """Whether the point estimate reaches the floor and the interval excludes 0; of a floor of 0: above -1, lower end above -2."""
+        """Whether the point estimate reaches the floor and the interval excludes 0.
+
+        Of a floor of 0: above -1, lower end above -2; of one below 0: not less than it.
+        """
         if self.floor is None or self.difference is None or self.difference_low is None:
             return None
         if self.floor == 0:
             return self.difference > -0.01 and self.difference_low > -0.02
-        return 100 * self.difference >= self.floor and self.difference_low > 0
+        return 100 * self.difference >= self.floor and (self.floor < 0 or self.difference_low > 0)
 
     def cells(self) -> list[str]:
         """As text."""

@@ -175,6 +175,18 @@ class FilterBank:
             renewed.append(cohort)
         self._settle(renewed)
 
+    def take(self, other: FilterBank, agents: NDArray[np.bool_]) -> None:
+        """Give agents, a (W,) bool array, the beliefs that they have in another bank of the same grounding, batch and engine."""
+        kept = [self._those(c, c.agents[~agents[c.agents]]) for c in self._cohorts if not agents[c.agents].all()]
+        taken = [other._those(c, c.agents[agents[c.agents]]) for c in other._cohorts if agents[c.agents].any()]
+        for mine, theirs in ((self.object_in, other.object_in), (self._place_of, other._place_of)):
+            for class_name in {*mine, *theirs}:
+                usual = np.broadcast_to(np.arange(len(self.members[class_name])), (self.batch, len(self.members[class_name])))
+                mine[class_name] = np.where(agents[:, None], theirs.get(class_name, usual), mine.get(class_name, usual))
+        for numbers, given in ((self.log_likelihood, other.log_likelihood), (self.impossible_count, other.impossible_count)):
+            numbers[agents] = given[agents]
+        self._settle([*kept, *taken])
+
     def _beginners(self, agents: Indices) -> _Cohort:
         """A cohort that has made no step."""
         return _Cohort(agents, filtering.begin(self.settings, len(agents)))
