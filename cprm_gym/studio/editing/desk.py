@@ -92,7 +92,7 @@ class Desk:
 
     def calls(self) -> dict[str, Callable[..., Any]]:
         """What a page can call."""
-        names = "list browse shipped open new ship read view apply undo redo expression save discard export check take_file"
+        names = "list browse shipped open new ship read view apply undo redo expression save discard export check take_file take_shipped"
         return {name: getattr(self, name) for name in names.split()} | {"close": self.close_document}
 
     # -- opening --------------------------------------------------------------------------------------------------------------------
@@ -178,6 +178,7 @@ class Desk:
         while source in taken:
             number += 1
             source = f"{NEW}{document.name}-{number}"
+        document.name = source.removeprefix(NEW)
         key = self._put(document, source)
         self.files.keep_draft(source, document, "")
         return self.read(key)
@@ -200,8 +201,19 @@ class Desk:
         net = Document("other", form).net
         if net is None:
             raise FormatError("there is no net in it")
-        op = {"op": "take", "definitions": net["definitions"], "layout": net.get("layout", {})}
-        return self.apply(id, op)
+        return self.apply(id, {"op": "take", "definitions": net["definitions"], "layout": net.get("layout", {})})
+
+    def take_shipped(self, id: str, name: str, embed: dict[str, Any]) -> dict[str, Any]:
+        """Bring a net that comes with the package into a document, and embed it, as one operation."""
+        net = shipped_net(name)
+        form = form_of(net)
+        known = (self._held(id).document.net or {"definitions": {}})["definitions"]
+        number, key = 1, name
+        while key in known and known[key] != form["definitions"][name]:  # as the operation `take` names it
+            number += 1
+            key = f"{name}_{number}"
+        ops = [{"op": "take", "definitions": form["definitions"]}, {**embed, "definition": key}]
+        return self.apply(id, {"op": "all", "ops": ops, "what": f"embed {name}"})
 
     def list(self) -> dict[str, Any]:
         """What is open, in short."""
