@@ -122,9 +122,13 @@ def benchmark(
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
     suite: Annotated[
         str | None,
-        typer.Option(help="A suite instead of tasks and controllers: knowledge (task x senses x tier), or demonstrations (--tasks A,E)."),
+        typer.Option(
+            help="A suite instead of tasks and controllers: chapter5 (nine experiments, one page), knowledge (task x senses x tier), "
+            "or demonstrations (--tasks A,E)."
+        ),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The suite's short form.")] = False,
+    only: Annotated[list[str] | None, typer.Option(help="Of the suite chapter5: an experiment; several times for more.")] = None,
     backend: Annotated[str | None, typer.Option(help="Play on a server, udp://host:port, instead of in process.")] = None,
     senses: Annotated[str | None, typer.Option(help="Of the suite: senses, separated by commas.", show_default="all")] = None,
     tiers: Annotated[str | None, typer.Option(help="Of the suite: tiers of knowledge, separated by commas.", show_default="all")] = None,
@@ -132,6 +136,17 @@ def benchmark(
     latency: Annotated[int | None, typer.Option(help=LATENCY, show_default="0")] = None,
 ) -> None:
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
+    if suite == "chapter5":
+        with said_plainly():
+            others = {"tasks": tasks, "controllers": controllers, "backend": backend, "senses": senses, "tiers": tiers}
+            for name, value in others.items():
+                if value is not None:
+                    raise CprmError(f"--{name} does not go with --suite chapter5; --only chooses experiments")
+            _chapter5(quick, tuple(only or ()), episodes, seed, output, resume, workers, timeout)
+        return
+    if only:
+        with said_plainly():
+            raise CprmError("--only goes with --suite chapter5")
     if suite is not None or quick or senses is not None or tiers is not None:
         with said_plainly():
             if backend is not None:
@@ -194,6 +209,33 @@ def benchmark(
         raise typer.Exit(1)
 
 
+def _chapter5(
+    quick: bool, only: tuple[str, ...], episodes: int | None, seed: int | None, output: Path, resume: Path | None, workers: int,
+    timeout: float,
+) -> None:  # fmt: skip
+    """Run the suite ``chapter5``."""
+    from rich.table import Table
+
+    from .benchmark.chapter5.claims import CLAIMS
+    from .benchmark.chapter5.command import Asked, benchmark
+
+    asked = Asked(quick, only, episodes, seed)
+    ended = benchmark(asked, resume, lambda: _new_folder(output), workers, timeout, complaints, _duration)
+    table = Table("claim", "verdict", "figure", box=None, padding=(0, 1))
+    for key, (verdict, figure) in ended.report.verdicts().items():
+        table.add_row(CLAIMS[key].says, verdict, figure)
+    console.print(table)
+    for who, error in ended.report.errors:
+        _complain(f"{who}: {error}")
+    for path in ended.written:
+        console.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    if ended.interrupted:
+        complaints.print(f"interrupted; go on with: {escape(ended.again)}", highlight=False, soft_wrap=True)
+        raise typer.Exit(130)
+    if ended.report.errors:
+        raise typer.Exit(1)
+
+
 def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, resume: Path | None) -> None:
     """Run the suite ``knowledge`` or ``demonstrations``."""
     from dataclasses import replace
@@ -210,7 +252,7 @@ def _suite(suite: str | None, quick: bool, given: dict[str, Any], output: Path, 
         "demonstrations": (demonstrations.DemonstrationPlan, demonstrations.play_block, demonstrations.summarise, demonstrated.HEAD),
     }
     if suite not in kinds:
-        raise unknown_name("suite", suite, list(kinds))
+        raise unknown_name("suite", suite, ["chapter5", *kinds])
     planned, play, summarise, head = kinds[suite]
     if suite == "demonstrations" and {"senses", "tiers"} & set(given):
         raise CprmError("--senses and --tiers are those of the suite knowledge; a demonstration has its own")

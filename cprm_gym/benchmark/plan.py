@@ -116,12 +116,16 @@ class BlockResult:
     decisions: int = 0
     played: int = 0
     """Cycles of worlds simulated."""
+    more: dict[str, Any] = field(default_factory=dict)
+    """What else was measured, in JSON's own types."""
 
     def to_json(self) -> str:
         """One line of ``episodes.jsonl``."""
         data = asdict(self)
         if not self.block.backend:
             del data["block"]["backend"]
+        if not self.more:
+            del data["more"]
         return json.dumps(data)
 
     @classmethod
@@ -137,6 +141,8 @@ class BlockResult:
             data = json.loads(line, parse_constant=_refuse)
         except RecursionError:
             raise ValueError("nested too deeply") from None
+        if isinstance(data, Mapping) and "more" not in data:
+            data = {**data, "more": {}}
         values = _entries(data, cls, "result")
         block = values["block"]
         if isinstance(block, Mapping) and "backend" not in block:  # of before there were backends
@@ -153,6 +159,8 @@ class BlockResult:
                 raise ValueError(f"{name} is {getattr(block, name)!r}, expected {kind.__name__}")
         if self.error is not None:
             raise ValueError("the block ended in an error")
+        if not isinstance(self.more, dict):
+            raise ValueError(f"more is {self.more!r}, expected an object")
         for name, kinds in (("success", (bool,)), ("cycles", (int,)), ("reward", (int, float))):
             values = getattr(self, name)
             if not isinstance(values, list) or len(values) != block.count:

@@ -29,8 +29,8 @@ from ..envs.core import SoccerCore, select_agents
 from ..envs.play import rehearse
 from ..envs.tasks import make_task
 from ..errors import ControllerError, CprmError, ParameterError
-from .journal import Journal
-from .plan import Block, BlockResult, Plan
+from .journal import Journal, Planned
+from .plan import Block, BlockResult
 from .registry import load_controller
 
 COMPILING = 600.0
@@ -165,18 +165,19 @@ def _of_agent(observation: dict[str, np.ndarray], agent: int) -> dict[str, np.nd
 
 
 def run(
-    plan: Plan,
+    plan: Planned,
     *,
     workers: int = 1,
     journal: Path | None = None,
     timeout: float = math.inf,
     on_result: Callable[[BlockResult, int, int], Any] | None = None,
+    play: Callable[[Block, float], BlockResult] | None = None,
 ) -> Iterator[BlockResult]:
     """Play all blocks of a plan that the journal does not hold yet.
 
     Parameters
     ----------
-    plan : Plan
+    plan : Planned
     workers : int
         Processes; 1 plays in this process.
     journal : Path, optional
@@ -185,6 +186,8 @@ def run(
         Seconds that one decision may take; longer is an error of the controller.
     on_result : callable, optional
         Called with (result, done, total) after every block.
+    play : callable, optional
+        How a block is played, (block, timeout) -> result, if not by `play_block`; a function of a module, so that workers find it.
 
     Yields
     ------
@@ -209,7 +212,7 @@ def run(
         finished = {} if kept is None else kept.read()
         todo = [block for block in blocks if block not in finished]
         known = (finished[block] for block in blocks if block in finished)
-        for done, result in enumerate(chain(known, _play_all(todo, workers, timeout)), 1):
+        for done, result in enumerate(chain(known, _play_all(todo, workers, timeout, play or play_block)), 1):
             if kept is not None and result.error is None and result.block not in finished:
                 kept.append(result)
             if on_result:
@@ -223,17 +226,17 @@ def check_workers(workers: int) -> None:
         raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
 
 
-def _play_all(blocks: Sequence[Block], workers: int, timeout: float) -> Iterator[BlockResult]:
+def _play_all(blocks: Sequence[Block], workers: int, timeout: float, play: Callable[[Block, float], BlockResult]) -> Iterator[BlockResult]:
     if workers == 1 or len(blocks) < 2:
         for block in blocks:
-            yield play_block(block, timeout)
+            yield play(block, timeout)
         return
     # fresh processes: threads and compiled code of this one are not copied into them
     pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
     before = set(multiprocessing.active_children())
     try:
         with _deaf_to_interrupts():
-            pending: set[Future[BlockResult]] = {pool.submit(play_block, b, timeout) for b in blocks}
+            pending: set[Future[BlockResult]] = {pool.submit(play, b, timeout) for b in blocks}
         while pending:
             ready, pending = wait(pending, return_when=FIRST_COMPLETED)
             for future in ready:

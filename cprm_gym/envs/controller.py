@@ -65,7 +65,7 @@ def no_action(worlds: int) -> Action:
 
 
 def check_action(name: str, action: Any, worlds: int) -> Action:
-    """The action of a controller, if it has the shapes that were promised.
+    """The action of a controller, if it has the shapes that were promised and holds finite numbers.
 
     Raises
     ------
@@ -80,7 +80,14 @@ def check_action(name: str, action: Any, worlds: int) -> Action:
             raise ControllerError(f"controller {name!r}: act returned no {key!r}; expected {', '.join(expected)}")
         if np.shape(action[key]) != value.shape:
             raise ControllerError(f"controller {name!r}: {key!r} has shape {np.shape(action[key])}, expected {value.shape}")
+        if not np.isfinite(action[key]).all():
+            raise ControllerError(f"controller {name!r}: {key!r} holds what is no finite number, in world {_first_bad(action[key])}")
     return action
+
+
+def _first_bad(values: Any) -> int:
+    """The first world whose entries are not all finite."""
+    return int(np.argwhere(~np.isfinite(values))[0][0])
 
 
 class Predict:

@@ -284,6 +284,7 @@ class Disturber:
     def __init__(self, core: SoccerCore, disturbance: Disturbance, seed: int = 0) -> None:
         self.core = core
         self.disturbance = disturbance
+        self._seed = seed
         first = core.sim.first_world
         self._streams = [np.random.default_rng(np.random.SeedSequence([seed, first + k])) for k in range(core.worlds)]
         self.struck = np.full(core.worlds, -1, np.int64)
@@ -293,10 +294,21 @@ class Disturber:
         core.see_changes.append(self._blur)
         self.reset()
 
-    def reset(self, worlds: np.ndarray | None = None) -> None:
-        """Draw anew for the worlds that begin an episode, (W,) bool or (n,) int; all if not given."""
+    def reset(self, worlds: np.ndarray | None = None, numbers: np.ndarray | None = None) -> None:
+        """Draw anew for the worlds that begin an episode.
+
+        Parameters
+        ----------
+        worlds : (W,) bool or (n,) int array, optional
+            All if not given.
+        numbers : (n,) int array, optional
+            They become worlds of these numbers, in their first episode.
+        """
         chosen = np.arange(self.core.worlds) if worlds is None else np.asarray(worlds)
         chosen = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
+        if numbers is not None:
+            for k, number in zip(chosen, numbers):
+                self._streams[k] = np.random.default_rng(np.random.SeedSequence([self._seed, int(number)]))
         for k in chosen:
             self._draws[k] = self._streams[k].random(DRAWS)
             self._due[k] = self._streams[k].integers(self.disturbance.first, self.disturbance.last + 1)

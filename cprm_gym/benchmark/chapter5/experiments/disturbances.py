@@ -1,0 +1,95 @@
+"""Experiment 3: something goes wrong once in each episode."""
+
+from __future__ import annotations
+
+from ....wrappers.disturbances import DISTURBANCES
+from ..cells import Cell, Size, Wanted
+from ..comparisons import Comparison, compare
+from ..conditions import DEFAULT
+from ..players import BARE, STRUCTURES, WATCHED, plays
+from ..report.pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, numbers, percent
+from ..results import Results, median
+
+TITLE = "Something goes wrong"
+QUESTION = "Who gets over it, and is more needed than to begin anew?"
+TASKS = ("KickOffShot", "PassAndAdvance", "Goalie")
+"""The three demonstrations."""
+QUICK_CONDITIONS = (DEFAULT, "ball displaced", "blind spell")
+QUICK_PLAYERS = ("cprm", "fsm", "code", BARE, BARE + WATCHED)
+
+
+def _conditions(size: Size) -> tuple[str, ...]:
+    return (DEFAULT, *DISTURBANCES) if size.full else QUICK_CONDITIONS
+
+
+def _tasks(size: Size) -> tuple[str, ...]:
+    return TASKS if size.full else TASKS[:1]
+
+
+def _players(task: str, size: Size) -> list[str]:
+    names = (*STRUCTURES, BARE, BARE + WATCHED) if size.full else QUICK_PLAYERS
+    return [name for name in names if plays(name, task)]
+
+
+def wanted(size: Size) -> list[Wanted]:
+    """Demonstrations x disturbances x structures, and the net without recovery, alone and watched."""
+    return [
+        Wanted(Cell(task, where, player), size.curve)
+        for task in _tasks(size) for where in _conditions(size) for player in _players(task, size)
+    ]  # fmt: skip
+
+
+def tell(results: Results, size: Size) -> Told:
+    """Success, who has the ball again, and after how many cycles."""
+    rows, panels, pairs = [], [], []
+    for task in _tasks(size):
+        for where in _conditions(size):
+            bars = []
+            for player in _players(task, size):
+                found = results.played(task, where, player)
+                if found is None:
+                    continue
+                again, cycles = "-", "-"
+                if where != DEFAULT:
+                    struck = [a for s, a in zip(found.more["struck"], found.more["again"]) if s]
+                    again = f"{sum(a is not None for a in struck)} of {len(struck)}"
+                    middle = median(struck)
+                    cycles = "-" if middle is None else f"{middle:.0f}"
+                rows.append((task, where, player, str(found.n), percent(found.rate()), again, cycles))
+                bars.append((player, *found.percents()))
+                if player != "cprm":
+                    pair = results.pair(task, where, "cprm", player)
+                    pairs += [pair] if pair is not None else []
+            if bars:
+                panels.append(Dots(f"{task}: {'undisturbed' if where == DEFAULT else where}", tuple(bars)))
+    comparisons = compare(pairs)
+    head = ("task", "disturbance", "player", "n", "success %, Wilson 95 %", "had the ball again", "median cycles until then")
+    notes = (
+        "The strike of an episode is the same for all players. Had the ball again: kicked or caught it after the "
+        "disturbance was over, of the "
+        f"episodes that were struck before their end. {BARE} is the primary sequence alone; watched, it begins anew "
+        f"where its body has done "
+        "nothing for 60 cycles. The goalie has no parts for recovery that could be taken away.",
+    )
+    return Told("disturbances", TITLE, QUESTION, (Table("Success and recovery", head, tuple(rows)),), tuple(panels), tuple(comparisons),
+                _findings(comparisons), notes)  # fmt: skip
+
+
+def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
+    watched = [c for c in comparisons if c.second == BARE + WATCHED and c.condition != DEFAULT]
+    others = [c for c in comparisons if c.second in STRUCTURES and c.condition != DEFAULT]
+    if not watched:
+        return ()
+    ahead, behind = [c for c in watched if c.better == c.first], [c for c in watched if c.better == c.second]
+    verdict = FAILS if not ahead else HOLDS if len(ahead) == len(watched) and not behind else IN_PART
+    least, most = min(watched, key=lambda c: c.difference), max(watched, key=lambda c: c.difference)
+    text = (
+        f"Against the same sequence with a watchdog, recovery is ahead in {len(ahead)} of {len(watched)} disturbances and behind in "
+        f"{len(behind)}: from {numbers(least)} ({least.task}, {least.condition}) to {numbers(most)} ({most.task}, {most.condition})."
+    )
+    if others:
+        won, lost = sum(c.better == c.first for c in others), sum(c.better == c.second for c in others)
+        text += (
+            f" Against the other structures, which recover by their own rules, it is ahead in {won} and behind in {lost} of {len(others)}."
+        )
+    return (Finding("recovery", verdict, text),)

@@ -1,0 +1,107 @@
+"""Experiment 2: how much the senses take, and from where on inference gives it back."""
+
+from __future__ import annotations
+
+from ..cells import Cell, Size, Wanted
+from ..comparisons import Comparison, compare
+from ..conditions import DEFAULT, DELAYS, LOST, NOISES, VIEWS
+from ..players import NET, ON, TIERS_SHOWN
+from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, listed, numbers, percent
+from ..results import Results
+
+TITLE = "Worse senses, better knowledge"
+QUESTION = "From where on does it pay to infer what is not seen, and how much of the loss comes back?"
+TASKS = ("Goalie", "LostAndFound")
+INFERRING = ("tracker", "belief")
+RIVAL = "memory"
+AXES: dict[str, tuple[tuple[float, str], ...]] = {
+    "noise, multiples of (15 %, 8 deg)": ((0.0, DEFAULT), *((n, f"noise {n:g}") for n in NOISES)),
+    "share of looks that are lost": ((0.0, DEFAULT), *((n, f"lost {n:g}") for n in LOST)),
+    "cycles by which all news is late": ((0.0, DEFAULT), *((float(n), f"late {n}") for n in DELAYS)),
+    "view cone, degrees": ((60.0, f"view {VIEWS[0]}"), (120.0, DEFAULT), (180.0, f"view {VIEWS[1]}")),
+}
+"""Axis -> (place, condition)."""
+QUICK_AXES = {name: AXES[name][:4] for name in list(AXES)[:1]}
+
+
+def _axes(size: Size) -> dict[str, tuple[tuple[float, str], ...]]:
+    return AXES if size.full else QUICK_AXES
+
+
+def _tasks(size: Size) -> tuple[str, ...]:
+    return TASKS if size.full else TASKS[:1]
+
+
+def _conditions(size: Size) -> list[str]:
+    return list(dict.fromkeys(where for axis in _axes(size).values() for _, where in axis))
+
+
+def wanted(size: Size) -> list[Wanted]:
+    """Tasks x senses x tiers, the same net."""
+    return [
+        Wanted(Cell(task, where, f"{NET}{ON}{tier}"), size.curve)
+        for task in _tasks(size) for where in _conditions(size) for tier in TIERS_SHOWN
+    ]  # fmt: skip
+
+
+def tell(results: Results, size: Size) -> Told:
+    """Curves over tiers, and where inference is ahead of dead reckoning."""
+    panels, rows, pairs = [], [], []
+    for task in _tasks(size):
+        for axis, places in _axes(size).items():
+            series = []
+            for tier in TIERS_SHOWN:
+                points = []
+                for x, where in places:
+                    found = results.played(task, where, f"{NET}{ON}{tier}")
+                    if found is not None:
+                        points.append(Point(x, *found.percents()))
+                series += [Series(tier, tuple(points))] if points else []
+            if series:
+                panels.append(Curves(f"{task}: {axis.split(',')[0]}", tuple(series), tuple((x, f"{x:g}") for x, _ in places), axis))
+        for where in _conditions(size):
+            cells = [results.played(task, where, f"{NET}{ON}{tier}") for tier in TIERS_SHOWN]
+            if any(cell is not None for cell in cells):
+                n = max(cell.n for cell in cells if cell is not None)
+                rows.append((task, where, str(n), *("-" if cell is None else percent(cell.rate()) for cell in cells)))
+            for tier in INFERRING:
+                pair = results.pair(task, where, f"{NET}{ON}{tier}", f"{NET}{ON}{RIVAL}")
+                pairs += [pair] if pair is not None else []
+    comparisons = compare(pairs)
+    head = ("task", "senses", "n", *(f"{tier} %" for tier in TIERS_SHOWN))
+    notes = (
+        "One net with one set of numbers for each tier (those of its study, else those of memory): only what it knows "
+        "differs. frozen carries "
+        "nothing on, memory is the environment's dead reckoning, tracker a Kalman filter, belief the relational model "
+        "of real numbers; state "
+        "is an oracle that knows the truth.",
+    )
+    return Told("senses", TITLE, QUESTION, (Table("Success by tier", head, tuple(rows)),), tuple(panels), tuple(comparisons),
+                _findings(comparisons), notes)  # fmt: skip
+
+
+def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
+    if not comparisons:
+        return ()
+    ahead = [c for c in comparisons if c.better == c.first]
+    behind = [c for c in comparisons if c.better == c.second]
+    verdict = HOLDS if ahead and not behind else IN_PART if ahead else FAILS
+    parts = []
+    for task in dict.fromkeys(c.task for c in comparisons):
+        noisy = [c for c in ahead if c.task == task and c.condition.startswith("noise")]
+        first = min((float(c.condition.split()[1]) for c in noisy), default=None)
+        where = list(dict.fromkeys(c.condition for c in ahead if c.task == task))
+        if where:
+            parts.append(
+                f"in {task} it is ahead of dead reckoning under {listed(where)}" + (f", so from noise {first:g} on" if first else "")
+            )
+        else:
+            parts.append(f"in {task} nowhere decidedly")
+    best = max(comparisons, key=lambda c: c.difference)
+    text = "Inference (tracker or belief): " + "; ".join(parts) + f". Most: {best.first} in {best.task}, {best.condition}, {numbers(best)}."
+    if behind:
+        worst = min(behind, key=lambda c: c.difference)
+        text += (
+            f" Behind it in {len(behind)} of {len(comparisons)}, worst {worst.first} in {worst.task}, {worst.condition}, {numbers(worst)}."
+        )
+    return (Finding("inference", verdict, text),)

@@ -1,0 +1,102 @@
+"""Experiment 4: inference that is slow, with reflexes and without."""
+
+from __future__ import annotations
+
+from ..cells import Cell, Size, Wanted
+from ..comparisons import Comparison, compare
+from ..conditions import DEFAULT, LATENCIES, PERIODS
+from ..players import LATE, NET, ON, REFLEXES
+from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
+from ..results import Played, Results, median
+
+TITLE = "Slow inference"
+QUESTION = "What is left of an agent whose inference takes time, and what do reflexes save?"
+TASK = "Goalie"
+WITHOUT, WITH, REGIONS = f"{NET}{ON}belief{LATE}", f"{NET}{ON}belief{REFLEXES}", f"belief_region{ON}belief{LATE}"
+PLAYERS = (WITH, WITHOUT, REGIONS)
+AXES: dict[str, tuple[tuple[float, str], ...]] = {
+    "latency: cycles until a result is there": ((0.0, DEFAULT), *((float(n), f"inference {n} late") for n in LATENCIES)),
+    "t_B: cycles from one inference to the next": ((1.0, DEFAULT), *((float(n), f"inference every {n}") for n in PERIODS)),
+}
+
+
+def _axes(size: Size) -> dict[str, tuple[tuple[float, str], ...]]:
+    return AXES if size.full else {name: axis[:3] for name, axis in list(AXES.items())[:1]}
+
+
+def _conditions(size: Size) -> list[str]:
+    return list(dict.fromkeys(where for axis in _axes(size).values() for _, where in axis))
+
+
+def wanted(size: Size) -> list[Wanted]:
+    """The goalie's net and his belief regions under both kinds of slowness."""
+    return [Wanted(Cell(TASK, where, player), size.curve) for where in _conditions(size) for player in PLAYERS]
+
+
+def _answer(found: Played) -> tuple[float | None, int, int]:
+    """Median cycles to the first answer, answers, events."""
+    asked = [a for s, a in zip(found.more["asked"], found.more["answer"]) if s]
+    return median(asked), sum(a is not None for a in asked), len(asked)
+
+
+def tell(results: Results, size: Size) -> Told:
+    """Success and cycles to the first answer."""
+    panels, rows, pairs = [], [], []
+    for axis, places in _axes(size).items():
+        success, speed = [], []
+        for player in PLAYERS:
+            rates, times = [], []
+            for x, where in places:
+                found = results.played(TASK, where, player)
+                if found is None:
+                    continue
+                rates.append(Point(x, *found.percents()))
+                middle = _answer(found)[0]
+                times += [Point(x, middle, middle, middle)] if middle is not None else []
+            success += [Series(player, tuple(rates))] if rates else []
+            speed += [Series(player, tuple(times))] if times else []
+        ticks = tuple((x, f"{x:g}") for x, _ in places)
+        if success:
+            name = axis.split(":")[0]
+            panels.append(Curves(f"{TASK}: {name}, success", tuple(success), ticks, axis))
+            panels.append(Curves(f"{TASK}: {name}, cycles from a shot to the first answer", tuple(speed), ticks, axis, "cycles, median"))
+    for where in _conditions(size):
+        for player in PLAYERS:
+            found = results.played(TASK, where, player)
+            if found is None:
+                continue
+            middle, answered, asked = _answer(found)
+            rows.append(
+                (where, player, str(found.n), percent(found.rate()), "-" if middle is None else f"{middle:.0f}", f"{answered} of {asked}")
+            )
+        for other in (WITHOUT, REGIONS):
+            pair = results.pair(TASK, where, WITH, other)
+            pairs += [pair] if pair is not None else []
+    comparisons = compare(pairs)
+    head = ("inference", "player", "n", "success %, Wilson 95 %", "median cycles from a shot to the first answer", "shots answered")
+    notes = (
+        "all late: everything that he decides from is inferred, and is as old as the inference. reflexes: his own "
+        "place, and the ball where he "
+        "sees it, are those of this cycle; the rest is late. A late result is taken as it is, not rolled forward to now, and both have the "
+        "numbers tuned for knowledge that is not late. An answer is the first cycle after which he moves towards the "
+        "ball's way or stands in it.",
+    )
+    return Told("slow", TITLE, QUESTION, (Table("Success and answers", head, tuple(rows)),), tuple(panels), tuple(comparisons),
+                _findings(results, comparisons), notes)  # fmt: skip
+
+
+def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding, ...]:
+    slow = [c for c in comparisons if c.condition != DEFAULT and c.second == WITHOUT]
+    if not slow:
+        return ()
+    ahead = [c for c in slow if c.better == c.first]
+    verdict = HOLDS if len(ahead) == len(slow) else IN_PART if ahead else FAILS
+    most = max(slow, key=lambda c: c.difference)
+    pair = [results.played(TASK, most.condition, player) for player in (WITH, WITHOUT)]
+    times = ["-" if found is None else f"{_answer(found)[0]:g}" if _answer(found)[0] is not None else "never" for found in pair]
+    text = (
+        f"Reflexes are ahead in {len(ahead)} of {len(slow)} kinds of slowness; most under {most.condition}: "
+        f"{numbers(most)}; there the first answer "
+        f"takes {times[0]} cycles instead of {times[1]} (medians)."
+    )
+    return (Finding("slow", verdict, text),)

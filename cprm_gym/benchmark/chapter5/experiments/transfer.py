@@ -1,0 +1,91 @@
+"""Experiment 8: worlds for which nobody was tuned or trained."""
+
+from __future__ import annotations
+
+from ..cells import Cell, Size, Wanted
+from ..comparisons import Comparison, compare
+from ..conditions import DEFAULT, shifts_of
+from ..players import NET, STRUCTURES, UNTUNED, plays
+from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
+from ..results import Results
+
+TITLE = "Other worlds"
+QUESTION = "What is left of each where ball, players, starts or opponents differ?"
+TASKS = ("Goalie", "Goalie2v1", "GoToBall", "LostAndFound")
+QUICK_PLAYERS = (NET, UNTUNED, "fsm", "code")
+
+
+def _tasks(size: Size) -> tuple[str, ...]:
+    return TASKS if size.full else TASKS[:1]
+
+
+def _players(task: str, size: Size) -> list[str]:
+    names = ("cprm", NET, UNTUNED, *STRUCTURES[1:], "scripted") if size.full else QUICK_PLAYERS
+    return [name for name in names if plays(name, task)]
+
+
+def _conditions(task: str, size: Size) -> list[str]:
+    shifts = shifts_of(task)
+    return [DEFAULT, *(shifts if size.full else shifts[:2])]
+
+
+def wanted(size: Size) -> list[Wanted]:
+    """Tasks x shifts x players."""
+    return [
+        Wanted(Cell(task, where, player), size.curve)
+        for task in _tasks(size) for where in _conditions(task, size) for player in _players(task, size)
+    ]  # fmt: skip
+
+
+def tell(results: Results, size: Size) -> Told:
+    """Success in each world, and whether what is ahead at home is ahead there."""
+    rows, panels, pairs = [], [], []
+    for task in _tasks(size):
+        conditions, series = _conditions(task, size), []
+        for player in _players(task, size):
+            points = []
+            for x, where in enumerate(conditions):
+                found = results.played(task, where, player)
+                if found is None:
+                    continue
+                rows.append((task, where, player, str(found.n), percent(found.rate())))
+                points.append(Point(float(x), *found.percents()))
+                for own in (NET, "cprm"):
+                    if player not in ("cprm", NET) and own in _players(task, size):
+                        pair = results.pair(task, where, own, player)
+                        pairs += [pair] if pair is not None else []
+            series += [Series(player, tuple(points))] if points else []
+        if series:
+            ticks = tuple((float(x), "as it is" if where == DEFAULT else where) for x, where in enumerate(conditions))
+            panels.append(Curves(task, tuple(series), ticks, ""))
+    comparisons = compare(pairs)
+    notes = (
+        f"{UNTUNED} has the numbers set by hand, {NET} those tuned on the standard task; all other structures have the "
+        f"net's. Learners: none "
+        "ships with a trained policy, so none is shown. Each knows the parameters of its server, as the server tells them to its players.",
+    )
+    head = ("task", "world", "player", "n", "success %, Wilson 95 %")
+    return Told("transfer", TITLE, QUESTION, (Table("Success", head, tuple(rows)),), tuple(panels), tuple(comparisons),
+                _findings(comparisons), notes)  # fmt: skip
+
+
+def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
+    signs = {(c.task, c.condition, c.first, c.second): (c.better == c.first) - (c.better == c.second) for c in comparisons}
+    turned, kept = [], 0
+    for (task, where, first, second), sign in signs.items():
+        home = signs.get((task, DEFAULT, first, second))
+        if where == DEFAULT or home is None:
+            continue
+        kept += home * sign >= 0
+        turned += [f"{first} against {second} in {task}, {where}"] if home * sign < 0 else []
+    tuned = [c for c in comparisons if c.second == UNTUNED and c.first == NET and c.condition != DEFAULT]
+    if not kept and not turned:
+        return ()
+    verdict = HOLDS if not turned else IN_PART if kept else FAILS
+    text = f"Of {kept + len(turned)} comparisons in other worlds {len(turned)} are decided the other way than at home."
+    if tuned:
+        ahead, behind = sum(c.better == c.first for c in tuned), sum(c.better == c.second for c in tuned)
+        least = min(tuned, key=lambda c: c.difference)
+        text += (f" Numbers tuned at home are ahead of those set by hand in {ahead} and behind in {behind} of {len(tuned)}; at the least "
+                 f"{numbers(least)} ({least.task}, {least.condition}).")  # fmt: skip
+    return (Finding("transfer", verdict, text),)

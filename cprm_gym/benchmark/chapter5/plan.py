@@ -1,0 +1,124 @@
+"""What the suite is to measure, how long that takes, and the folder that it is kept in."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ...agents.knowledge.players import PLAYERS
+from ...errors import CprmError, ParameterError, unknown_name
+from ...files import write_atomically
+from ..plan import Block
+from .cells import FACT, FULL, QUICK, Cell, Size, Wanted, blocks_of
+from .experiments import EXPERIMENTS
+from .facts import ANALYSIS, CONCURRENCY
+
+SUITE = "chapter5"
+SECONDS = {"PassAndAdvance": 35.0, "PassAndAdvance2v1": 35.0, "PassAndAdvance2v2": 40.0, "PassAndAdvance2v3": 45.0, "KickOffShot": 8.0,
+           "KickOffShot2v2": 25.0, "Goalie": 4.0, "Goalie2v1": 7.0, "Goalie3v2": 9.0}  # fmt: skip
+"""CPU time of 1000 episodes, about; of other tasks `OTHER`."""
+OTHER = 3.0
+DEARER = {"belief": 3.0, "cprm": 3.0, "belief_region": 3.0, "tracker": 1.5}
+"""By what a player's name holds: how much dearer than the cheap ones."""
+FACT_SECONDS = {ANALYSIS: 30.0, CONCURRENCY: 5.0}
+
+
+@dataclass(frozen=True)
+class Chapter5Plan:
+    """What is measured.
+
+    Parameters
+    ----------
+    experiments : tuple of str
+        Names of `EXPERIMENTS`.
+    size : Size
+    seed : int
+
+    Raises
+    ------
+    UnknownName
+        For an experiment that there is not; the message lists those that there are.
+    ParameterError
+        For none, one named twice, or numbers that make no sense.
+    """
+
+    experiments: tuple[str, ...] = tuple(EXPERIMENTS)
+    size: Size = FULL
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.experiments:
+            raise ParameterError(f"experiments: none given; known are {', '.join(EXPERIMENTS)}")
+        for k, name in enumerate(self.experiments):
+            if name not in EXPERIMENTS:
+                raise unknown_name("experiment", str(name), list(EXPERIMENTS))
+            if name in self.experiments[:k]:
+                raise ParameterError(f"experiment {name!r} is named twice")
+        for number, value, least in (("episodes", self.size.table, 2), ("episodes", self.size.curve, 2), ("seed", self.seed, 0)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise ParameterError(f"{number}: {value!r} given, a whole number of at least {least} is needed")
+
+    @classmethod
+    def quick(cls) -> Chapter5Plan:
+        """All nine in small: two minutes or three."""
+        return cls(size=QUICK)
+
+    def at_most(self, episodes: int) -> Chapter5Plan:
+        """The same with at most so many episodes in a cell."""
+        size = self.size
+        return replace(self, size=replace(size, table=min(size.table, episodes), curve=min(size.curve, episodes)))
+
+    def wanted(self) -> list[Wanted]:
+        """What all experiments ask for."""
+        return [one for name in self.experiments for one in EXPERIMENTS[name].wanted(self.size)]
+
+    def blocks(self) -> list[Block]:
+        """All blocks; a cell that several experiments ask for stands there once."""
+        return blocks_of(self.wanted(), self.seed)
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of all of it, about."""
+        return sum(seconds_of(block) for block in self.blocks())
+
+    def write(self, folder: Path) -> None:
+        """Note in the folder of a run what is to be played there (``plan.json``)."""
+        write_atomically(folder / "plan.json", json.dumps({"suite": SUITE, **asdict(self), "constants": _constants()}, indent=2) + "\n")
+
+    @classmethod
+    def read(cls, folder: Path) -> Chapter5Plan:
+        """The plan noted by `write`.
+
+        Raises
+        ------
+        CprmError
+            When there is none, it is of something else, or the players' numbers are others by now.
+        """
+        path = folder / "plan.json"
+        try:
+            data: Any = json.loads(path.read_text(encoding="utf-8"))
+            if data["suite"] != SUITE:
+                raise ValueError("of another suite")
+            plan = cls(tuple(data["experiments"]), Size(**data["size"]), data["seed"])
+        except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise CprmError(f"{path}: not the plan of a run of the suite {SUITE!r}: {error}") from None
+        if data.get("constants") != _constants():
+            raise CprmError(f"{path}: the constants of the players are others by now; begin anew without --resume")
+        return plan
+
+
+def seconds_of(block: Block) -> float:
+    """CPU time of a block, about."""
+    cell = Cell.of(block)
+    if block.count == FACT:
+        return FACT_SECONDS.get(cell.condition, 0.5)
+    dearer = max((factor for word, factor in DEARER.items() if word in cell.player), default=1.0)
+    return block.count / 1000 * SECONDS.get(cell.task, OTHER) * dearer
+
+
+def _constants() -> dict[str, dict[str, float]]:
+    """The numbers that the players of tasks have on the memory."""
+    found = {task: player.numbers("memory") for task, player in PLAYERS.items()}
+    return {task: {} if numbers is None else numbers.to_dict() for task, numbers in found.items()}

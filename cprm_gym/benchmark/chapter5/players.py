@@ -1,0 +1,142 @@
+"""Who plays, by name: a registered controller, the net of a task on a tier of knowledge, without its recovery parts, watched, slow."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from functools import partial
+
+from ...agents.hiker.internal import make_controller as internal
+from ...agents.knowledge import TIERS, informed
+from ...agents.knowledge.players import PLAYERS
+from ...agents.registry import make_controller as cprm
+from ...envs.controller import Controller
+from ...envs.tasks import Task, make_task
+from ...errors import ControllerError, UnknownName
+from ..recovery import RIVALS, Watchdog
+from ..registry import controller_entries, load_controller
+from .conditions import Condition
+from .slow import Slow
+
+Maker = Callable[[Task, str], Controller]
+
+NET = "net"
+"""The task's own Petri net with its numbers, which takes its knowledge from a tier."""
+INTERNAL = "belief_region + internal variables"
+"""Belief regions over a model that holds the agent's own intention as a variable, too (dissertation §5.3.2)."""
+UNTUNED = "net by hand"
+"""The same net with the numbers that were set by hand before anything was tuned."""
+BARE = "cprm without recovery"
+"""The primary sequence alone."""
+WATCHED, ON = " watched", " on "
+LATE, REFLEXES = ", all late", ", reflexes"
+
+
+def _net(task: Task, agent: str) -> Controller:
+    if task.name in PLAYERS:
+        player = PLAYERS[task.name]
+        return player.make(task, agent, player.numbers("memory"))
+    return cprm(task, agent)
+
+
+def _untuned(task: Task, agent: str) -> Controller:
+    player = PLAYERS.get(task.name)
+    if player is None or player.constants is None:
+        raise UnknownName(f"{UNTUNED}: nothing is tuned in task {task.name!r}")
+    return player.make(task, agent, player.constants())
+
+
+def _bare(task: Task, agent: str) -> Controller:
+    if task.name not in RIVALS:
+        raise UnknownName(f"{BARE}: task {task.name!r} has none; allowed are {', '.join(RIVALS)}")
+    return RIVALS[task.name]["without"](task, agent)
+
+
+OWN: dict[str, Maker] = {NET: _net, UNTUNED: _untuned, BARE: _bare, INTERNAL: internal}
+"""Players of the suite beside the registered controllers."""
+
+
+def make_player(name: str, how: Condition) -> Maker:
+    """A factory of the player of that name.
+
+    Parameters
+    ----------
+    name : str
+        ``BASE``, ``BASE on TIER``, either with `LATE` or `REFLEXES` behind it, all with `WATCHED` behind it; the base is a registered
+        controller or one of `OWN`.
+    how : Condition
+        Its senses are those for which a tier and its player's numbers are made, its period and latency those of slow players.
+
+    Raises
+    ------
+    UnknownName
+        For a controller or a tier that there is not.
+    """
+    if name.endswith(WATCHED):
+        watched = make_player(name.removesuffix(WATCHED), how)
+        return lambda task, agent: Watchdog(watched(task, agent))
+    for ending in (LATE, REFLEXES):
+        if name.endswith(ending):
+            base, tier = name.removesuffix(ending).rsplit(ON, 1)
+            return partial(_slow, base, tier, how, ending == REFLEXES)
+    if ON in name:
+        base, tier = name.rsplit(ON, 1)
+        return partial(_informed, base, tier, how)
+    return OWN[name] if name in OWN else load_controller(name)
+
+
+def _informed(base: str, tier: str, how: Condition, task: Task, agent: str) -> Controller:
+    if base == NET and task.name in PLAYERS:
+        return PLAYERS[task.name].on(tier, how.senses)(task, agent)
+    return informed(make_player(base, how), tier, how.senses)(task, agent)
+
+
+def _slow(base: str, tier: str, how: Condition, reflexes: bool, task: Task, agent: str) -> Controller:
+    return Slow(informed(make_player(base, how), tier, how.senses)(task, agent), how.period, how.latency, reflexes)
+
+
+@functools.cache
+def plays(name: str, task: str) -> bool:
+    """Whether a player says that he plays a task; one who fails in another way is said to, so that it is seen when he does."""
+    made = make_task(task)
+    try:
+        make_player(name, Condition())(made, "left_1")
+    except UnknownName:
+        return False
+    except (Exception, SystemExit):
+        return name not in not_installed()
+    return True
+
+
+@functools.cache
+def not_installed() -> dict[str, str]:
+    """Registered controllers for which a package is missing, and which."""
+    found = {}
+    for name in controller_entries():
+        try:
+            load_controller(name)
+        except ControllerError as error:
+            cause: BaseException | None = error
+            while cause is not None and not isinstance(cause, ModuleNotFoundError):
+                cause = cause.__cause__
+            if isinstance(cause, ModuleNotFoundError):
+                found[name] = str(cause.name)
+        except SystemExit:
+            continue
+    return found
+
+
+FIRST = ("cprm", "fsm", "subsumption", "behavior_tree", "code", "belief_region", "scripted", "random")
+"""The order of tables; whatever else is registered follows."""
+
+
+def registered() -> tuple[str, ...]:
+    """All registered controllers in the order of tables."""
+    names = controller_entries()
+    return tuple(n for n in FIRST if n in names) + tuple(n for n in names if n not in FIRST)
+
+
+STRUCTURES = ("cprm", "fsm", "subsumption", "behavior_tree", "code", "belief_region")
+"""Those that differ in structure."""
+TIERS_SHOWN = tuple(t for t in TIERS if t not in ("bins", "foresight"))
+"""Tiers of the curves: the bins are the goalie's alone, and foresight is beyond what a player could know."""

@@ -1,0 +1,110 @@
+"""Which controller to take when: what the measurements say to somebody who has to choose."""
+
+from __future__ import annotations
+
+from ..conditions import DEFAULT
+from ..facts import CONCURRENCY
+from ..players import INTERNAL, NET, ON, STRUCTURES
+from ..results import Results
+from .pieces import Told, listed, percent
+
+Advice = tuple[str, str, str]
+"""When, what to take, why."""
+
+
+def guide(results: Results, told: list[Told]) -> list[Advice]:
+    """Rows for what was measured; the others are left out."""
+    by_name = {one.name: one for one in told}
+    found: list[Advice | None] = [
+        _ordinary(results, by_name.get("table")), _memory(results), _senses(results, by_name.get("senses")),
+        _disturbed(by_name.get("disturbances")),
+        _slow(by_name.get("slow")), _many(results), _sure(by_name.get("analysis")), _cheap(results, by_name.get("table")),
+    ]  # fmt: skip
+    return [row for row in found if row is not None]
+
+
+def _ordinary(results: Results, told: Told | None) -> Advice | None:
+    if told is None or not told.comparisons:
+        return None
+    lost: dict[str, int] = {}
+    against: dict[str, int] = {}
+    for c in told.comparisons:
+        fair = c.first == NET or not any(d.first == NET and d.task == c.task for d in told.comparisons)
+        if fair and c.second in STRUCTURES:
+            against[c.second] = against.get(c.second, 0) + 1
+            lost[c.second] = lost.get(c.second, 0) + (c.better == c.first)
+    equal = [name for name in against if not lost[name]]
+    behind = [f"{name} (in {lost[name]} of {against[name]} tasks)" for name in against if lost[name]]
+    if not equal:
+        return None
+    tail = f" Behind: {listed(behind)}." if behind else ""
+    return ("A task at ordinary senses", f"any of {listed(['net', *equal])}: what is easiest to write for you",
+            f"with the same skills and knowledge none of them is decidedly worse than the net in any of the tasks "
+            f"played.{tail}")  # fmt: skip
+
+
+def _memory(results: Results) -> Advice | None:
+    plain, net, internal = (results.played("Hike", DEFAULT, name) for name in ("belief_region", "cprm", INTERNAL))
+    if plain is None or net is None:
+        return None
+    more = ""
+    if internal is not None:
+        times = internal.microseconds / max(net.microseconds, 1e-9)
+        more = f" With internal variables it comes home in {100 * internal.rate()[0]:.0f} %, at {times:.1f} times the net's decision time."
+    return ("What to do depends on what was done before", "anything that remembers; not belief_region",
+            f"the hike: belief_region {percent(plain.rate())} %, the net {percent(net.rate())} %.{more}")  # fmt: skip
+
+
+def _senses(results: Results, told: Told | None) -> Advice | None:
+    if told is None or not told.comparisons:
+        return None
+    ahead = [c for c in told.comparisons if c.better == c.first]
+    if not ahead:
+        return ("Senses are poor", "dead reckoning (memory)", "neither tracker nor belief was decidedly ahead of it in what was played.")
+    best = max(ahead, key=lambda c: c.difference)
+    conditions = list(dict.fromkeys(f"{c.task}, {c.condition}" for c in ahead))
+    shown = listed(conditions[:6]) + (f" and {len(conditions) - 6} more" if len(conditions) > 6 else "")
+    return ("Senses are poor", "a better tier of knowledge under the same structure: tracker or belief",
+            f"decidedly ahead of dead reckoning in {shown}; most {100 * best.difference:+.0f} points "
+            f"({best.first.split(ON)[1]}, {best.task}, {best.condition}). "
+            "What is known moves success more than how the behaviour is written.")  # fmt: skip
+
+
+def _disturbed(told: Told | None) -> Advice | None:
+    found = [f for f in told.findings if f.claim == "recovery"] if told is not None else []
+    return ("Things go wrong on the way", "recovery written into the behaviour", found[0].figure) if found else None
+
+
+def _slow(told: Told | None) -> Advice | None:
+    found = [f for f in told.findings if f.claim == "slow"] if told is not None else []
+    return ("Inference is slower than the world", "reflexes: raw readings beside what is inferred", found[0].figure) if found else None
+
+
+def _many(results: Results) -> Advice | None:
+    ks = sorted({int(cell.task) for cell in results.cells if cell.condition == CONCURRENCY})
+    if not ks:
+        return None
+    machine, net = (results.fact(CONCURRENCY, str(ks[-1]), form) for form in ("product machine", "net"))
+    if machine is None or net is None:
+        return None
+    return ("Several things are done at once", "a net, or machines side by side; not one machine",
+            f"{ks[-1]} skills: {machine['transitions']:,} rules as one machine, {net['transitions']} transitions as a net.")  # fmt: skip
+
+
+def _sure(told: Told | None) -> Advice | None:
+    found = [f for f in told.findings if f.claim == "code opaque"] if told is not None else []
+    return ("You have to know beforehand what it can never do", "a net (cprm)", found[0].figure) if found else None
+
+
+def _cheap(results: Results, told: Told | None) -> Advice | None:
+    if told is None:
+        return None
+    costs: dict[str, list[float]] = {}
+    for cell, played in results.cells.items():
+        if cell.condition == DEFAULT and cell.player in STRUCTURES and played.n and not played.error:
+            costs.setdefault(cell.player, []).append(played.microseconds)
+    if not costs:
+        return None
+    shown = ", ".join(f"{name} {min(v):.0f} to {max(v):.0f}" for name, v in costs.items())
+    return ("Decisions have to be cheap", "fsm, code or subsumption on dead reckoning",
+            f"us a decision over the tasks: {shown}. A cycle has 100,000.")  # fmt: skip
