@@ -17,15 +17,15 @@ from cprm_gym.benchmark.chapter5.cells import FACT, QUICK, Cell, Wanted, blocks_
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.command import Asked, benchmark, plan_of, spoken
 from cprm_gym.benchmark.chapter5.comparisons import Pair, compare, interval
-from cprm_gym.benchmark.chapter5.concurrency import FORMS, MOVES, STATES, measure, product
 from cprm_gym.benchmark.chapter5.conditions import CONDITIONS, SHIFTS, condition, shifts_of
-from cprm_gym.benchmark.chapter5.contained import same
 from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS
+from cprm_gym.benchmark.chapter5.facts.concurrency import FORMS, MOVES, STATES, measure, product
+from cprm_gym.benchmark.chapter5.facts.contained import same
+from cprm_gym.benchmark.chapter5.facts.sizes import code_lines, own_file, size_of, tuned
+from cprm_gym.benchmark.chapter5.pieces import Curves, Dots, Point, Series, sentence
 from cprm_gym.benchmark.chapter5.players import INTERNAL, LATE, NET, ON, REFLEXES, WATCHED, make_player, plays
 from cprm_gym.benchmark.chapter5.report import svg
-from cprm_gym.benchmark.chapter5.report.pieces import Curves, Dots, Point, Series, sentence
 from cprm_gym.benchmark.chapter5.results import Results
-from cprm_gym.benchmark.chapter5.sizes import code_lines, own_file, size_of, tuned
 from cprm_gym.benchmark.chapter5.slow import Slow
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.plan import Block, BlockResult

@@ -26,7 +26,7 @@ CELLS = 24
 """Bins of the way."""
 STEP = 0.6
 """Standard deviation of a cycle's way, m."""
-NEAR = 1.2
+NEAR = 1.15
 """Metres from the view at which he takes himself to be there."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ..cells import Size, Wanted
-from ..report.pieces import Told
+from ..pieces import Told
 from ..results import Results
 from . import analysis, disturbances, explosion, making, memory, senses, slow, table, transfer
 

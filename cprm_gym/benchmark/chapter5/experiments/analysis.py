@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..cells import Cell, Size, Wanted
 from ..facts import ANALYSIS
+from ..pieces import FAILS, HOLDS, IN_PART, Finding, Table, Told, listed
 from ..players import plays, registered
-from ..report.pieces import FAILS, HOLDS, IN_PART, Finding, Table, Told, listed
 from ..results import Results
 
 TITLE = "What can be analysed"

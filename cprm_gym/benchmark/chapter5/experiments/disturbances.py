@@ -6,8 +6,8 @@ from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT
+from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, numbers, percent
 from ..players import BARE, STRUCTURES, WATCHED, plays
-from ..report.pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, numbers, percent
 from ..results import Results, median
 
 TITLE = "Something goes wrong"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..cells import Cell, Size, Wanted
-from ..concurrency import FORMS
 from ..facts import CONCURRENCY, CONTAINED
-from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told
+from ..facts.concurrency import FORMS
+from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told
 from ..results import Results
 
 TITLE = "State explosion"

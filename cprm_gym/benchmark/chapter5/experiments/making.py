@@ -5,8 +5,8 @@ from __future__ import annotations
 from ....agents.knowledge.players import PLAYERS
 from ..cells import Cell, Size, Wanted
 from ..facts import SIZE, TUNING
+from ..pieces import IN_PART, Finding, Table, Told
 from ..players import STRUCTURES, plays
-from ..report.pieces import IN_PART, Finding, Table, Told
 from ..results import Results
 
 TITLE = "What it costs to make"

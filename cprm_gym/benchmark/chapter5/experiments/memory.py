@@ -6,8 +6,8 @@ from ..cells import Cell, Size, Wanted
 from ..comparisons import compare
 from ..conditions import DEFAULT
 from ..facts import CONTAINED
+from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, percent
 from ..players import INTERNAL, STRUCTURES, plays
-from ..report.pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, percent
 from ..results import Played, Results
 
 TITLE = "Memory of an intention"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, DELAYS, LOST, NOISES, VIEWS
+from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, listed, numbers, percent
 from ..players import NET, ON, TIERS_SHOWN
-from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, listed, numbers, percent
 from ..results import Results
 
 TITLE = "Worse senses, better knowledge"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, LATENCIES, PERIODS
+from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
 from ..players import LATE, NET, ON, REFLEXES
-from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
 from ..results import Played, Results, median
 
 TITLE = "Slow inference"

@@ -9,8 +9,8 @@ from ....envs.tasks import TASKS, make_task
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Pair, compare
 from ..conditions import DEFAULT
+from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, listed, numbers, percent
 from ..players import NET, not_installed, plays, registered
-from ..report.pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, listed, numbers, percent
 from ..results import Results
 
 TITLE = "Every task, every controller"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, shifts_of
+from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
 from ..players import NET, STRUCTURES, UNTUNED, plays
-from ..report.pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
 from ..results import Results
 
 TITLE = "Other worlds"

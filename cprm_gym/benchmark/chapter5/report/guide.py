@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ..conditions import DEFAULT
 from ..facts import CONCURRENCY
+from ..pieces import Told, listed, percent
 from ..players import INTERNAL, NET, ON, STRUCTURES
 from ..results import Results
-from .pieces import Told, listed, percent
 
 Advice = tuple[str, str, str]
 """When, what to take, why."""

@@ -7,9 +7,9 @@ from html import escape
 from typing import Any
 
 from ..claims import CLAIMS
+from ..pieces import HOLDS, IN_PART, UNKNOWN, Dots, Table, Told, sentence
 from . import svg
 from .guide import Advice
-from .pieces import HOLDS, IN_PART, UNKNOWN, Dots, Table, Told, sentence
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff; max-width: 1240px; margin: 0 auto; padding: 20px; }

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-from .pieces import Curves, Dots
+from ..pieces import Curves, Dots
 
 COLOURS = {
     "cprm": "#0072B2", "net": "#0072B2", "fsm": "#B8860B", "subsumption": "#56B4E9", "behavior_tree": "#009E73", "code": "#D55E00",

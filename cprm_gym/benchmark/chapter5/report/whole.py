@@ -12,12 +12,12 @@ from ....files import write_atomically
 from ...plan import BlockResult
 from ..claims import CLAIMS
 from ..experiments import EXPERIMENTS
+from ..pieces import UNKNOWN, Told, sentence
 from ..plan import SUITE, Chapter5Plan
 from ..results import Results
 from .about import machine
 from .guide import Advice, guide
 from .page import page
-from .pieces import UNKNOWN, Told, sentence
 
 VERSION = 1
 

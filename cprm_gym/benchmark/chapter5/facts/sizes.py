@@ -11,15 +11,15 @@ import tokenize
 from pathlib import Path
 from typing import Any
 
-from ...agents.knowledge.players import PLAYERS
-from ...agents.play import SoccerAgent
-from ...agents.registry import AGENTS
-from ...agents.skills.constants import STUDIES
-from ...architecture.petri import compile_net
-from ...envs.tasks import make_task
-from ..registry import controller_entries
-from .conditions import Condition
-from .players import make_player
+from ....agents.knowledge.players import PLAYERS
+from ....agents.play import SoccerAgent
+from ....agents.registry import AGENTS
+from ....agents.skills.constants import STUDIES
+from ....architecture.petri import compile_net
+from ....envs.tasks import make_task
+from ...registry import controller_entries
+from ..conditions import Condition
+from ..players import make_player
 
 PARTS = {"states": "states", "layers": "layers", "body": "regions"}
 """Attributes of a structure that count what it is made of, where it has them, and what they are."""

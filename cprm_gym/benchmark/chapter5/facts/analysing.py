@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from ...architecture.analysis.budget import Budget
-from ...architecture.analysis.modules.contracts import check_contract
-from ...architecture.analysis.report import analyze
-from ...envs.tasks import Task, make_task
-from ..behaviours.controllers import try_methods
-from .conditions import Condition
-from .players import make_player
+from ....architecture.analysis.budget import Budget
+from ....architecture.analysis.modules.contracts import check_contract
+from ....architecture.analysis.report import analyze
+from ....envs.tasks import Task, make_task
+from ...behaviours.controllers import try_methods
+from ..conditions import Condition
+from ..players import make_player
 
 SECONDS = 10.0
 """That a method may take on a net."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
-from ...architecture.cprm import CPRMRunner
-from ...architecture.equivalences import MachineRunner, RegionsRunner, machine_net, regions_cprm
-from ...architecture.petri import Executor
+from ....agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
+from ....architecture.cprm import CPRMRunner
+from ....architecture.equivalences import MachineRunner, RegionsRunner, machine_net, regions_cprm
+from ....architecture.petri import Executor
 
 CYCLES = {"state machine": 1000, "belief regions": 200}
 """Of random readings, on which both send the same."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..comparisons import Comparison
+from .comparisons import Comparison
 
 HOLDS, IN_PART, FAILS, UNKNOWN = "holds", "in part", "does not hold", "not yet measured"
 """Verdicts."""

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...architecture.analysis.budget import Budget
-from ...architecture.analysis.report import analyze
-from ...architecture.equivalences import MachineRunner, Rule, StateMachine
-from ...architecture.petri import Command, Executor, Input, PetriNet, Place, Transition
-from ...errors import ParameterError
+from ....architecture.analysis.budget import Budget
+from ....architecture.analysis.report import analyze
+from ....architecture.equivalences import MachineRunner, Rule, StateMachine
+from ....architecture.petri import Command, Executor, Input, PetriNet, Place, Transition
+from ....errors import ParameterError
 
 STATES = ("rest", "work", "recover")
 MOVES = (
