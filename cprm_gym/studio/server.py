@@ -207,12 +207,12 @@ def listen(host: str, port: int) -> socket.socket:
     CprmError
         When there cannot be one.
     """
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     try:
-        listening = socket.socket(family, socket.SOCK_STREAM)
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((host, port))
     except (OSError, OverflowError) as error:
+        listening.close()
         raise CprmError(f"--host {host} --port {port}: cannot listen there: {error}") from None
     return listening
 

@@ -22,6 +22,8 @@ from .run import Run
 
 MOST_SHOWN = 24
 """Beliefs of a player that are shown unless others are asked for."""
+MOST_FIRED = 300
+"""Firings of a cycle that are shown; a net that goes on without end has ten thousand."""
 POINTS = 40
 """Points that show where a player believes the ball to be."""
 Message = dict[str, Any]
@@ -84,9 +86,10 @@ def frame(run: Run, shown: Collection[str], asked: Mapping[str, Collection[str]]
         "status": run.status,
         "success": run.success,
         "over": run.over,
+        "trouble": run.trouble,
         "struck": run.struck,
         "world": world_of(core.sim.world[0], core.counts),
-        "commands": {name: command(run, i) for i, name in enumerate(run.agents)} if not run.over else {},
+        "commands": {name: command(run, i) for i, name in enumerate(run.agents)} if run.actions else {},
         "changes": [c.said() for c in run.hands.log if c.cycle == run.cycle],
         "agents": {},
     }
@@ -112,14 +115,15 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
     if runner is None or not runner._percepts:
         return {"kind": type(player).__name__}
     decision = runner.explain()
+    fired, enabled = happened(runner)
     holds = {p: object_held(runner, p) for p in runner.executor.object_names}
     message: Message = {
         "kind": "cprm",
         "marking": {name: number(value) for name, value in decision.marking.items()},
         "holds": {p: o for p, o in holds.items() if o is not None},
         "clocks": clocks(runner),
-        "fired": list(decision.fired),
-        "enabled": list(decision.enabled),
+        "fired": fired,
+        "enabled": enabled,
         "commands": {name: {k: number(v, 1) for k, v in values.items()} for name, values in decision.commands.items()},
         "percepts": {name: number(value) for name, value in decision.percepts.items()},
         "evidence": {name: None if value is None else number(value) for name, value in decision.evidence.items()},
@@ -138,6 +142,14 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
         message["spots"] = spots(runner, side, own)
         message["marks"] = {str(k): text for k, text in held(player, own).items()} if player.controller is runner else {}
     return message
+
+
+def happened(runner: CPRMRunner) -> tuple[list[str], list[str]]:
+    """What fired in this cycle, in order, also when the cycle failed; and what was enabled at some firing and did not fire."""
+    trace = runner.executor.trace
+    firings = [] if trace is None else trace.firings(0)[:MOST_FIRED]
+    fired = [firing.transition for firing in firings]
+    return fired, sorted({name for firing in firings for name in firing.enabled}.difference(fired))
 
 
 def object_held(runner: CPRMRunner, place: str) -> str | None:

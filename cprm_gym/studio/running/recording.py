@@ -77,8 +77,20 @@ class Recording:
         frame = self._pictures[at]
         world = world_of(world_record(frame)[0], (11, 11))
         world["score"] = [frame.left.score, frame.right.score]
-        return {"cycle": at, "status": "RECORDED", "success": False, "over": at == len(self) - 1, "struck": -1, "world": world,
-                "commands": {}, "changes": [], "agents": {}}  # fmt: skip
+        return {
+            **{
+                "cycle": at,
+                "status": "RECORDED",
+                "success": False,
+                "trouble": "",
+                "struck": -1,
+                "commands": {},
+                "changes": [],
+                "agents": {},
+            },
+            "over": at == len(self) - 1,
+            "world": world,
+        }
 
     def advance(self) -> None:
         """The next frame.

@@ -22,6 +22,8 @@ from .changes import Change, Hands
 from .memory import Remembered, can_keep, keep, put, runner_of
 from .setup import Setup
 
+TROUBLE = "TROUBLE"
+"""Status of a run in which a player could not decide."""
 KEPT = 400
 """Cycles back to which a run goes at once; further back it is played anew from the start."""
 
@@ -91,6 +93,8 @@ class Run:
         Nothing comes after this cycle.
     struck : int
         Cycle in which the disturbance came, -1 before.
+    trouble : str
+        Why a player could not decide in this cycle; the run is over then.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -155,8 +159,13 @@ class Run:
             self._remember()
         self.actions: list[Action] = []
         """What each player has decided."""
-        if not self.over:
+        self.trouble = ""
+        if self.over:
+            return
+        try:
             self.actions = [self._act(i) for i in range(len(self.players))]
+        except CprmError as error:  # of a net that goes on without end, say: the run stands here, and can be asked
+            self.actions, self.trouble, self.over, self.status = [], str(error), True, TROUBLE
 
     def _act(self, i: int) -> Action:
         """One of them."""
@@ -176,7 +185,8 @@ class Run:
             When the episode is over.
         """
         if self.over:
-            raise CprmError(f"{self.setup.task}: the episode is over in cycle {self.cycle}; go back, or begin anew")
+            why = f": {self.trouble}" if self.trouble else ""
+            raise CprmError(f"{self.setup.task}: the episode is over in cycle {self.cycle}{why}; go back, or begin anew")
         if self.disturber is not None:
             self.disturber()
             self.struck = int(self.disturber.struck[0])

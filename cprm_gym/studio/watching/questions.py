@@ -12,7 +12,7 @@ from ...architecture.cprm import CPRMRunner
 from ...architecture.petri.execution.compiled_net import PlaceKind
 from ...architecture.petri.execution.failures import conditions_of
 from ...errors import CprmError, unknown_name
-from ..running.frames import Message, distribution, marginal, moments, number, variables
+from ..running.frames import MOST_FIRED, Message, distribution, marginal, moments, number, variables
 from ..running.memory import runner_of
 from ..running.run import Run
 
@@ -54,7 +54,7 @@ def firings(run: Run, agent: str) -> list[Message]:
     row = before.row[0].copy()
     discrete = net.kind == PlaceKind.DISCRETE
     found = []
-    for firing in executor.trace.firings(0):
+    for firing in executor.trace.firings(0)[:MOST_FIRED]:
         t = net.transition(firing.transition)
         was = row.copy()
         for place, weight in net.inputs.of(t):

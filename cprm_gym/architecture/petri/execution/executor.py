@@ -42,6 +42,8 @@ class Executor:
     trace : bool
         Record every firing.
 
+    One class because all of it works on the same arrays: to run, write, read, snapshot, fire by hand and say why not means the state of copies.
+
     Examples
     --------
     >>> from cprm_gym.architecture.petri import Place, PetriNet, Transition

@@ -77,9 +77,16 @@ export function keyName(event) {
   return [event.ctrlKey || event.metaKey ? "Ctrl+" : "", event.altKey ? "Alt+" : "", shifted ? "Shift+" : "", name].join("");
 }
 
-addEventListener("keydown", (event) => {
+/** Whether a key belongs to the field that has the focus: lists take up and down alone, boxes the space. */
+function taken(event) {
   const field = event.target.closest("input, textarea, select, [contenteditable]");
-  if (document.getElementById("keys").open || (field && !event.altKey && !event.ctrlKey && !event.metaKey)) return;
+  if (!field || event.altKey || event.ctrlKey || event.metaKey) return false;
+  if (field.matches("select")) return !["ArrowLeft", "ArrowRight"].includes(event.key);
+  return field.matches("[type=checkbox]") ? event.key === " " : true;
+}
+
+addEventListener("keydown", (event) => {
+  if (document.getElementById("keys").open || taken(event)) return;
   const pressed = keyName(event);
   if (pressed === " " && event.target.closest("button, summary, [role=button]")) return;
   const found = [...(current?.keys ?? []), ...SHELL_KEYS].find(([key]) => key === pressed);

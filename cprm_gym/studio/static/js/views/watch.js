@@ -34,6 +34,7 @@ class Watch {
 
   #build(root) {
     const button = (name, text, title, onclick) => el("button", { "data-do": name, title, "aria-label": title, onclick }, text);
+    this.trouble = el("p", { class: "bad trouble", hidden: true, "data-show": "trouble" });
     this.field = new Field((number, x, y) => this.change({ kind: number === 0 ? "ball" : "player", whom: number === 0 ? "" : nameOf(number), values: number === 0 ? [x, y, 0, 0] : [x, y] }));
     this.play = button("play", "play", "play or pause (Space)", () => this.toggle());
     this.play.classList.add("main");
@@ -62,7 +63,7 @@ class Watch {
       el("span", { class: "room" }), this.compare);
     this.empty = el("div", { class: "empty" });
     this.body = el("div", { class: "watch" },
-      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.difference),
+      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.trouble, this.difference),
       el("div", { class: "panel" }, this.net.element),
       this.#tabbed(this.tabs, "left"), this.#tabbed(this.panels, "right"));
     root.append(el("div", { class: "watch-view" }, this.bar, this.body, this.empty));
@@ -254,6 +255,8 @@ class Watch {
     if (this.#shows("hands")) this.hands.draw(frame);
     const count = inner?.fired?.length ?? 0;
     this.firing.textContent = this.firings ? `${this.firings.at} of ${this.firings.list.length} ${this.firings.list[this.firings.at - 1]?.transition ?? ""}` : `${count} fired`;
+    this.trouble.hidden = !frame.trouble;
+    this.trouble.textContent = frame.trouble ?? "";
     const first = frame.other?.first;
     this.difference.hidden = !frame.other;
     this.difference.onclick = () => first && this.look(first.cycle);

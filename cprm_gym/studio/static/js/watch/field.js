@@ -230,6 +230,8 @@ export class Field {
   }
 
   #listen() {
+    // a click moves no focus: arrows go on to step the run
+    this.svg.addEventListener("mousedown", (event) => event.preventDefault());
     this.svg.addEventListener("pointerdown", (event) => {
       const thing = event.target.closest(".thing");
       if (!thing || !this.movable || event.button !== 0) return;

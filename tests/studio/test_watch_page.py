@@ -1,0 +1,183 @@
+"""The views Watch and Run in a real browser, as one uses them: by mouse and keys."""
+
+import re
+
+
+def at(page, cycle):
+    """Wait until a cycle is shown."""
+    page.wait_for_function("(c) => document.querySelector('[data-show=cycle]')?.textContent.startsWith(`cycle ${c}`)", arg=cycle)
+
+
+def shown_cycle(page):
+    return int(re.search(r"cycle (\d+)", page.inner_text("[data-show=cycle]"))[1])
+
+
+def opened(serve, open_page, **options):
+    served = serve(**options)
+    page = open_page(served.address)
+    page.wait_for_selector(".netcanvas .node")
+    return served, page
+
+
+def test_the_goalie_plays_is_paused_and_stepped(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    assert page.inner_text("#what") == "demo goalie"
+    at(page, 0)
+    ball = page.get_attribute(".thing[data-number='0']", "transform")
+    page.click("[data-do=play]")
+    page.wait_for_function("() => Number(document.querySelector('[data-show=cycle]').textContent.slice(6)) >= 3")
+    page.keyboard.press(" ")
+    page.wait_for_function("() => document.querySelector('[data-do=play]').textContent === 'play'")
+    page.wait_for_timeout(150)
+    there = shown_cycle(page)
+    assert there == served.studio.session.run.cycle
+    page.wait_for_timeout(250)
+    assert shown_cycle(page) == there
+    page.keyboard.press("ArrowRight")
+    at(page, there + 1)
+    assert page.get_attribute(".thing[data-number='0']", "transform") != ball
+    assert page.locator(".netcanvas .node.marked").count() > 0
+    page.keyboard.press("Home")
+    at(page, f"0 of {there + 1}")
+    assert page.get_attribute(".thing[data-number='0']", "transform") == ball
+    page.click("[data-do=resume]")
+    at(page, 0)
+    assert served.studio.session.run.cycle == 0
+
+
+def test_a_breakpoint_is_set_hit_and_still_there_after_a_reload(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.fill("[type=search]", "leap")
+    page.keyboard.press("Enter")
+    page.click("[data-do=break]")
+    page.wait_for_selector(".break")
+    assert page.locator(".netcanvas .node.broken").get_attribute("data-key") == "leap"
+    page.fill("[aria-label=expression]", "P(ball.x < -48) > 0.5")
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.querySelectorAll('.break').length === 2")
+    page.click("[data-do=play]")
+    page.wait_for_selector(".break.struck")
+    assert "leap" in page.inner_text(".break.struck")
+    assert page.locator(".netcanvas .node.fired[data-key=leap]").count() == 1
+    stopped = shown_cycle(page)
+    page.reload()
+    page.wait_for_selector(".netcanvas .node.broken")
+    at(page, stopped)
+    page.keyboard.press("s")
+    assert page.locator(".break").count() == 2
+    page.keyboard.press(" ")
+    page.wait_for_function("() => document.querySelector('.break.struck')?.textContent.includes('P(ball.x')")
+    assert shown_cycle(page) > stopped
+    assert served.studio.session.run.cycle == shown_cycle(page)
+
+
+def test_why_a_transition_did_not_fire_and_which_reading_moved_a_belief(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("ArrowRight")
+    at(page, 1)
+    page.keyboard.press("ArrowRight")
+    at(page, 2)
+    page.click(".netcanvas .node[data-key=hold] .hit", force=True)
+    answer = page.wait_for_selector("[data-show=answer]").inner_text()
+    assert answer == served.studio.debugger.why("left_1", "hold")["answer"]
+    assert "save.caught needs 1, has 0" in answer
+    assert "by 1" in page.inner_text(".conditions .fails")
+    page.click(".belief[data-variable='ball.x']")
+    page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'What moved ball.x'")
+    assert page.inner_text(".ask tbody tr td") == "ball.seen_x"
+
+
+def test_one_firing_after_the_other(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("ArrowRight")
+    at(page, 1)
+    fired = [f["transition"] for f in served.studio.debugger.firings("left_1")]
+    for k, name in enumerate(fired, 1):
+        page.keyboard.press(".")
+        page.wait_for_function("(t) => document.querySelector('[data-show=firing]').textContent === t", arg=f"{k} of {len(fired)} {name}")
+    page.keyboard.press(".")
+    at(page, 2)
+    page.keyboard.press(",")
+    page.keyboard.press(",")
+    at(page, "1 of 2")
+
+
+def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("ArrowRight")
+    at(page, 1)
+    page.select_option("[data-show=compare]", "same")
+    page.wait_for_function("() => document.querySelector('[data-show=difference]').textContent === 'no difference so far'")
+    box = page.locator(".thing[data-number='0'] .grip").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 40, steps=4)
+    page.mouse.up()
+    page.wait_for_selector(".field .moved circle")
+    (change,) = served.studio.session.run.hands.log
+    assert change.kind == "ball"
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => document.querySelector('[data-show=difference]').textContent.startsWith('first difference in cycle 2')")
+    assert page.locator(".ghost").count() > 1
+    page.keyboard.press("c")
+    page.select_option("[data-show=change-kind]", "blind")
+    page.click("[data-do=change]")
+    page.wait_for_function("() => document.querySelector('.hands li')?.textContent.includes('blind')")
+    page.click("[data-do=undo]")
+    page.wait_for_function("() => !document.querySelector('.hands li')")
+    page.focus(".thing[data-number='0']")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.querySelector('.hands li')?.textContent.includes('ball moved')")
+
+
+def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
+    served = serve(demo="goalie", seed=2)
+    page = open_page(f"{served.address}#run")
+    page.wait_for_selector("[data-do=episodes]")
+    page.fill("[data-field=count]", "20")
+    page.click("[data-do=episodes]")
+    page.wait_for_function("() => document.querySelector('[data-show=episodes]').textContent.includes('of 20 succeeded')")
+    first = page.locator("[data-world]").first
+    world = int(first.get_attribute("data-world"))
+    first.click()
+    page.wait_for_selector(".netcanvas .node")
+    at(page, 0)
+    assert served.studio.session.run.setup.world == world
+    assert f"world {world}" in page.inner_text("#views")
+
+
+def test_without_anything_to_watch_the_page_says_what_to_do(serve, open_page):
+    page = open_page(serve().address)
+    page.wait_for_selector("[data-do=watch]")
+    page.click("[data-view=watch][role=tab]")
+    page.wait_for_function("() => document.body.textContent.includes('Nothing is being watched')")
+    page.click("text=choose what to play")
+    page.wait_for_selector("[data-do=watch]")
+
+
+def test_a_lost_connection_is_said_and_an_address_without_token_explains_itself(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    served.server.should_exit = True
+    page.wait_for_selector("#link.lost")
+    assert "no connection" in page.inner_text("#link")
+    page = open_page(serve().address.partition("?")[0])
+    assert "lacks its token" in page.inner_text("main")
+
+
+def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):
+    _, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("?")
+    assert "one firing on" in page.inner_text("#keys")
+    page.keyboard.press("Escape")
+    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.keyboard.press("Shift+L")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
+    page.keyboard.press("n")
+    page.keyboard.press("ArrowDown")
+    page.wait_for_selector(".netcanvas .selected")
+    page.keyboard.press("Alt+4")
+    page.wait_for_selector("[data-do=episodes]", state="visible")
+    page.keyboard.press("Alt+1")
+    page.wait_for_selector(".field", state="visible")
