@@ -42,7 +42,7 @@ class Executor:
     trace : bool
         Record every firing.
 
-    One class because all of it works on the same arrays: to run, write, read, snapshot, fire by hand and say why not means the state of copies.
+    One class because all of it works on the same arrays: running, writing, reading, snapshots, firing by hand and saying why not.
 
     Examples
     --------
