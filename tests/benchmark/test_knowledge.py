@@ -147,3 +147,10 @@ def test_paired_differences_are_exact_where_they_should_be():
     assert paired_difference(yes, yes) == (0.0, 0.0, 0.0, 1.0)
     with pytest.raises(ValueError, match="shapes"):
         paired_difference(yes, no[:4])
+
+
+def test_the_belief_plays_with_the_trackers_numbers_where_there_are_some():
+    goalie, pair = PLAYERS["Goalie"], PLAYERS["PassAndAdvance2v1"]
+    assert goalie.numbers("belief") == goalie.numbers("tracker") != goalie.numbers("memory")
+    assert goalie.origin("belief") == "study tracker"
+    assert pair.numbers("belief") == pair.numbers("memory")

@@ -130,7 +130,7 @@ def test_a_tier_without_a_study_plays_with_the_rivals_numbers_and_without_any_by
         (tmp_path / "goalie" / "deaf" / f"{tier}.jsonl").write_text(text)
     expected = {
         ("memory", Senses()): ("study memory", 2.0), ("memory", deaf): ("study memory", 1.5),
-        ("tracker", deaf): ("study tracker", 0.5), ("belief", deaf): ("study memory", 1.5),
+        ("tracker", deaf): ("study tracker", 0.5), ("belief", deaf): ("study tracker", 0.5), ("bins", deaf): ("study memory", 1.5),
         ("tracker", Senses()): ("study memory", 2.0), ("memory", Senses(lost=0.3)): ("study memory, other senses", 2.0),
         ("tracker", Senses(lost=0.3)): ("study tracker, other senses", 0.5), ("state", Senses()): ("study state", 0.25),
     }  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge.ball import SELF, BallConstants, ball_model
-from cprm_gym.agents.knowledge.belief import BeliefTier
+from cprm_gym.agents.knowledge.belief import COMPONENTS, MERGE, BeliefTier
 from cprm_gym.architecture.prm import Angle, Attribute, Filter, Grounding, Interval, Model, Noise, PRMClass, Real
 from cprm_gym.architecture.prm.inference.engines.mixture import MixtureEngine
 from cprm_gym.envs.controller import Action, Observation, no_action
@@ -116,7 +116,7 @@ def main() -> None:
             told.append({"ball.seen_far": Interval(far - 0.6, far + 0.6), "ball.seen_aside": Interval(0 * far - 0.1, 0 * far + 0.1),
                          "ball.seen_approach": 0.1 * rng.normal(size=agents), "ball.seen_swing": 0.1 * rng.normal(size=agents),
                          "ball.told_far": far, **own})  # fmt: skip
-        spent = microseconds(Filter(modes, batch=agents, engine=MixtureEngine(6, 1e-3)), told)
+        spent = microseconds(Filter(modes, batch=agents, engine=MixtureEngine(COMPONENTS, MERGE)), told)
         print(f"ball with modes and intervals, {agents} agents: {spent:.0f} us a step, {spent / agents:.2f} us for an agent")
 
 

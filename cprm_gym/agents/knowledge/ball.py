@@ -71,12 +71,13 @@ def ball_model(body: Body, senses: Senses, constants: BallConstants) -> Model:
     given = [Given(f"{who}_{name}", Real("m")) for who in ("me", "was")[: 1 + senses.asynchronous] for name in SELF]
     given += [Given("seen_cos", Real(), 1.0), Given("seen_sin", Real(), 0.0), Given("told_far", Real("m"), 1.0)]
     given += [Given("told_rate", Real(), 0.0), Given("told_turn", Real(), 0.0)]
+    given += [Given("rolling", Real("m/cycle"), 0.0)]
     given += [Given("push_x", Real("m/cycle"), 0.0), Given("push_y", Real("m/cycle"), 0.0), Given("played", BOOL, "no")]
 
     def velocity(axis: str) -> Attribute:
-        moved, speed = f"{kept} * (prev.v{axis} + push_{axis})", "hypot(prev.vx, prev.vy) + 0.15 * hypot(push_x, push_y)"
-        rolls = Noise(moved, sd=f"{kept} * ({rand} * ({speed}) + 0.003)")
-        parents = ("prev.vx", "prev.vy", "push_x", "push_y", "kicked")
+        moved = f"{kept} * (prev.v{axis} + push_{axis})"
+        rolls = Noise(moved, sd=f"{kept} * ({rand} * (rolling + 0.15 * hypot(push_x, push_y)) + 0.003)")
+        parents = (f"prev.v{axis}", "rolling", "push_x", "push_y", "kicked")
         cpd = Switch("kicked", {"no": rolls, "yes": Noise(moved, sd=c.swerve)})
         return Attribute(f"v{axis}", Real("m/cycle"), cpd, parents, initial=Noise("0", sd=0.7))
 

@@ -32,8 +32,8 @@ from .scene.others import PlayersFilter
 from .scene.pose import PoseFilter
 from .tracker import Tracker, TrackerConstants, normal_log_density
 
-COMPONENTS = 6
-"""Modes that are kept of the ball of one agent."""
+COMPONENTS, MERGE = 6, 0.01
+"""Modes that are kept of the ball of one agent, and the loss (nats) below which two are merged."""
 RECKONED = 0.1**2, np.radians(0.44) ** 2
 """Variances of a place (m^2) and a face (rad^2) that are dead reckoning's."""
 PLACED = replace(BallConstants(), placed=0.03, turned=0.1)
@@ -99,7 +99,7 @@ class BeliefTier(Tracker):
         self.ball = constants or PLACED
         self.pose, self.others = PoseFilter(self.senses, body, pose), PlayersFilter(self.senses, body, others)
         self._grounding = Grounding(ball_model(body, self.senses, self.ball), {"ball": "Ball"})
-        self._engine = MixtureEngine(COMPONENTS, merge=1e-3)
+        self._engine = MixtureEngine(COMPONENTS, merge=MERGE)
         self._filter: Filter | None = None
         self._ball_age, self._moved = np.zeros(0), np.zeros((0, 2))
         self._done: list[Action] = []
@@ -239,6 +239,7 @@ class BeliefTier(Tracker):
         gap = np.hypot(*(places[:, :, k] - self._mean[:, None, k] for k in (0, 1)))
         played = (who & (gap < self.body.reach + self.constants.near)).any(axis=1)
         told: dict[str, np.ndarray] = {"ball.push_x": push[:, 0], "ball.push_y": push[:, 1], "ball.played": np.asarray(played, np.int64)}
+        told["ball.rolling"] = np.where(self._seen, np.hypot(self._mean[:, 2], self._mean[:, 3]), 0.0)
         before = self._before if self.senses.asynchronous and len(self._before) == len(me) else me
         before = np.where((self._cycles == 0)[:, None], me, before)
         for whose, values in (("me", me), ("was", before))[: 1 + self.senses.asynchronous]:

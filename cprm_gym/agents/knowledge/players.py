@@ -27,11 +27,13 @@ from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
 from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants, last_mean
 from .registry import ORACLES, TIERS, informed
-from .studies import Study, best_study
+from .studies import Study, best_study, studies
 from .tiers import Informed
 
 RIVAL = "memory"
 """The tier that the others are compared with, and whose numbers a tier without a study plays with."""
+LIKE = {"belief": "tracker"}
+"""A tier without a study -> the one whose numbers it plays with, where that has a study: both are filters that know the noise."""
 ANYWHERE = tuple(tier for tier in TIERS if tier != "bins")
 """Tiers that know every task; the bins are those of the goalie's model."""
 
@@ -67,7 +69,10 @@ class Player:
         """The study whose numbers he plays with on a tier, in senses (`studies.best_study`); None if there is none."""
         if self.constants is None:
             return None
-        return best_study(self.study or self.constants.whose, tier, senses or Senses(), RIVAL, tier in ORACLES)
+        folder = self.study or self.constants.whose
+        if tier in LIKE and not any(study.tier == tier for study in studies(folder)):
+            tier = LIKE[tier]
+        return best_study(folder, tier, senses or Senses(), RIVAL, tier in ORACLES)
 
     def origin(self, tier: str, senses: Senses | None = None) -> str:
         """Where his numbers on a tier come from: ``study TIER``, ``study TIER, other senses``, ``by hand``, ``none`` where he has none."""

@@ -161,7 +161,8 @@ class MixtureEngine(Engine):
             np.zeros((rows, count, keep, keep)),
         )  # fmt: skip
         increment, loss, astray, fault = np.empty(rows), np.empty(rows), np.zeros(rows, bool), np.zeros(3, np.int64)
-        scratch = self._rooms(capacity, work.slots, work.columns, program.depth, program.width, min(capacity, 2 * room), there)
+        few, leaves = min(capacity, 2 * room), len(program.leaves)
+        scratch = self._rooms(capacity, work.slots, work.columns, program.depth, program.width, few, there, leaves)
         normals, uniforms = self._numbers(rows, capacity if work.draws else 0, work.draws)
         kernels.step_group(
             *old, work.load_slots, work.load_columns, copies, *program[:10], told.hard, told.low, told.high, told.soft, work.rows,
@@ -180,7 +181,9 @@ class MixtureEngine(Engine):
         """Random numbers of a step: normals (rows, components, draws) and uniforms (rows,)."""
         return np.zeros((rows, 0, 0)), np.zeros(rows)
 
-    def _rooms(self, capacity: int, slots: int, columns: int, depth: int, width: int, few: int, there: int) -> tuple[np.ndarray, ...]:
+    def _rooms(
+        self, capacity: int, slots: int, columns: int, depth: int, width: int, few: int, there: int, leaves: int
+    ) -> tuple[np.ndarray, ...]:
         """Arrays in which kernels work; made once for a size."""
 
         def make() -> tuple[np.ndarray, ...]:
@@ -190,10 +193,10 @@ class MixtureEngine(Engine):
                 np.zeros((3, capacity, columns, columns)), np.empty(max(width, 1)), np.empty(depth + 1), np.empty((6 + 2 * width, wide)),
                 np.empty((width, columns)), np.empty(capacity), np.empty((few, few)), np.empty(capacity), np.empty(capacity, np.int64),
                 np.empty(columns), np.empty((columns, columns)), np.empty((columns + 1, columns)), np.empty(2), np.empty(there),
-                np.empty((there, columns)), np.empty((there, columns, columns)),
+                np.empty((there, columns)), np.empty((there, columns, columns)), np.zeros((leaves, 3 + width)),
             )  # fmt: skip
 
-        return self._scratch.fetch((capacity, slots, columns, depth, width, few, there), make)
+        return self._scratch.fetch((capacity, slots, columns, depth, width, few, there, leaves), make)
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> MixtureResult:
         assert isinstance(result, MixtureResult)

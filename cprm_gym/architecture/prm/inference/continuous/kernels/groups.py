@@ -50,12 +50,28 @@ def weight_of(lw, mu, cv, room, count, kept):
 
 
 @kernel
+def join(lw, st, mu, cv, count, slots, columns, threshold, turns, w, cost, volume, mean, cov, lower):
+    """Merge loaded components that differ by what is needed no more, where that loses less than `threshold`; how many, and the loss."""
+    for k in range(count):
+        w[k] = math.exp(lw[k])
+    s, m, c = st[:, :slots], mu[:, :columns], cv[:, :columns, :columns]
+    left, loss = merge_down(w, s, m, c, count, count, threshold, turns[:columns], cost, volume, mean, cov, lower)
+    if left == count:
+        return count, 0.0
+    count = close_up(w, s, m, c, count)
+    for k in range(count):
+        lw[k] = math.log(w[k])
+        st[k, -1] = k
+    return count, loss
+
+
+@kernel
 def step_group(
     old_lw, old_st, old_mu, old_cv, load_slots, load_columns, copies,
     ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, rows, soft_rows, normals, uniforms,
     keep_slots, keep_columns, periods, turns, limit, threshold, draw,
-    lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost, lines, line_mu, line_cv,
+    lw, st, mu, cv, row, stack, scratch, columns, w, cost, volume, order, mean, cov, lower, lost, lines, line_mu, line_cv, known,
     new_lw, new_st, new_mu, new_cv, increment, loss, astray, fault,
 ):  # fmt: skip
     """Take every part of a group through a slice: the belief after it, what the readings add to the log likelihood, and the loss.
@@ -66,15 +82,20 @@ def step_group(
     agents = hard.shape[1]
     for b in range(old_lw.shape[0]):
         part, agent = b // agents, b % agents
-        room, total, before, turn = 0, -np.inf, np.inf, 0
+        room, total, before, turn, merging = 0, -np.inf, np.inf, 0, 0.0
         while True:
             lost[0], lost[1] = -np.inf, 0.0
             again = turn > 0 and turn < TURNS
             count = load(lw, st, mu, cv, old_lw, old_st, old_mu, old_cv, b, load_slots, load_columns, copies)
+            if not draw and threshold > 0.0 and 1 < count <= len(cost):
+                count, merging = join(
+                    lw[0], st[0], mu[0], cv[0], count, len(load_slots), len(load_columns), threshold, turns,
+                    w, cost, volume, mean, cov, lower,
+                )  # fmt: skip
             room, count, wrong, leaf = run_slice(
                 lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
                 hard, low, high, soft, rows[part], soft_rows[part], agent, normals[b], lost, row, stack, scratch, columns,
-                again, lines, line_mu, line_cv, turns,
+                again, lines, line_mu, line_cv, turns, known,
             )  # fmt: skip
             if wrong != 0 and not again:
                 fault[0], fault[1], fault[2] = wrong, leaf, b
@@ -92,7 +113,7 @@ def step_group(
         for k in range(new_lw.shape[1]):
             new_lw[b, k] = -np.inf
         increment[b] = total
-        loss[b] = 0.0
+        loss[b] = merging
         if total == -np.inf:
             continue
         for k in range(count):
@@ -115,8 +136,8 @@ def step_group(
             loss[b] -= math.log1p(-keep_heaviest(w, count, 2 * limit, order))
             count = close_up(w, s, m, c, count)
             if count > limit or threshold > 0.0:
-                _, merging = merge_down(w, s, m, c, count, limit, threshold, periods, cost, volume, mean, cov, lower)
-                loss[b] += merging
+                _, more = merge_down(w, s, m, c, count, limit, threshold, periods, cost, volume, mean, cov, lower)
+                loss[b] += more
                 loss[b] -= math.log1p(-min(keep_heaviest(w, count, limit, order), 1.0 - 1e-16))
         count = close_up(w, s, m, c, count)
         for k in range(count):

@@ -80,8 +80,33 @@ def append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre, noise, peri
 
 
 @kernel
-def append_normal(mean, cov, n, begin, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns):
+def line_is_shared(leaf, inputs):
+    """Whether a straight line and its noise are the same for every component of an agent: by what is given and its columns alone."""
+    if leaf[6] != AFFINE or leaf[3] == 0:
+        return False
+    for i in range(leaf[3], leaf[5]):
+        kind = inputs[leaf[4] + i, 0]
+        if kind == SLOT or kind == SLOT_MIDDLE:
+            return False
+    return True
+
+
+@kernel
+def append_known(mean, cov, n, begin, leaf, inputs, line, period):
+    """Append a number by the line that `append_normal` has noted for another component."""
+    centre = line[1]
+    for i in range(leaf[3]):
+        centre += line[3 + i] * mean[inputs[leaf[4] + i, 1]]
+    append_affine(mean, cov, n, begin, leaf, inputs, line[3:], centre, line[2], period)
+
+
+@kernel
+def append_normal(
+    mean, cov, n, begin, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns, line
+):  # fmt: skip
     """Append a number with noise as column n; inputs are in `row`, taken at the normal `at_mean`, `at_cov`. Gives what is wrong.
+
+    A line that is the same for all components is noted in `line`: 1, intercept, variance of the noise, slopes.
 
     Returns
     -------
@@ -121,6 +146,11 @@ def append_normal(mean, cov, n, begin, leaf, inputs, numbers, start, code, const
         for i in range(d):
             c = inputs[leaf[4] + i, 1]
             centre += slopes[i] * wrapped(mean[c] - at_mean[c], turns[c])
+    elif line_is_shared(leaf, inputs):
+        line[0], line[1], line[2] = 1.0, centre, noise
+        for i in range(d):
+            line[1] -= slopes[i] * row[i]
+            line[3 + i] = slopes[i]
     append_affine(mean, cov, n, begin, leaf, inputs, slopes, centre, noise, period)
     return FINE, 0.0
 

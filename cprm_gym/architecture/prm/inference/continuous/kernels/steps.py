@@ -20,6 +20,7 @@ from .leaves import (
     NORMAL,
     SPREAD,
     append_flat,
+    append_known,
     append_normal,
     chance_moments,
     fill,
@@ -190,7 +191,7 @@ def put_bins(lw, st, mu, cv, room, j, op, numbers, hard, soft, soft_at, lost, co
 @kernel
 def put_number(
     mean, cov, states, op, first, leaf, inputs, numbers, start, code, constants, hard, low, high, at, agent, normal,
-    row, stack, scratch, again, lines, line_mu, line_cv, turns,
+    row, stack, scratch, again, lines, line_mu, line_cv, turns, known,
 ):  # fmt: skip
     """Append a number to a component, and condition on what was read of it; of what is cut into bins only the first.
 
@@ -206,13 +207,16 @@ def put_number(
             return FINE, append_flat_read(mean, cov, n, limits, low[reading, agent], high[reading, agent]), False
         append_flat(mean, cov, n, limits[0], limits[1])
         bend = 0.0
+    elif known[0] == 1.0:
+        append_known(mean, cov, n, first, leaf, inputs, known, period)
+        bend = 0.0
     else:
         at_mean, at_cov, origin = mean, cov, states[-1]
         if again and (leaf[6] == NONLINEAR or leaf[6] == SPREAD) and lines[origin] > -np.inf:
             at_mean, at_cov = line_mu[origin], line_cv[origin]
         fill(leaf, inputs, numbers, at_mean, states, hard, low, at, agent, row)
         fault, bend = append_normal(
-            mean, cov, n, first, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns
+            mean, cov, n, first, leaf, inputs, numbers, start, code, constants, row, stack, period, scratch, at_mean, at_cov, turns, known
         )
         if fault != FINE:
             return fault, 0.0, False
@@ -254,18 +258,21 @@ def put_chance(lw, st, mu, cv, room, made, k, op, first, leaf, weight, inputs, n
 def run_slice(
     lw, st, mu, cv, count, ops, links, cases, weights, leaves, inputs, numbers, start, code, constants,
     hard, low, high, soft, at, soft_at, agent, normals, lost, row, stack, scratch, columns,
-    again, lines, line_mu, line_cv, turns,
+    again, lines, line_mu, line_cv, turns, known,
 ):  # fmt: skip
     """Take the components of one agent through a program; gives the room they end in, how many they are, and what went wrong where.
 
     ``lost[1]`` becomes 1 where a formula that was read bends. With `again`, those that bend are taken where the slice leads to, `line_mu`
     and `line_cv` of the component from which each came, its last slot (iterated posterior linearisation, Garcia-Fernandez and others 2015).
+    A row of `known` is for the line of a leaf that is the same for all components.
 
     Returns
     -------
     (room, count, fault, leaf)
     """
     room, whole = 0, bends(ops, hard, at, agent)
+    for a in range(len(leaves)):
+        known[a, 0] = 0.0
     for o in range(len(ops)):
         op = ops[o]
         value, likelihood = hard[at[op[3]], agent], soft_at[op[3]]
@@ -295,7 +302,7 @@ def run_slice(
                     normal = normals[j % normals.shape[0], op[12]] if op[12] >= 0 else 0.0
                     fault, told, bent = put_number(
                         mu[to, j], cv[to, j], st[to, j], op, first, leaf, inputs, numbers, start, code, constants, hard, low, high, at,
-                        agent, normal, row, stack, scratch, again, lines, line_mu, line_cv, turns,
+                        agent, normal, row, stack, scratch, again, lines, line_mu, line_cv, turns, known[a],
                     )  # fmt: skip
                     if fault != FINE:
                         return room, count, fault, a
