@@ -92,7 +92,9 @@ class Desk:
 
     def calls(self) -> dict[str, Callable[..., Any]]:
         """What a page can call."""
-        names = "list browse shipped open new ship read view apply undo redo expression save discard export check take_file take_shipped"
+        names = (
+            "list browse logs shipped open new ship read view apply undo redo expression save discard export check take_file take_shipped"
+        )
         return {name: getattr(self, name) for name in names.split()} | {"close": self.close_document}
 
     # -- opening --------------------------------------------------------------------------------------------------------------------
@@ -226,6 +228,10 @@ class Desk:
     def browse(self) -> list[str]:  # type: ignore[valid-type]
         """Files that can be opened."""
         return self.files.listing()
+
+    def logs(self) -> list[str]:  # type: ignore[valid-type]
+        """Files that may be logs of readings."""
+        return self.files.listing((".csv", ".json"))
 
     def close_document(self, id: str) -> dict[str, Any]:
         """Close a document; what was not saved is lost."""

@@ -81,12 +81,12 @@ class Files:
         """A path as it is shown: from the root, if it lies there."""
         return str(path.relative_to(self.root)) if self.root in path.parents else str(path)
 
-    def listing(self) -> list[str]:
-        """Files that may hold nets or models, those in hidden folders left out."""
+    def listing(self, endings: tuple[str, ...] = (".json", ".pnml")) -> list[str]:
+        """Files with one of these endings, those in hidden folders left out."""
         found: list[str] = []
         for folder, names, files in os.walk(self.root):
             names[:] = sorted(n for n in names if not n.startswith((".", "__")) and n not in ("node_modules",))
-            found += [self.shown(Path(folder) / f) for f in sorted(files) if Path(f).suffix in (".json", ".pnml")]
+            found += [self.shown(Path(folder) / f) for f in sorted(files) if Path(f).suffix in endings]
             if len(found) >= LISTED or len(Path(folder).relative_to(self.root).parts) >= 4:
                 names.clear()
         return found[:LISTED]

@@ -19,6 +19,8 @@ ROWS = 600
 """Most rows of a table that are shown."""
 TUPLES = 120
 """Most tuples of objects that are offered for one relation."""
+GAP = 40.0
+"""Between parts of a graph that no edge joins, pixels."""
 VARIABLES = 1500
 """Most variables of a graph that is drawn."""
 
@@ -138,7 +140,7 @@ def graph(grounding: Grounding, relations: Sequence[str] = (), first: bool = Fal
     at: dict[str, Node] = {}
     for name in ground.order():
         width = 6.6 * len(name) + 24
-        at[name] = Node(name, width / 2, width / 2, 26.0)
+        at[name] = Node(name, width / 2, width / 2, 46.0)
     lines = []
     for cpd in ground.cpds:
         for parent, lag in cpd.parents:
@@ -148,7 +150,7 @@ def graph(grounding: Grounding, relations: Sequence[str] = (), first: bool = Fal
                               "changed": changed})  # fmt: skip
                 if lag != PREVIOUS and parent != cpd.child:
                     lines.append(Edge(parent, cpd.child))
-    width, height = arrange(list(at.values()), lines)
+    width, height = _shelves(list(at.values()), lines)
     for name, node in at.items():
         variable = ground.variables[name]
         states = [] if variable.quantity is not None else list(variable.states)
@@ -157,6 +159,33 @@ def graph(grounding: Grounding, relations: Sequence[str] = (), first: bool = Fal
              "x": round(node.x, 1), "y": round(node.y, 1), "width": round(2 * node.left, 1)}
         )  # fmt: skip
     return {"nodes": nodes, "edges": edges, "width": round(width, 1), "height": round(height, 1), "relations": list(ground.relations)}
+
+
+def _shelves(nodes: list[Node], edges: list[Edge]) -> tuple[float, float]:
+    """Arrange each connected part by itself, and put the parts beside and below each other; returns width and height of the whole."""
+    group = {node.key: node.key for node in nodes}
+
+    def root(key: str) -> str:
+        while group[key] != key:
+            group[key] = group[group[key]]
+            key = group[key]
+        return key
+
+    for edge in edges:
+        group[root(edge.source)] = root(edge.target)
+    parts: dict[str, list[Node]] = {}
+    for node in nodes:
+        parts.setdefault(root(node.key), []).append(node)
+    sized = [(part, *arrange(part, [e for e in edges if root(e.source) == key])) for key, part in parts.items()]
+    widest = max([1.6 * sum((w + GAP) * (h + GAP) for _, w, h in sized) ** 0.5, *(w for _, w, _ in sized)], default=0.0)
+    x = y = tall = width = 0.0
+    for part, w, h in sized:
+        if x and x + w > widest:
+            x, y, tall = 0.0, y + tall + GAP, 0.0
+        for node in part:
+            node.x, node.y = node.x + x, node.y + y
+        x, tall, width = x + w + GAP, max(tall, h), max(width, x + w)
+    return width, y + tall
 
 
 def query(grounding: Grounding, slices: Sequence[Mapping[str, Any]], engine: str = "exact") -> dict[str, Any]:

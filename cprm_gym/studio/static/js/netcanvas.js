@@ -84,6 +84,11 @@ export class NetCanvas {
     if (!keep) this.fit();
   }
 
+  /** Forget the state, so that the next plan is shown with its initial marking. */
+  clear() {
+    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
+  }
+
   /** Colour the state: numbers by place, sets of transitions, shares of clocks, problems by key. */
   update({ marking, enabled, fired, clocks, problems, broken }) {
     if (marking) {

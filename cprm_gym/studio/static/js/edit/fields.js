@@ -11,7 +11,8 @@ export function field(label, value, commit, { type = "text", options = null, hin
   let input;
   const done = async () => {
     const given = type === "checkbox" ? input.checked : input.value;
-    if (String(given) === input.dataset.was) return;
+    if (String(given) === input.dataset.now) return;
+    input.dataset.now = String(given); // Enter and leaving the field are one entry
     const wrong = await commit(given);
     error.textContent = wrong ?? "";
     input.toggleAttribute("aria-invalid", Boolean(wrong));
@@ -25,12 +26,15 @@ export function field(label, value, commit, { type = "text", options = null, hin
   } else if (multiline) input = el("textarea", { id, rows: 3, spellcheck: "false", onchange: done }, String(value ?? ""));
   else input = el("input", { id, type, ...(type === "checkbox" ? { checked: Boolean(value) } : { value: value ?? "" }), spellcheck: "false", autocomplete: "off", step, list, onchange: done });
   input.dataset.was = type === "checkbox" ? String(Boolean(value)) : String(value ?? "");
+  input.dataset.now = input.dataset.was;
   input.setAttribute("aria-describedby", `${id}e`);
   input.addEventListener("keydown", (event) => {
     if (event.key === "Escape") {
       if (type === "checkbox") input.checked = input.dataset.was === "true";
       else input.value = input.dataset.was;
+      input.dataset.now = input.dataset.was;
       error.textContent = "";
+      input.toggleAttribute("aria-invalid", false);
       input.blur();
     }
     if (event.key === "Enter" && multiline && !event.shiftKey) {

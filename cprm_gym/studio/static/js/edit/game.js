@@ -17,7 +17,7 @@ export class Game {
   async end() {
     this.on = false;
     this.canvas.editable = true;
-    this.canvas.update({ enabled: [], fired: [], clocks: {} });
+    this.canvas.clear();
     await this.desk.call("game.end", { id: this.desk.current.id }).catch(() => {});
     this.ended();
   }

@@ -1,0 +1,187 @@
+"""The editors in a browser: a net is changed and saved, a broken contract is reported, nothing is lost by a reload, a model is asked."""
+
+import pytest
+
+from cprm_gym.agents.skills.orient import ORIENT
+from cprm_gym.architecture.petri import load_net, save_net
+from cprm_gym.architecture.prm import Attribute, Grounding, Model, PRMClass, Table, world_to_json
+
+NODE = '.netcanvas .node[data-key="{}"] .hit, .netcanvas .node[data-key="{}"] .shape'
+
+
+@pytest.fixture
+def orient(serve, open_page, tmp_path):
+    save_net(ORIENT, tmp_path / "orient.json")
+    page = open_page(serve(file="orient.json").address)
+    page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    return page
+
+
+def click(page, key):
+    page.locator(NODE.format(key, key)).last.click()
+
+
+def value(page, label):
+    return page.get_by_label(label, exact=True)
+
+
+def commit(page, label, text):
+    value(page, label).fill(text)
+    value(page, label).press("Enter")
+
+
+def test_a_net_is_changed_saved_and_not_lost_by_a_reload(orient, tmp_path):
+    page = orient
+    click(page, "turns")
+    commit(page, "capacity", "20")
+    page.get_by_text("≤ 20", exact=True).wait_for()
+    commit(page, "name", "tries")
+    page.wait_for_selector('.node[data-key="tries"]')
+    click(page, "turn")
+    commit(page, "priority", "5")
+    page.get_by_text("changed; a draft is kept").wait_for()
+    page.reload()
+    page.wait_for_selector('.node[data-key="tries"]')
+    page.keyboard.press("Control+s")
+    page.get_by_text("written: orient.json").wait_for()
+    saved = load_net(tmp_path / "orient.json")
+    assert saved.place("tries").capacity == 20
+    assert saved.transition("turn").priority == 5
+    assert saved.transition("give_up").tests.keys() >= {"tries"}
+
+
+def test_what_does_not_fit_is_said_beside_the_field_and_changes_nothing(orient):
+    page = orient
+    click(page, "off_axis")
+    field = value(page, "expression")
+    before = field.input_value()
+    field.fill("abs(bearing) + nothing")
+    page.get_by_text("unknown place 'nothing'").wait_for()
+    field.press("Enter")
+    page.get_by_text("unknown place 'nothing'").first.wait_for()
+    field.press("Escape")
+    assert field.input_value() == before
+
+
+def test_a_part_is_added_connected_and_taken_back_by_keys_alone(orient):
+    page = orient
+    canvas = page.locator(".netcanvas").first
+    canvas.focus()
+    page.keyboard.press("p")
+    page.wait_for_selector('.node[data-key="place"].selected')
+    canvas.focus()
+    page.keyboard.press("t")
+    page.wait_for_selector('.node[data-key="transition"].selected')
+    canvas.focus()
+    page.keyboard.press("a")
+    page.wait_for_selector(".netcanvas.connecting")
+    click(page, "place")
+    page.wait_for_selector('.link[data-key="arc\ttransition\tplace"]', state="attached")
+    canvas.focus()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector('.link[data-key="arc\ttransition\tplace"]', state="detached")
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+z")
+    page.wait_for_selector('.node[data-key="place"]', state="detached")
+
+
+def test_a_part_that_is_dragged_stays_there_in_the_file(orient, tmp_path):
+    page = orient
+    box = page.locator('.node[data-key="begin"] .shape').bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 60, box["y"] + 80, steps=4)
+    page.mouse.up()
+    page.get_by_text("changed; a draft is kept").wait_for()
+    page.keyboard.press("Control+s")
+    page.get_by_text("written").wait_for()
+    assert '"layout"' in (tmp_path / "orient.json").read_text()
+    assert load_net(tmp_path / "orient.json") == ORIENT
+
+
+def test_a_broken_contract_is_reported_with_the_places_and_a_run(orient):
+    page = orient
+    page.get_by_text("a token in begin marks ongoing in the same instant").wait_for()
+    assert page.locator(".finding.broken").count() == 0
+    click(page, "start")
+    page.get_by_label("remove the output arc with ongoing").click()
+    page.wait_for_selector(".finding.broken")
+    assert "ongoing" in page.locator(".finding.broken").first.inner_text()
+    page.wait_for_selector('.node[data-key="ongoing"].problem')
+    assert page.locator(".run").count() > 0
+    page.keyboard.press("Escape")
+    page.locator("[data-do=undo]").first.click()
+    page.wait_for_selector(".finding.broken", state="detached")
+
+
+def test_a_file_that_changed_meanwhile_is_asked_about(orient, tmp_path):
+    page = orient
+    click(page, "turns")
+    commit(page, "capacity", "30")
+    page.get_by_text("≤ 30", exact=True).wait_for()
+    text = (tmp_path / "orient.json").read_text() + "\n"
+    (tmp_path / "orient.json").write_text(text)
+    page.locator("[data-do=save]").first.click()
+    page.get_by_text("was changed since it was opened").wait_for()
+    assert (tmp_path / "orient.json").read_text() == text
+    page.get_by_role("button", name="write over it").click()
+    page.get_by_text("written: orient.json").wait_for()
+    assert load_net(tmp_path / "orient.json").place("turns").capacity == 30
+
+
+def test_the_token_game_is_played_by_hand(orient):
+    page = orient
+    page.locator("[data-do=play]").click()
+    page.get_by_label("marking of begin").fill("1")
+    page.get_by_label("marking of begin").press("Enter")
+    page.get_by_role("button", name="fire start").click()
+    page.wait_for_selector('.node[data-key="ongoing"].marked')
+    page.get_by_role("button", name="back", exact=True).click()
+    page.wait_for_selector('.node[data-key="begin"].marked')
+    page.get_by_role("button", name="end", exact=True).click()
+    page.wait_for_selector('.node[data-key="begin"].marked', state="detached")
+
+
+BOOL = ("no", "yes")
+RAIN = Model(
+    "rain",
+    (
+        PRMClass(
+            "Garden",
+            (
+                Attribute("rain", BOOL, (0.8, 0.2)),
+                Attribute("wet", BOOL, Table({"yes": (0.1, 0.9), "no": (0.7, 0.3)}), ("rain",)),
+            ),
+        ),
+    ),
+)
+
+
+def test_a_model_is_asked_by_clicking_evidence_and_its_table_is_changed(serve, open_page, tmp_path):
+    (tmp_path / "rain.json").write_text(world_to_json(Grounding(RAIN, {"g": "Garden"})))
+    page = open_page(serve(file="rain.json").address)
+    page.get_by_role("tab", name="Models").click()
+    page.locator("[data-do=graph]:visible").click()
+    page.locator('.variable[data-key="g.wet"]').click()
+    page.get_by_role("button", name="yes").click()
+    page.wait_for_selector('.variable[data-key="g.rain"][aria-label="g.rain: no 57 %"]')
+    page.locator("[data-do=table]:visible").click()
+    page.locator(".side:visible .doc", has_text="rain 2 states").click()
+    cell = page.get_by_label("yes", exact=True)
+    cell.fill("0.5")
+    cell.press("Enter")
+    page.get_by_text("changed; a draft is kept").last.wait_for()
+    page.locator("[data-do=graph]:visible").click()
+    page.wait_for_selector('.variable[data-key="g.rain"][aria-label="g.rain: yes 75 %"]')
+
+
+def test_an_unfinished_model_says_what_is_missing(serve, open_page, tmp_path):
+    (tmp_path / "rain.json").write_text(world_to_json(Grounding(RAIN, {"g": "Garden"})))
+    page = open_page(serve(file="rain.json").address)
+    page.get_by_role("tab", name="Models").click()
+    page.locator(".side:visible .doc", has_text="wet 2 states").click()
+    commit(page, "parents", "rein")
+    page.get_by_text("not finished").wait_for()
+    assert "Did you mean 'rain'" in page.locator(".problem:visible").inner_text()
+    page.locator("[data-do=undo]:visible").click()
+    page.wait_for_selector(".models .problem:not(:empty)", state="detached")
