@@ -24,6 +24,8 @@ MOST_SHOWN = 24
 """Beliefs of a player that are shown unless others are asked for."""
 MOST_FIRED = 300
 """Firings of a cycle that are shown; a net that goes on without end has ten thousand."""
+FLAT = 0.9
+"""Share of the likeliest cell from which on the last one shown says that all are about as likely."""
 POINTS = 40
 """Points that show where a player believes the ball to be."""
 Message = dict[str, Any]
@@ -138,7 +140,8 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
         side, own = float(run.core.sides[i]), int(run.core.players[i])
         if "memory" in run.core.observation and player.controller is runner:
             points = believed_ball(player, {key: value[:, i] for key, value in run.core.observation.items()})[-POINTS:]
-            message["ball"] = [[number(x * side, 2), number(y * side, 2), number(w, 2)] for x, y, w in points.tolist()]
+            if len(points) == 1 or points[0, 2] < FLAT:  # of a flat belief, any few cells would be as good
+                message["ball"] = [[number(x * side, 2), number(y * side, 2), number(w, 2)] for x, y, w in points.tolist()]
         message["spots"] = spots(runner, side, own)
         message["marks"] = {str(k): text for k, text in held(player, own).items()} if player.controller is runner else {}
     return message

@@ -85,6 +85,13 @@ function taken(event) {
   return field.matches("[type=checkbox]") ? event.key === " " : true;
 }
 
+// a click on a button takes no focus, so that the next key is the view's
+addEventListener("mousedown", (event) => {
+  if (!event.target.closest("button") || event.target.closest("dialog")) return;
+  event.preventDefault();
+  document.activeElement?.blur?.();
+});
+
 addEventListener("keydown", (event) => {
   if (document.getElementById("keys").open || taken(event)) return;
   const pressed = keyName(event);

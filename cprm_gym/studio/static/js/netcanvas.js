@@ -179,6 +179,7 @@ export class NetCanvas {
     this.view = view;
     this.root.setAttribute("transform", `translate(${view.x} ${view.y}) scale(${view.k})`);
     this.element.classList.toggle("far", view.k < 0.4);
+    this.element.classList.toggle("tiny", view.k < 0.22);
   }
 
   /** The point of the net under a pointer event. */

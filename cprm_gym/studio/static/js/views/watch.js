@@ -183,8 +183,11 @@ class Watch {
       this.beliefs.begin(null);
       return this.net.begin(null, null);
     }
-    if (!this.known.has(this.agent)) this.known.set(this.agent, await this.call("watch.inside", { agent: this.agent }));
-    this.inside = this.known.get(this.agent);
+    const { agent } = this;
+    this.inside = null;
+    if (!this.known.has(agent)) this.known.set(agent, await this.call("watch.inside", { agent }));
+    if (agent !== this.agent) return undefined; // another one was chosen meanwhile
+    this.inside = this.known.get(agent);
     this.chosen = null;
     this.ask.clear();
     this.beliefs.begin(this.inside);
@@ -240,9 +243,23 @@ class Watch {
     this.play.disabled = this.live.over && !past;
   }
 
+  /** Ask again what an agent is made of: relations bring variables. */
+  async #learn() {
+    if (this.learning) return;
+    this.learning = true;
+    const { agent } = this;
+    const inside = await this.call("watch.inside", { agent });
+    this.learning = false;
+    if (!inside) return;
+    this.known.set(agent, inside);
+    if (agent === this.agent) this.inside = this.beliefs.inside = inside;
+  }
+
   #draw() {
     const { frame } = this;
-    if (!frame || !this.run) return;
+    if (!frame || !this.run || (this.agent && !this.inside)) return;
+    const unknown = Object.keys(frame.agents[this.agent]?.beliefs ?? {}).some((name) => !(name in (this.inside.variables ?? {})));
+    if (unknown && frame === this.live) this.#learn();
     const inner = frame.agents[this.agent];
     const { mode, score } = frame.world;
     const goals = score[0] + score[1] ? `, ${score.join(" : ")}` : "";

@@ -58,7 +58,7 @@ export class Beliefs {
     const text = belief.mean !== undefined && belief.mean !== null ? `${short(belief.mean)} ± ${short(belief.spread)}${unit}` : best(belief, known);
     if (row.value.textContent !== text) row.value.textContent = text;
     if (!belief.p) return;
-    const edges = known?.edges;
+    const edges = known?.edges?.length === belief.p.length + 1 ? known.edges : null;
     if (row.rects.length !== belief.p.length) {
       row.rects = belief.p.map(() => svg("rect", { class: "bar-p" }));
       row.seen = svg("line", { class: "seen", y1: 0, y2: HEIGHT });
