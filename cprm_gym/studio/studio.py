@@ -69,7 +69,7 @@ class Studio:
         self.debugger = Debugger(self.session, breakpoint_file(file))
         self.calls.add("watch", self.debugger.calls())
         self.calls.add("watch", Comparison(self.session).calls())
-        self.playing = RunRoom(self.session, self.edited_nets, results)
+        self.playing = RunRoom(self.session, self.edited_nets, lambda: self.desk.models(), results)
         self.calls.add("run", self.playing.calls())
         self.desk = Desk(publish, Path.cwd())
         self.calls.add("edit", self.desk.calls())

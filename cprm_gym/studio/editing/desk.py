@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import threading
 from collections.abc import Callable, Mapping
@@ -14,6 +15,7 @@ from ...architecture.petri import PetriNet
 from ...architecture.petri.drawing.plan import drawing_plan
 from ...architecture.petri.files.json import FORMAT as NET_FORMAT
 from ...architecture.petri.files.json import net_from_dict
+from ...architecture.prm import Model
 from ...architecture.prm.interchange.json import FORMAT as MODEL_FORMAT
 from ...errors import CprmError, FormatError, ParameterError, unknown_name
 from .checks import SECONDS, Checker
@@ -440,4 +442,15 @@ class Desk:
                 if held.document.net is not None:
                     net = held.document.definition()
                     found[net.name] = net
+        return found
+
+    def models(self) -> dict[str, Model]:
+        """The valid models that are open, by name; one that is unfinished is left out."""
+        found: dict[str, Model] = {}
+        with self._lock:
+            for held in self._open.values():
+                if held.document.model is not None:
+                    with contextlib.suppress(CprmError):
+                        model = held.document.model_value()
+                        found[model.name] = model
         return found

@@ -10,6 +10,7 @@ from ...agents.catalogue import shipped_nets
 from ...agents.registry import AGENTS
 from ...architecture.petri import PetriNet
 from ...architecture.petri.drawing.plan import drawing_plan
+from ...architecture.prm import Model
 from ...benchmark.registry import controller_entries
 from ...benchmark.statistics import wilson_interval
 from ...envs.tasks import TASKS
@@ -22,6 +23,8 @@ from .results import Results
 from .witnesses import analysis
 
 Nets = Callable[[], Mapping[str, PetriNet]]
+Names = list[str] | None
+Models = Callable[[], Mapping[str, Model]]
 
 
 class RunRoom:
@@ -31,14 +34,14 @@ class RunRoom:
     ----------
     session : Session
         Where what is chosen is watched.
-    nets : callable
-        The nets that were opened or edited, by name.
+    nets, models : callable
+        The nets and models that were opened or edited, by name.
     results : Results, optional
         That were opened.
     """
 
-    def __init__(self, session: Session, nets: Nets, results: Results | None = None) -> None:
-        self.session, self.nets, self.results = session, nets, results
+    def __init__(self, session: Session, nets: Nets, models: Models, results: Results | None = None) -> None:
+        self.session, self.nets, self.models, self.results = session, nets, models, results
         self._episodes: list[Episode] = []
         self._setup: Setup | None = None
         self._wanted = 0
@@ -59,36 +62,39 @@ class RunRoom:
             "controllers": list(controller_entries()),
             "disturbances": {name: (type(d).__doc__ or "").partition("\n")[0] for name, d in DISTURBANCES.items()},
             "nets": sorted(self.nets()),
+            "models": sorted(self.models()),
             "shipped": sorted(shipped_nets()),
             "setup": None if self.session.setup is None else self.session.setup.said(),
             "results": self.results is not None,
         }
 
-    def _made(self, task: str, controller: str, seed: int, world: int, disturbance: str | None, nets: list[str] | None) -> Setup:
-        known = self.nets()
-        for name in nets or ():
-            if name not in known:
-                raise unknown_name("opened net", str(name), known)
-        return Setup(task, controller, seed, world, disturbance or None, {}, {name: known[name] for name in nets or ()})
+    def _made(self, task: str, controller: str, seed: int, world: int, disturbance: str | None, nets: Names, models: Names) -> Setup:
+        there, learned = self.nets(), self.models()
+        for kind, names, known in (("net", nets, there), ("model", models, learned)):
+            for name in names or ():
+                if name not in known:
+                    raise unknown_name(f"opened {kind}", str(name), known)
+        changed = {name: there[name] for name in nets or ()}, {name: learned[name] for name in models or ()}
+        return Setup(task, controller, seed, world, disturbance or None, {}, *changed)
 
     def watch(
         self, task: str, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
-        nets: list[str] | None = None,
+        nets: Names = None, models: Names = None,
     ) -> dict[str, Any]:  # fmt: skip
         """Watch an episode."""
-        self.session.begin(self._made(task, controller, seed, world, disturbance, nets))
+        self.session.begin(self._made(task, controller, seed, world, disturbance, nets, models))
         return self.session.about()
 
     # ------------------------------------------------------------------ many episodes
 
     def episodes(
         self, task: str, count: int, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
-        nets: list[str] | None = None,
+        nets: Names = None, models: Names = None,
     ) -> dict[str, Any]:  # fmt: skip
         """Begin to play many episodes; pages are told of each few that end."""
         if self._thread is not None and self._thread.is_alive():
             raise CprmError("episodes are being played; stop them first")
-        setup = self._made(task, controller, seed, world, disturbance, nets)
+        setup = self._made(task, controller, seed, world, disturbance, nets, models)
         batches = play_episodes(setup, count, lambda: not self._stop.is_set())
         self._stop.clear()
         self._setup, self._wanted, self._episodes = setup, count, []

@@ -43,11 +43,11 @@ def make_players(setup: Setup, task: Task) -> list[Controller]:
     Raises
     ------
     ParameterError
-        When nobody plays with a net that was changed.
+        When nobody plays with a net or model that was changed.
     """
     players: list[Controller] = [setup.player(task, name) for name in select_agents(task.controlled, task.left, task.right)]
     shared: dict[Any, dict[str, Any]] = {}
-    used = set()
+    used: set[str] = set()
     for player in players:
         if not isinstance(player, SoccerAgent):
             continue
@@ -56,6 +56,10 @@ def make_players(setup: Setup, task: Task) -> list[Controller]:
         if net is not None:
             used.add(player.cprm.net.name)
             player.cprm = replace(player.cprm, net=net)
+        model = None if player.cprm.model is None else setup.models.get(player.cprm.model.name)
+        if model is not None:
+            used.add(model.name)
+            player.cprm = replace(player.cprm, model=model)
         cprm = player.cprm
         plain = cprm.model is not None and not cprm.separate and not cprm.references
         if plain and cprm.model is not None and not {"engine", "grounding", "deep"} & set(player.options):
@@ -63,8 +67,9 @@ def make_players(setup: Setup, task: Task) -> list[Controller]:
             if key not in shared:
                 shared[key] = {"engine": ExactEngine(), "grounding": Grounding(cprm.model, cprm.objects)}
             player.options |= shared[key]
-    if unused := set(setup.nets) - used:
-        raise ParameterError(f"nobody in {setup.task} plays with a net called {', '.join(sorted(unused))}")
+    for kind, given in (("net", setup.nets), ("model", setup.models)):
+        if unused := set(given) - used:
+            raise ParameterError(f"nobody in {setup.task} plays with a {kind} called {', '.join(sorted(unused))}")
     return players
 
 

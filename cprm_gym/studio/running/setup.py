@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...architecture.petri import PetriNet
+from ...architecture.prm import Model
 from ...benchmark.registry import controller_entries, load_controller
 from ...envs.controller import Controller
 from ...envs.tasks import TASKS, Task, make_task
@@ -33,6 +34,8 @@ class Setup:
         Fields of the task that differ from its own.
     nets : mapping of str to PetriNet
         Name of a net of a player -> the net with which it plays instead.
+    models : mapping of str to Model
+        Likewise of its model.
 
     Raises
     ------
@@ -46,6 +49,7 @@ class Setup:
     disturbance: str | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
     nets: Mapping[str, PetriNet] = field(default_factory=dict)
+    models: Mapping[str, Model] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what there is not."""
@@ -71,4 +75,4 @@ class Setup:
     def said(self) -> dict[str, Any]:
         """What a page shows of it."""
         return {"task": self.task, "controller": self.controller, "seed": self.seed, "world": self.world, "disturbance": self.disturbance,
-                "changed": sorted(self.nets)}  # fmt: skip
+                "changed": sorted(self.nets), "models": sorted(self.models)}  # fmt: skip

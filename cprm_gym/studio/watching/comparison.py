@@ -42,14 +42,14 @@ class Comparison:
         controller : str, optional
             Who plays in the other one; the same if not given.
         changed : bool
-            False: with the nets as they ship, where this run plays with edited ones.
+            False: with nets and models as they ship, where this run plays with edited ones.
         """
         self.session.pause()
         with self.session.lock:
             run = self.session.there()
             different: dict[str, Any] = {} if controller is None else {"controller": controller}
             if not changed or controller is not None:
-                different["nets"] = {}
+                different |= {"nets": {}, "models": {}}
             self._end()
             other = Run(replace(run.setup, **different))
             self.other = other

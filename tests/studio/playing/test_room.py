@@ -6,6 +6,8 @@ from dataclasses import replace
 import pytest
 
 from cprm_gym.agents.catalogue import shipped_net
+from cprm_gym.agents.goalie import goalie_cprm
+from cprm_gym.architecture.prm import Noise
 from cprm_gym.benchmark.plan import Plan
 from cprm_gym.benchmark.runner import run as play_plan
 from cprm_gym.errors import CprmError, FormatError, ParameterError
@@ -27,8 +29,8 @@ def session():
     made.close()
 
 
-def room_of(session, nets=None, results=None):
-    return RunRoom(session, lambda: nets or {}, results)
+def room_of(session, nets=None, results=None, models=None):
+    return RunRoom(session, lambda: nets or {}, lambda: models or {}, results)
 
 
 def ended(room):
@@ -55,6 +57,25 @@ def test_the_opened_net_plays_instead_of_the_one_that_ships(session):
     assert "leap" not in fired
     with pytest.raises(CprmError, match="unknown opened net 'golie'"):
         room.watch("Goalie", nets=["golie"])
+
+
+def test_the_edited_model_infers_instead_of_the_one_that_ships(session):
+    model = goalie_cprm(2).model
+    dim = replace(model, classes=tuple(badly_seen(c) if c.name == "Ball" else c for c in model.classes))
+    about = room_of(session, models={model.name: dim}).watch("Goalie", seed=2, models=[model.name])
+    assert about["models"] == [model.name]
+    edited = session.step(3)["agents"]["left_1"]["beliefs"]["ball.x"]
+    session.begin(Setup("Goalie", seed=2))
+    shipped = session.step(3)["agents"]["left_1"]["beliefs"]["ball.x"]
+    assert edited["spread"] > 2 * shipped["spread"]
+    with pytest.raises(ParameterError, match="nobody in KickOffShot plays with a model called"):
+        room_of(session, models={model.name: dim}).watch("KickOffShot", models=[model.name])
+
+
+def badly_seen(kind):
+    """The class of the ball, whose place is seen worse by far."""
+    attributes = tuple(replace(a, cpd=Noise("x", sd=9.0)) if a.name == "seen_x" else a for a in kind.attributes)
+    return replace(kind, attributes=attributes)
 
 
 def test_a_net_that_goes_on_without_end_stops_the_run_where_it_can_be_asked(session):

@@ -71,14 +71,21 @@ class RunView {
   }
 
   #nets() {
-    const { nets, setup } = this.choices;
-    this.nets.replaceChildren(...(nets.length ? [el("span", { class: "soft" }, "with the opened net instead of the one that ships:"), ...nets.map((name) => el("label", { class: "check" }, el("input", { type: "checkbox", value: name, "data-net": name, checked: Boolean(setup?.changed.includes(name)) }), ` ${name}`))] : []));
+    const { nets, models, setup } = this.choices;
+    const boxes = (kind, names, chosen) => names.map((name) => el("label", { class: "check" },
+      el("input", { type: "checkbox", value: name, [`data-${kind}`]: name, checked: Boolean(chosen?.includes(name)) }), ` ${kind} ${name}`));
+    const made = [...boxes("net", nets, setup?.changed), ...boxes("model", models, setup?.models)];
+    this.nets.replaceChildren(...(made.length ? [el("span", { class: "soft" }, "as edited here, instead of as it ships:"), ...made] : []));
   }
 
   #given() {
     const { task, controller, disturbance, seed, world } = this.fields;
     return { task: task.value, controller: controller.value, disturbance: disturbance.value || null, seed: Number(seed.value), world: Number(world.value),
-      nets: [...this.nets.querySelectorAll("input:checked")].map((box) => box.value) };
+      nets: this.#checked("net"), models: this.#checked("model") };
+  }
+
+  #checked(kind) {
+    return [...this.nets.querySelectorAll(`[data-${kind}]:checked`)].map((box) => box.value);
   }
 
   async #open(name, given) {
@@ -114,7 +121,7 @@ class RunView {
     const wanted = { all: () => true, failures: (e) => !e.success, successes: (e) => e.success }[this.filter.value];
     const { setup } = this.last;
     this.list.replaceChildren(...this.last.episodes.filter(wanted).slice(0, KEPT_ROWS).map((e) => el("tr", {}, el("td", { class: "mono" }, `${e.world}`), el("td", {}, `${e.success ? "✓" : "✗"} ${e.status.replaceAll("_", " ").toLowerCase()}`), el("td", { class: "mono" }, `${e.cycles}`),
-      el("td", { class: "mono" }, e.struck >= 0 ? `${e.struck}` : ""), el("td", {}, el("button", { class: "link", "data-world": e.world, onclick: () => this.watch({ task: setup.task, controller: setup.controller, disturbance: setup.disturbance, seed: setup.seed, world: e.world, nets: setup.changed }) }, "watch")))));
+      el("td", { class: "mono" }, e.struck >= 0 ? `${e.struck}` : ""), el("td", {}, el("button", { class: "link", "data-world": e.world, onclick: () => this.watch({ task: setup.task, controller: setup.controller, disturbance: setup.disturbance, seed: setup.seed, world: e.world, nets: setup.changed, models: setup.models }) }, "watch")))));
   }
 
   #table(table) {

@@ -207,7 +207,7 @@ class Watch {
   }
 
   #comparisons() {
-    const options = [["", "alone"], ["same", "beside: the same run, nothing changed"], ...(this.run.changed.length ? [["shipped", "beside: with the nets as they ship"]] : []),
+    const options = [["", "alone"], ["same", "beside: nothing changed by hand"], ...(this.run.changed.length + this.run.models.length ? [["shipped", "beside: as it ships"]] : []),
       ...(this.studio.about.controllers ?? []).map((name) => [`controller ${name}`, `beside: played by ${name}`])];
     this.compare.replaceChildren(...options.map(([value, text]) => el("option", { value }, text)));
   }
