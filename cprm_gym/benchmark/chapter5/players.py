@@ -6,10 +6,13 @@ import functools
 from collections.abc import Callable
 from functools import partial
 
+from ...agents.body import Body
+from ...agents.goalie import GoalieAgent
 from ...agents.hiker.internal import make_controller as internal
 from ...agents.knowledge import TIERS, informed
 from ...agents.knowledge.players import PLAYERS
 from ...agents.registry import make_controller as cprm
+from ...agents.skills.constants import GoalieConstants
 from ...envs.controller import Controller
 from ...envs.tasks import Task, make_task
 from ...errors import ControllerError, UnknownName
@@ -28,6 +31,9 @@ UNTUNED = "net by hand"
 """The same net with the numbers that were set by hand before anything was tuned."""
 BARE = "cprm without recovery"
 """The primary sequence alone."""
+BELIEVING, BLIND = "cprm, reflexes", "cprm, no reflexes"
+"""The goalie with his relational model under a condition's period and latency, what is late rolled on to now; with inputs that act in the
+cycle in which the ball is seen, or by what he believes alone. Both narrow their view to the ball, and have the numbers of the memory."""
 WATCHED, ON = " watched", " on "
 LATE, REFLEXES = ", all late", ", reflexes"
 
@@ -44,6 +50,15 @@ def _untuned(task: Task, agent: str) -> Controller:
     if player is None or player.constants is None:
         raise UnknownName(f"{UNTUNED}: nothing is tuned in task {task.name!r}")
     return player.make(task, agent, player.constants())
+
+
+def _believing(how: Condition, reflexes: str, task: Task, agent: str) -> Controller:
+    if task.name != "Goalie":
+        raise UnknownName(f"{BELIEVING}: task {task.name!r}; it plays Goalie")
+    return GoalieAgent(
+        task.right, body=Body.of(task), constants=GoalieConstants.tuned("memory"), reflexes=reflexes, focus=True,
+        t_b=how.period, latency=how.latency,
+    )  # fmt: skip
 
 
 def _bare(task: Task, agent: str) -> Controller:
@@ -75,6 +90,8 @@ def make_player(name: str, how: Condition) -> Maker:
     if name.endswith(WATCHED):
         watched = make_player(name.removesuffix(WATCHED), how)
         return lambda task, agent: Watchdog(watched(task, agent))
+    if name in (BELIEVING, BLIND):
+        return partial(_believing, how, "eye" if name == BELIEVING else "none")
     for ending in (LATE, REFLEXES):
         if name.endswith(ending):
             base, tier = name.removesuffix(ending).rsplit(ON, 1)

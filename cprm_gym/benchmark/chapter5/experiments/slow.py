@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from ..cells import Cell, Size, Wanted
-from ..comparisons import Comparison, compare
+from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT, LATENCIES, PERIODS
 from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
-from ..players import LATE, NET, ON, REFLEXES
+from ..players import BELIEVING, BLIND, LATE, NET, ON
 from ..results import Played, Results, median
 
 TITLE = "Slow inference"
 QUESTION = "What is left of an agent whose inference takes time, and what do reflexes save?"
 TASK = "Goalie"
-WITHOUT, WITH, REGIONS = f"{NET}{ON}belief{LATE}", f"{NET}{ON}belief{REFLEXES}", f"belief_region{ON}belief{LATE}"
+WITH, WITHOUT, REGIONS = BELIEVING, BLIND, f"belief_region{ON}belief{LATE}"
 PLAYERS = (WITH, WITHOUT, REGIONS)
 AXES: dict[str, tuple[tuple[float, str], ...]] = {
     "latency: cycles until a result is there": ((0.0, DEFAULT), *((float(n), f"inference {n} late") for n in LATENCIES)),
@@ -29,8 +29,9 @@ def _conditions(size: Size) -> list[str]:
 
 
 def wanted(size: Size) -> list[Wanted]:
-    """The goalie's net and his belief regions under both kinds of slowness."""
-    return [Wanted(Cell(TASK, where, player), size.curve) for where in _conditions(size) for player in PLAYERS]
+    """The goalie with his model and his belief regions under both kinds of slowness; his net on dead reckoning, which nothing slows."""
+    slow = [Wanted(Cell(TASK, where, player), size.curve) for where in _conditions(size) for player in PLAYERS]
+    return [*slow, Wanted(Cell(TASK, DEFAULT, NET), size.curve)]
 
 
 def _answer(found: Played) -> tuple[float | None, int, int]:
@@ -61,7 +62,7 @@ def tell(results: Results, size: Size) -> Told:
             panels.append(Curves(f"{TASK}: {name}, success", tuple(success), ticks, axis))
             panels.append(Curves(f"{TASK}: {name}, cycles from a shot to the first answer", tuple(speed), ticks, axis, "cycles, median"))
     for where in _conditions(size):
-        for player in PLAYERS:
+        for player in (*PLAYERS, NET):
             found = results.played(TASK, where, player)
             if found is None:
                 continue
@@ -72,14 +73,20 @@ def tell(results: Results, size: Size) -> Told:
         for other in (WITHOUT, REGIONS):
             pair = results.pair(TASK, where, WITH, other)
             pairs += [pair] if pair is not None else []
+        slowed, reckoning = results.played(TASK, where, WITH), results.played(TASK, DEFAULT, NET)
+        if slowed is not None and reckoning is not None:
+            n = min(slowed.n, reckoning.n)
+            pairs.append(Pair(TASK, where, WITH, NET, "success", slowed.success[:n], reckoning.success[:n]))
     comparisons = compare(pairs)
     head = ("inference", "player", "n", "success %, Wilson 95 %", "median cycles from a shot to the first answer", "shots answered")
     notes = (
-        "all late: everything that he decides from is inferred, and is as old as the inference. reflexes: his own "
-        "place, and the ball where he "
-        "sees it, are those of this cycle; the rest is late. A late result is taken as it is, not rolled forward to now, and both have the "
-        "numbers tuned for knowledge that is not late. An answer is the first cycle after which he moves towards the "
-        "ball's way or stands in it.",
+        f"{WITH}: in a cycle in which the goalie sees the ball he acts on that reading, in others on the belief, of "
+        f"which a late result is rolled "
+        f"on to now; {WITHOUT}: on the belief alone. {REGIONS}: all that decides is as old as the inference, and taken "
+        f"as it is. {NET}: the same "
+        "decisions on dead reckoning, without a model, which nothing slows. An answer to a shot is the first cycle "
+        "after which he moves towards "
+        "the ball's way or stands in it.",
     )
     return Told("slow", TITLE, QUESTION, (Table("Success and answers", head, tuple(rows)),), tuple(panels), tuple(comparisons),
                 _findings(results, comparisons), notes)  # fmt: skip
@@ -99,4 +106,10 @@ def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding,
         f"{numbers(most)}; there the first answer "
         f"takes {times[0]} cycles instead of {times[1]} (medians)."
     )
+    without = [c for c in comparisons if c.second == NET]
+    if without:
+        best = max(without, key=lambda c: c.difference)
+        won = sum(c.better == c.first for c in without)
+        text += f" Against the same decisions without any model it is ahead in {won} of {len(without)}; "
+        text += f"at best {numbers(best)} ({best.condition})."
     return (Finding("slow", verdict, text),)

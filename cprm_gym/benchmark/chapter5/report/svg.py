@@ -133,7 +133,7 @@ def _apart(ends: Sequence[tuple[float, str, str]], gap: float, top: float, botto
 
 
 _SHORT = {
-    "net on belief, all late": "all late", "net on belief, reflexes": "reflexes", "belief_region on belief, all late": "regions, all late",
+    "cprm, reflexes": "reflexes", "cprm, no reflexes": "no reflexes", "belief_region on belief, all late": "regions, all late",
     "belief_region + internal variables": "… + internal variables", "cprm without recovery": "without recovery",
     "cprm without recovery watched": "… + watchdog",
 }  # fmt: skip
