@@ -70,7 +70,7 @@ class Size:
     full: bool = True
 
 
-FULL, QUICK = Size(), Size(table=40, curve=20, full=False)
+FULL, QUICK = Size(), Size(table=100, curve=60, full=False)
 
 
 def blocks_of(wanted: Iterable[Wanted], seed: int) -> list[Block]:

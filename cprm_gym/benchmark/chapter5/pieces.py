@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from .comparisons import Comparison
 
-HOLDS, IN_PART, FAILS, UNKNOWN = "holds", "in part", "does not hold", "not yet measured"
-"""Verdicts."""
+HOLDS, IN_PART, FAILS, UNDECIDED, UNKNOWN = "holds", "in part", "does not hold", "not decided", "not yet measured"
+"""Verdicts; not decided where there were too few episodes to tell."""
+MATTERS = 0.05
+"""A difference of rates that matters."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ class Finding:
     claim : str
         Key of `claims.CLAIMS`.
     verdict : str
-        `HOLDS`, `IN_PART`, `FAILS` or `UNKNOWN`.
+        `HOLDS`, `IN_PART`, `FAILS`, `UNDECIDED` or `UNKNOWN`.
     figure : str
         The numbers behind it, in a sentence.
     """
@@ -123,6 +125,13 @@ class Told:
     def better(self) -> tuple[Comparison, ...]:
         """Comparisons that are decided."""
         return tuple(c for c in self.comparisons if c.better)
+
+
+def verdict_of(ahead: int, compared: Sequence[Comparison]) -> str:
+    """Whether the first is better than the second: in all, in some, in none, or in none but perhaps by an amount that matters."""
+    if ahead:
+        return HOLDS if ahead == len(compared) else IN_PART
+    return UNDECIDED if any(c.high > MATTERS for c in compared) else FAILS
 
 
 def sentence(c: Comparison) -> str:

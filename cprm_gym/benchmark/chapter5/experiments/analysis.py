@@ -68,10 +68,10 @@ def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, .
         here, lost = able("code", False), able("cprm", True) - able("code", True)
         missing = able("cprm", False) - here
         verdict = IN_PART if here and lost else HOLDS if lost else FAILS
-        text = (f"Of code {len(here)} methods that watch it in a world say something, the chain and the causes of errors among them"
-                f"{'' if not missing else '; not: ' + listed(sorted(missing))}. What holds in every environment "
-                f"({listed(sorted(lost))}) is "
-                "found of the net alone.")  # fmt: skip
+        text = f"Of code {len(here)} of {len(here | missing)} methods that watch it in a world say something, the learned chain among them"
+        text += f" (not: {listed(sorted(missing))})" if missing else ""
+        kinds = listed([method.removeprefix(EVERYWHERE + ": ") for method in sorted(lost)])
+        text += f". What holds in every environment ({kinds}) is found of the net alone."
         told.append(Finding("code opaque", verdict, text))
     if "fsm" in said:
         more = (able("fsm", True) | able("fsm", False)) - (able("cprm", True) | able("cprm", False))

@@ -6,7 +6,7 @@ from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT
-from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, numbers, percent
+from ..pieces import Dots, Finding, Table, Told, numbers, percent, verdict_of
 from ..players import BARE, STRUCTURES, WATCHED, plays
 from ..results import Results, median
 
@@ -81,7 +81,7 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     if not watched:
         return ()
     ahead, behind = [c for c in watched if c.better == c.first], [c for c in watched if c.better == c.second]
-    verdict = FAILS if not ahead else HOLDS if len(ahead) == len(watched) and not behind else IN_PART
+    verdict = verdict_of(len(ahead), watched)
     least, most = min(watched, key=lambda c: c.difference), max(watched, key=lambda c: c.difference)
     text = (
         f"Against the same sequence with a watchdog, recovery is ahead in {len(ahead)} of {len(watched)} disturbances and behind in "

@@ -87,7 +87,9 @@ def _findings(results: Results, found: dict[tuple[int, str], dict[str, Any] | No
         f"{most} skills take {machine['states']:,} states and {machine['transitions']:,} rules as one machine, {net['states']} places and "
         f"{net['transitions']} transitions as a net; {'all' if alike else 'not all'} send the same."))  # fmt: skip
     ended = "comes to its end" if net["whole"] else "does not come to its end"
-    told.append(Finding("layers", IN_PART,
+    small, better = layers["lines"] <= net["lines"], net["apart"] < layers["analyse"]
+    verdict = HOLDS if small and better and net["whole"] else IN_PART if small or better else FAILS
+    told.append(Finding("layers", verdict,
         f"Written down, {most} layers ({layers['lines']} lines) are smaller than the net ({net['lines']}). Analysed as "
         f"a whole the net explodes, "
         f"too: {net['explored']:,} steps in {net['analyse']:.1f} s, and it {ended}; skill by skill it takes {net['apart']:.2f} s. "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....agents.knowledge.players import PLAYERS
 from ..cells import Cell, Size, Wanted
 from ..facts import SIZE, TUNING
-from ..pieces import IN_PART, Finding, Table, Told
+from ..pieces import FAILS, HOLDS, IN_PART, Finding, Table, Told
 from ..players import STRUCTURES, plays
 from ..results import Results
 
@@ -46,7 +46,8 @@ def tell(results: Results, size: Size) -> Told:
     notes = (
         "Lines of Python in the controller's own file for the task, without docstrings and comments. All share skills, "
         "thresholds and formulas "
-        "written once; a CPRM's file holds its net, and where it has a model what links the two; the model's classes are elsewhere. Places "
+        "written once, which stand in the CPRM's files; its file holds its net, and where it has a model what links "
+        "the two; the model's classes are elsewhere. Places "
         "and transitions are counted with all modules embedded.",
         "Learners: no trained policy ships, so the experience that they need is not measured: not trained. How to train one: "
         "`python -m cprm_baselines.rl.go_to_ball --help`.",
@@ -58,7 +59,8 @@ def tell(results: Results, size: Size) -> Told:
     findings = []
     if rows:
         said = ", ".join(f"{name} {count}" for name, count in lines.items() if count)
-        findings = [
-            Finding("cost", IN_PART, f"Lines for {len(_tasks(size))} tasks: {said}. Learners were not trained, so nothing is said of them.")
-        ]
+        ours, others = lines["cprm"], [count for name, count in lines.items() if name != "cprm" and count]
+        verdict = HOLDS if ours <= min(others, default=ours) else IN_PART if ours <= max(others) else FAILS
+        figure = f"Lines for {len(_tasks(size))} tasks: {said}. Learners were not trained, so nothing is said of them."
+        findings = [Finding("cost", verdict, figure)]
     return Told("making", TITLE, QUESTION, tables, (), (), tuple(findings), notes)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT, LATENCIES, PERIODS
-from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
+from ..pieces import Curves, Finding, Point, Series, Table, Told, numbers, percent, verdict_of
 from ..players import BELIEVING, BLIND, LATE, NET, ON
-from ..results import Played, Results, median
+from ..results import Played, Results
+from ..watching import MOST
 
 TITLE = "Slow inference"
 QUESTION = "What is left of an agent whose inference takes time, and what do reflexes save?"
@@ -35,9 +36,10 @@ def wanted(size: Size) -> list[Wanted]:
 
 
 def _answer(found: Played) -> tuple[float | None, int, int]:
-    """Median cycles to the first answer, answers, events."""
+    """Mean cycles to the first answer, answers, events; an event without an answer counts `MOST`."""
     asked = [a for s, a in zip(found.more["asked"], found.more["answer"]) if s]
-    return median(asked), sum(a is not None for a in asked), len(asked)
+    mean = sum(MOST if a is None else a for a in asked) / len(asked) if asked else None
+    return mean, sum(a is not None for a in asked), len(asked)
 
 
 def tell(results: Results, size: Size) -> Told:
@@ -56,11 +58,14 @@ def tell(results: Results, size: Size) -> Told:
                 times += [Point(x, middle, middle, middle)] if middle is not None else []
             success += [Series(player, tuple(rates))] if rates else []
             speed += [Series(player, tuple(times))] if times else []
+        reckoning = results.played(TASK, DEFAULT, NET)
+        if reckoning is not None:  # it does not infer, so nothing is late
+            success.append(Series(NET, tuple(Point(x, *reckoning.percents()) for x, _ in places)))
         ticks = tuple((x, f"{x:g}") for x, _ in places)
         if success:
             name = axis.split(":")[0]
             panels.append(Curves(f"{TASK}: {name}, success", tuple(success), ticks, axis))
-            panels.append(Curves(f"{TASK}: {name}, cycles from a shot to the first answer", tuple(speed), ticks, axis, "cycles, median"))
+            panels.append(Curves(f"{TASK}: {name}, cycles from a shot to the first answer", tuple(speed), ticks, axis, "cycles, mean"))
     for where in _conditions(size):
         for player in (*PLAYERS, NET):
             found = results.played(TASK, where, player)
@@ -68,7 +73,7 @@ def tell(results: Results, size: Size) -> Told:
                 continue
             middle, answered, asked = _answer(found)
             rows.append(
-                (where, player, str(found.n), percent(found.rate()), "-" if middle is None else f"{middle:.0f}", f"{answered} of {asked}")
+                (where, player, str(found.n), percent(found.rate()), "-" if middle is None else f"{middle:.1f}", f"{answered} of {asked}")
             )
         for other in (WITHOUT, REGIONS):
             pair = results.pair(TASK, where, WITH, other)
@@ -78,7 +83,14 @@ def tell(results: Results, size: Size) -> Told:
             n = min(slowed.n, reckoning.n)
             pairs.append(Pair(TASK, where, WITH, NET, "success", slowed.success[:n], reckoning.success[:n]))
     comparisons = compare(pairs)
-    head = ("inference", "player", "n", "success %, Wilson 95 %", "median cycles from a shot to the first answer", "shots answered")
+    head = (
+        "inference",
+        "player",
+        "n",
+        "success %, Wilson 95 %",
+        f"mean cycles from a shot to the first answer ({MOST} where there was none)",
+        "shots answered",
+    )
     notes = (
         f"{WITH}: in a cycle in which the goalie sees the ball he acts on that reading, in others on the belief, of "
         f"which a late result is rolled "
@@ -97,14 +109,15 @@ def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding,
     if not slow:
         return ()
     ahead = [c for c in slow if c.better == c.first]
-    verdict = HOLDS if len(ahead) == len(slow) else IN_PART if ahead else FAILS
+    verdict = verdict_of(len(ahead), slow)
     most = max(slow, key=lambda c: c.difference)
     pair = [results.played(TASK, most.condition, player) for player in (WITH, WITHOUT)]
-    times = ["-" if found is None else f"{_answer(found)[0]:g}" if _answer(found)[0] is not None else "never" for found in pair]
+    means = [None if found is None else _answer(found)[0] for found in pair]
+    times = ["-" if mean is None else f"{mean:.1f}" for mean in means]
     text = (
         f"Reflexes are ahead in {len(ahead)} of {len(slow)} kinds of slowness; most under {most.condition}: "
         f"{numbers(most)}; there the first answer "
-        f"takes {times[0]} cycles instead of {times[1]} (medians)."
+        f"takes {times[0]} cycles instead of {times[1]} (means)."
     )
     without = [c for c in comparisons if c.second == NET]
     if without:

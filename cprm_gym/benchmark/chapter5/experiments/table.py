@@ -7,10 +7,10 @@ import numpy as np
 from ....agents.knowledge.players import PLAYERS
 from ....envs.tasks import TASKS, make_task
 from ..cells import Cell, Size, Wanted
-from ..comparisons import Pair, compare
+from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT
-from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, listed, numbers, percent
-from ..players import NET, not_installed, plays, registered
+from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, numbers, percent
+from ..players import NET, STRUCTURES, not_installed, plays, registered
 from ..results import Results
 
 TITLE = "Every task, every controller"
@@ -20,6 +20,8 @@ MATCHES = ("Soccer", "Soccer5v5", "Soccer11v11")
 """Left out: a match takes as long as hundreds of drills."""
 FLOOR = ("random",)
 """Shown as a floor, and not compared."""
+FORGETS = "belief_region"
+"""The structure without a memory."""
 CLOSE = 0.1
 """How far behind the best structure the others may be and still count as able."""
 SECONDS = 0.1
@@ -97,7 +99,17 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
             f"for it and {len(theirs)} "
             f"against it. The worst for it: {worst.first} less {worst.second} in {worst.task}, {numbers(worst)}."
         )
-        found.append(Finding("performance", HOLDS if theirs or ours else IN_PART, figure))
+        alike = [
+            c for c in compared if c.second in STRUCTURES and c.second != FORGETS and (c.first == NET or not _has_net(compared, c.task))
+        ]
+        apart = [c for c in alike if c.better and abs(c.difference) > MATTERS]
+        wide = [c for c in alike if max(-c.low, c.high) > 2 * MATTERS]
+        figure += (
+            f" Structures that remember, with the same knowledge as the net, differ decidedly by more than {100 * MATTERS:.0f} points in "
+        )
+        figure += f"{len(apart)} of {len(alike)}."
+        verdict = (HOLDS if not wide else UNDECIDED) if not apart else IN_PART if 2 * len(apart) <= len(alike) else FAILS
+        found.append(Finding("performance", verdict, figure))
     behind, tried = [], 0
     for task in tasks(size):
         code = results.played(task, DEFAULT, "code")
@@ -116,6 +128,10 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
         )
         found.append(Finding("code can", verdict, f"Code plays {tried} tasks that the CPRM plays: {said}."))
     return tuple(found)
+
+
+def _has_net(compared: list[Comparison], task: str) -> bool:
+    return any(c.first == NET and c.task == task for c in compared)
 
 
 def _notes(results: Results, size: Size) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, shifts_of
-from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told, numbers, percent
+from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, Curves, Finding, Point, Series, Table, Told, numbers, percent
 from ..players import NET, STRUCTURES, UNTUNED, plays
 from ..results import Results
 
@@ -81,7 +81,8 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     tuned = [c for c in comparisons if c.second == UNTUNED and c.first == NET and c.condition != DEFAULT]
     if not kept and not turned:
         return ()
-    verdict = HOLDS if not turned else IN_PART if kept else FAILS
+    decided = [c for c in comparisons if c.better]
+    verdict = UNDECIDED if not decided else HOLDS if not turned else IN_PART if kept else FAILS
     text = f"Of {kept + len(turned)} comparisons in other worlds {len(turned)} are decided the other way than at home."
     if tuned:
         ahead, behind = sum(c.better == c.first for c in tuned), sum(c.better == c.second for c in tuned)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..conditions import DEFAULT
 from ..facts import CONCURRENCY
-from ..pieces import Told, listed, percent
+from ..pieces import HOLDS, IN_PART, UNDECIDED, Finding, Told, listed, percent
 from ..players import INTERNAL, NET, ON, STRUCTURES
 from ..results import Results
 
@@ -60,7 +60,8 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
         return None
     ahead = [c for c in told.comparisons if c.better == c.first]
     if not ahead:
-        return ("Senses are poor", "dead reckoning (memory)", "neither tracker nor belief was decidedly ahead of it in what was played.")
+        undecided = any(f.verdict == UNDECIDED for f in told.findings)
+        return None if undecided else ("Senses are poor", "dead reckoning (memory)", "neither tracker nor belief was ahead of it.")
     best = max(ahead, key=lambda c: c.difference)
     conditions = list(dict.fromkeys(f"{c.task}, {c.condition}" for c in ahead))
     shown = listed(conditions[:6]) + (f" and {len(conditions) - 6} more" if len(conditions) > 6 else "")
@@ -70,13 +71,18 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
             "What is known moves success more than how the behaviour is written.")  # fmt: skip
 
 
+def _decided(told: Told | None, claim: str) -> list[Finding]:
+    """What was found of a claim that holds, in part at least."""
+    return [f for f in told.findings if f.claim == claim and f.verdict in (HOLDS, IN_PART)] if told is not None else []
+
+
 def _disturbed(told: Told | None) -> Advice | None:
-    found = [f for f in told.findings if f.claim == "recovery"] if told is not None else []
+    found = _decided(told, "recovery")
     return ("Things go wrong on the way", "recovery written into the behaviour", found[0].figure) if found else None
 
 
 def _slow(told: Told | None) -> Advice | None:
-    found = [f for f in told.findings if f.claim == "slow"] if told is not None else []
+    found = _decided(told, "slow")
     return ("Inference is slower than the world", "reflexes: raw readings beside what is inferred", found[0].figure) if found else None
 
 
@@ -92,7 +98,7 @@ def _many(results: Results) -> Advice | None:
 
 
 def _sure(told: Told | None) -> Advice | None:
-    found = [f for f in told.findings if f.claim == "code opaque"] if told is not None else []
+    found = _decided(told, "code opaque")
     return ("You have to know beforehand what it can never do", "a net (cprm)", found[0].figure) if found else None
 
 

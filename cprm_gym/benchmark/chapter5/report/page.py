@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from ..claims import CLAIMS
-from ..pieces import HOLDS, IN_PART, UNKNOWN, Dots, Table, Told, sentence
+from ..pieces import HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
 from . import svg
 from .guide import Advice
 
@@ -29,7 +29,7 @@ details { margin: 8px 0; } summary { cursor: pointer; color: #0b5a8a; } .wide { 
 nav a { margin-right: 14px; } code { font-size: 13px; }
 .small { font-size: 13px; color: #444; } .error { color: #a30000; }
 """
-KINDS = {HOLDS: "holds", IN_PART: "part", UNKNOWN: "unknown"}
+KINDS = {HOLDS: "holds", IN_PART: "part", UNDECIDED: "unknown", UNKNOWN: "unknown"}
 
 
 def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any]) -> str:

@@ -160,3 +160,24 @@ def _text(x: float, y: float, text: str, anchor: str, kind: str, fill: str = "",
     style = f' fill="{fill}"' if fill else ""
     more = f"<title>{escape(tip)}</title>" if tip and tip != text else ""
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{style}>{escape(text)}{more}</text>'
+
+
+STYLE = (
+    "svg{font:12px sans-serif}.title{font-weight:600;font-size:13px}.tick{fill:#555;font-size:11px}.grid{stroke:#e4e4e4}"
+    ".value{font-size:11px;fill:#333}"
+)
+GAP = 20
+
+
+def sheet(panels: Sequence[Curves | Dots], columns: int = 3) -> str:
+    """Panels side by side in one picture of its own."""
+    drawn = [dots(p) if isinstance(p, Dots) else curves(p) for p in panels]
+    heights = [float(text.split('height="', 1)[1].split('"', 1)[0]) for text in drawn]
+    parts, y = [], float(GAP)
+    for first in range(0, len(drawn), columns):
+        for k, text in enumerate(drawn[first : first + columns]):
+            parts.append(text.replace("<svg ", f'<svg x="{GAP + k * (WIDTH + GAP)}" y="{y:.0f}" ', 1))
+        y += max(heights[first : first + columns]) + GAP
+    width = GAP + min(columns, len(drawn)) * (WIDTH + GAP)
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {y:.0f}" width="{width}" height="{y:.0f}">'
+    return f'{head}<style>{STYLE}</style><rect width="100%" height="100%" fill="#fff"/>{"".join(parts)}</svg>\n'

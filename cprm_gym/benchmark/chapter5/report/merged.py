@@ -1,0 +1,47 @@
+"""Runs put together: of each cell the one with the most episodes, told as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ....errors import CprmError
+from ...journal import Journal
+from ...plan import BlockResult
+from ..cells import Cell
+from ..experiments import EXPERIMENTS
+from ..plan import Chapter5Plan
+from .whole import Chapter5Report, summarise
+
+
+def merged(folders: Sequence[Path]) -> Chapter5Report:
+    """The report of several runs of one seed and one form, whole or not.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        At least one; with ``plan.json`` and ``episodes.jsonl``.
+
+    Raises
+    ------
+    CprmError
+        When there is none, seeds or forms differ, or a run cannot be read.
+    """
+    if not folders:
+        raise CprmError("no runs given; at least one folder of a run is needed")
+    plans = [Chapter5Plan.read(folder) for folder in folders]
+    if len({(plan.seed, plan.size.full) for plan in plans}) > 1:
+        raise CprmError(f"{', '.join(map(str, folders))}: runs of different seeds, or quick and full ones, are not put together")
+    best: dict[Cell, list[BlockResult]] = {}
+    for folder, plan in zip(folders, plans):
+        run: dict[Cell, list[BlockResult]] = {}
+        for result in Journal(folder / "episodes.jsonl", plan).read().values():
+            run.setdefault(Cell.of(result.block), []).append(result)
+        for cell, results in run.items():
+            if cell not in best or sum(r.block.count for r in results) > sum(r.block.count for r in best[cell]):
+                best[cell] = results
+    names = tuple(name for name in EXPERIMENTS if any(name in plan.experiments for plan in plans))
+    size = replace(plans[0].size, table=max(plan.size.table for plan in plans), curve=max(plan.size.curve for plan in plans))
+    commands = [path.read_text(encoding="utf-8").strip() for path in (folder / "command.txt" for folder in folders) if path.exists()]
+    return summarise(Chapter5Plan(names, size, plans[0].seed), [r for results in best.values() for r in results], "; ".join(commands))
