@@ -20,9 +20,17 @@ from cprm_gym.errors import CprmError
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
-BLOCK = re.compile(r"(<!-- (claims|guide|played|found|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
-PICTURES = {"table": 9, "senses": 6, "slow": 4, "explosion": 4, "memory": 2, "disturbances": 9, "transfer": 4}
-"""Experiment -> how many of its panels stand on the page, at most."""
+BLOCK = re.compile(r"(<!-- (claims|guide|played|found|picture|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
+PICTURES = {
+    "table": (12, "Success by task and controller"),
+    "senses": (8, "Success by tier of knowledge over noise, lost looks and delay"),
+    "disturbances": (21, "Success under disturbances"),
+    "slow": (4, "Success and cycles to the first answer over latency and period"),
+    "explosion": (4, "States, rules and times over the number of concurrent skills"),
+    "memory": (2, "The hike: success and decision time"),
+    "transfer": (4, "Success where ball, players, starts or opponents differ"),
+}
+"""Experiment -> how many of its panels stand on the page, at most, and what they show."""
 COMMAND = "cprm-gym benchmark --suite chapter5 --only {}"
 
 
@@ -85,17 +93,21 @@ def played(data: dict[str, Any], _: str) -> str:
 
 def found(data: dict[str, Any], name: str) -> str:
     """What an experiment says of its claims."""
-    (one,) = [one for one in data["experiments"] if one["name"] == name]
-    return "\n\n".join(f["figure"] for f in one["findings"]) or "Not yet measured."
+    return "\n\n".join(f["figure"] for one in data["experiments"] if one["name"] == name for f in one["findings"]) or "Not yet measured."
+
+
+def picture(data: dict[str, Any], name: str) -> str:
+    """The small multiples of an experiment that was measured."""
+    return f"![{PICTURES[name][1]}](images/chapter5_{name}.svg)" if any(one["name"] == name for one in data["experiments"]) else ""
 
 
 def decided(data: dict[str, Any], name: str) -> str:
     """Who is better than whom."""
-    (one,) = [one for one in data["experiments"] if one["name"] == name]
-    return "\n".join(f"* {text}" for text in one["better"]).replace(" > ", " &gt; ") or "None is decided."
+    better = [text for one in data["experiments"] if one["name"] == name for text in one["better"]]
+    return ("Decided:\n\n" + "\n".join(f"* {text}" for text in better)).replace(" > ", " &gt; ") if better else ""
 
 
-MADE = {"claims": claims, "guide": guide, "played": played, "found": found, "decided": decided}
+MADE = {"claims": claims, "guide": guide, "played": played, "found": found, "picture": picture, "decided": decided}
 
 
 def with_parts(text: str, data: dict[str, Any]) -> str:
@@ -107,7 +119,7 @@ def draw(report: Chapter5Report, folder: Path = IMAGES) -> list[Path]:
     """A picture of small multiples for each of `PICTURES` that was measured."""
     made = []
     for one in report.told:
-        panels: list[Curves | Dots] = list(one.panels)[: PICTURES.get(one.name, 0)]
+        panels: list[Curves | Dots] = list(one.panels)[: PICTURES.get(one.name, (0,))[0]]
         if panels:
             path = folder / f"chapter5_{one.name}.svg"
             path.write_text(svg.sheet(panels), encoding="utf-8")

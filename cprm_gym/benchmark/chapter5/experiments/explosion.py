@@ -6,7 +6,7 @@ from typing import Any
 
 from ..cells import Cell, Size, Wanted
 from ..facts import CONCURRENCY, CONTAINED
-from ..facts.concurrency import FORMS
+from ..facts.concurrency import FORMS, SECONDS
 from ..pieces import FAILS, HOLDS, IN_PART, Curves, Finding, Point, Series, Table, Told
 from ..results import Results
 
@@ -86,7 +86,7 @@ def _findings(results: Results, found: dict[tuple[int, str], dict[str, Any] | No
     told.append(Finding("explosion", HOLDS if alike and machine["lines"] > 10 * net["lines"] else FAILS,
         f"{most} skills take {machine['states']:,} states and {machine['transitions']:,} rules as one machine, {net['states']} places and "
         f"{net['transitions']} transitions as a net; {'all' if alike else 'not all'} send the same."))  # fmt: skip
-    ended = "comes to its end" if net["whole"] else "does not come to its end"
+    ended = "comes to its end" if net["whole"] else f"does not come to its end within {SECONDS:.0f} s of the clock"
     small, better = layers["lines"] <= net["lines"], net["apart"] < layers["analyse"]
     verdict = HOLDS if small and better and net["whole"] else IN_PART if small or better else FAILS
     told.append(Finding("layers", verdict,

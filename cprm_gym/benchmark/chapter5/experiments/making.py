@@ -61,6 +61,7 @@ def tell(results: Results, size: Size) -> Told:
         said = ", ".join(f"{name} {count}" for name, count in lines.items() if count)
         ours, others = lines["cprm"], [count for name, count in lines.items() if name != "cprm" and count]
         verdict = HOLDS if ours <= min(others, default=ours) else IN_PART if ours <= max(others) else FAILS
-        figure = f"Lines for {len(_tasks(size))} tasks: {said}. Learners were not trained, so nothing is said of them."
+        figure = f"Lines for {len(_tasks(size))} tasks: {said}; the CPRM's files also hold the formulas that the others read from them."
+        figure += " Learners were not trained, so nothing is said of them."
         findings = [Finding("cost", verdict, figure)]
     return Told("making", TITLE, QUESTION, tables, (), (), tuple(findings), notes)
