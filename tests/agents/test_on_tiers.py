@@ -1,0 +1,40 @@
+"""Agents on a tier of knowledge by name: ``cprm:tier=belief``."""
+
+import numpy as np
+import pytest
+
+from cprm_gym.agents.knowledge import Informed
+from cprm_gym.agents.knowledge.players import PLAYERS
+from cprm_gym.agents.registry import make_controller
+from cprm_gym.benchmark.episodes import play_episodes
+from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import ParameterError, UnknownName
+
+
+def test_the_goalie_on_a_tier_is_the_suites_player_without_a_model_of_his_own():
+    task = make_task("Goalie")
+    named = play_episodes(task, load_controller("cprm:tier=belief"), 12, 3)
+    player = play_episodes(task, PLAYERS["Goalie"].on("belief"), 12, 3)
+    assert np.array_equal(named.success, player.success)
+    assert np.array_equal(named.cycles, player.cycles)
+    assert named.success.any()
+
+
+@pytest.mark.parametrize("task", ["GoToBall", "PassAndAdvance"])
+def test_an_agent_without_a_player_plays_behind_the_tier_with_its_options(task):
+    made = make_controller(make_task(task), make_task(task).controlled.split(",")[0], tier="belief")
+    assert isinstance(made, Informed)
+    assert made.tier.name == "belief"
+    assert "memory" not in made.needs
+    assert set(made.needs) >= {"landmarks", "lines"}
+
+
+def test_tiers_that_there_are_not_oracles_and_options_of_a_missing_model_are_refused():
+    task = make_task("Goalie")
+    with pytest.raises(UnknownName, match=r"beleif.*Did you mean 'belief'"):
+        make_controller(task, "left_1", tier="beleif")
+    with pytest.raises(UnknownName, match="state"):
+        make_controller(task, "left_1", tier="state")
+    with pytest.raises(ParameterError, match="no option 't_b'"):
+        make_controller(task, "left_1", tier="belief", t_b=5)
