@@ -12,6 +12,11 @@ import { boxShape, curve, definitions, element, labelPoint, nodeShape, setClock,
 
 let count = 0;
 const STEP = 10;
+const CULLED = 250; // places and transitions beyond which what is far away is not drawn
+const around = (points) => {
+  const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
+  return [Math.min(...xs) - 30, Math.min(...ys) - 30, Math.max(...xs) + 30, Math.max(...ys) + 30];
+};
 export const arcKey = (link) => `${link.style}\t${link.source}\t${link.target}`;
 
 export class NetCanvas {
@@ -27,12 +32,22 @@ export class NetCanvas {
     this.links = new Map(); // key -> {link, path, hit, text, bend}
     this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
     this.layer = { boxes: element("g"), links: element("g", { class: "links" }), nodes: element("g"), band: element("g") };
-    this.root = element("g", {}, this.layer.boxes, this.layer.links, this.layer.nodes, this.layer.band);
-    this.element = element("svg", { class: `netcanvas${editable ? " editable" : ""}`, tabindex: 0, role: "application", "aria-label": label },
-      definitions(this.id), this.root);
+    // two pictures, one above the other: what changes in every cycle does not make the browser draw the arcs again
+    this.scaled = [element("g", {}, this.layer.boxes, this.layer.links), element("g", {}, this.layer.nodes, this.layer.band)];
+    this.world = document.createElement("div");
+    this.world.className = "world";
+    this.world.append(element("svg", { class: "under" }, definitions(this.id), this.scaled[0]), element("svg", { class: "over" }, this.scaled[1]));
+    this.element = document.createElement("div");
+    this.element.className = `netcanvas${editable ? " editable" : ""}`;
+    for (const [key, value] of Object.entries({ tabindex: 0, role: "application", "aria-label": label })) this.element.setAttribute(key, value);
+    this.element.append(this.world);
     container.replaceChildren(this.element);
     this.#listen();
-    this.resizing = new ResizeObserver(() => this.waitingToFit && this.fit());
+    this.resizing = new ResizeObserver(() => {
+      this.size = this.element.getBoundingClientRect();
+      if (this.waitingToFit) this.fit();
+      else if (this.plan?.nodes.length > CULLED) this.#cull();
+    });
     this.resizing.observe(container);
   }
 
@@ -66,14 +81,16 @@ export class NetCanvas {
       const bend = others.length > 1 ? (order - (others.length - 1) / 2) * 26 * (link.source < link.target ? 1 : -1) : 0;
       const marker = link.style === "parameter" || link.style === "fuse" ? "" : `url(#${link.style}-${this.id})`;
       const path = element("path", { class: "line", ...(marker ? { "marker-end": marker } : {}) });
-      const hit = element("path", { class: "hit" });
+      const hit = this.editable ? element("path", { class: "hit" }) : null;
       const text = link.label ? element("text", { class: "weight" }, link.label) : null;
-      const group = element("g", { class: `link ${link.style}` }, path, hit, ...(text ? [text] : []));
+      const group = element("g", { class: `link ${link.style}` }, ...[path, hit, text].filter(Boolean));
       group.dataset.key = key;
       const kept = { link, group, path, hit, text, bend };
       this.links.set(key, kept);
-      if (link.path.length) this.#trace(kept, curve(link.path), labelPoint(link.path));
-      else this.#straighten(kept);
+      if (link.path.length) {
+        kept.extent = around(link.path);
+        this.#trace(kept, curve(link.path), labelPoint(link.path));
+      } else this.#straighten(kept);
       drawn.push(group);
     }
     this.layer.links.replaceChildren(...drawn);
@@ -81,7 +98,9 @@ export class NetCanvas {
     this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
     if (keep) this.update(before);
     this.select([...this.selection].filter((key) => keep && this.#group(key)), false);
+    this.kept = null;
     if (!keep) this.fit();
+    else if (plan.nodes.length > CULLED) this.#cull(true);
   }
 
   /** Forget the state, so that the next plan is shown with its initial marking. */
@@ -176,10 +195,41 @@ export class NetCanvas {
   }
 
   #look(view) {
+    if (view.k !== this.drawnAt) {
+      for (const group of this.scaled) group.setAttribute("transform", `scale(${view.k})`);
+      this.element.classList.toggle("far", view.k < 0.4);
+      this.element.classList.toggle("tiny", view.k < 0.2);
+      this.drawnAt = view.k;
+    }
     this.view = view;
-    this.root.setAttribute("transform", `translate(${view.x} ${view.y}) scale(${view.k})`);
-    this.element.classList.toggle("far", view.k < 0.4);
+    this.world.style.transform = `translate3d(${view.x}px, ${view.y}px, 0)`;
+    if (this.plan?.nodes.length > CULLED) this.#cull();
     this.element.classList.toggle("tiny", view.k < 0.22);
+  }
+
+  /** Large nets: leave out what lies far outside what is seen. */
+  #cull(anew = false) {
+    const { width, height } = this.size ?? this.element.getBoundingClientRect();
+    const { x, y, k } = this.view;
+    const [left, top, right, bottom] = [-x / k, -y / k, (width - x) / k, (height - y) / k];
+    const seen = this.kept;
+    if (!anew && seen && seen.k === k && left >= seen.left && top >= seen.top && right <= seen.right && bottom <= seen.bottom) return;
+    const [dx, dy] = [(right - left) * 0.35, (bottom - top) * 0.35];
+    this.kept = { k, left: left - dx, top: top - dy, right: right + dx, bottom: bottom + dy };
+    const { kept } = this;
+    const show = (part, within) => {
+      if (part.away === !within) return;
+      part.away = !within;
+      part.group.style.display = within ? "" : "none";
+    };
+    for (const part of this.nodes.values()) {
+      const { node } = part;
+      show(part, node.x > kept.left - 260 && node.x < kept.right + 30 && node.y > kept.top - 30 && node.y < kept.bottom + 30);
+    }
+    for (const part of this.links.values()) {
+      const [a, b, c, d] = part.extent;
+      show(part, c > kept.left && a < kept.right && d > kept.top && b < kept.bottom);
+    }
   }
 
   /** The point of the net under a pointer event. */
@@ -223,7 +273,7 @@ export class NetCanvas {
 
   #trace(kept, d, at) {
     kept.path.setAttribute("d", d);
-    kept.hit.setAttribute("d", d);
+    kept.hit?.setAttribute("d", d);
     if (kept.text) {
       kept.text.setAttribute("x", at[0] + 4);
       kept.text.setAttribute("y", at[1] - 3);
@@ -231,7 +281,9 @@ export class NetCanvas {
   }
 
   #straighten(kept) {
-    const { d, middle } = straight(this.nodes.get(kept.link.source).node, this.nodes.get(kept.link.target).node, kept.bend);
+    const [a, b] = [this.nodes.get(kept.link.source).node, this.nodes.get(kept.link.target).node];
+    const { d, middle } = straight(a, b, kept.bend);
+    kept.extent = around([[a.x, a.y], [b.x, b.y]]);
     this.#trace(kept, d, middle);
   }
 
