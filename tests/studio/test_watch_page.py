@@ -28,7 +28,6 @@ def test_the_goalie_plays_is_paused_and_stepped(serve, open_page):
     page.wait_for_function("() => Number(document.querySelector('[data-show=cycle]').textContent.slice(6)) >= 3")
     page.keyboard.press(" ")
     page.wait_for_function("() => document.querySelector('[data-do=play]').textContent === 'play'")
-    page.wait_for_timeout(150)
     there = shown_cycle(page)
     assert there == served.studio.session.run.cycle
     page.wait_for_timeout(250)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 from ...errors import CprmError
 from ..running.frames import Message, frame
 from ..running.run import Run
-from .session import KEPT_FRAMES, Session
+from .frame_store import Frames
+from .session import Session
 
 
 class Comparison:
@@ -26,7 +26,7 @@ class Comparison:
         self.other: Run | None = None
         self.first: Message | None = None
         """Where they first differed: cycle and what."""
-        self._frames: OrderedDict[int, Message] = OrderedDict()
+        self._frames = Frames()
         session.extras.append(self._add)
         session.begun.append(lambda run: self._end())
 
@@ -74,9 +74,7 @@ class Comparison:
         """Keep the other run's frame, and see whether it is the first that differs."""
         assert self.other is not None
         made = frame(self.other, self.session.shown, {})
-        self._frames[made["cycle"]] = made
-        while len(self._frames) > KEPT_FRAMES:
-            self._frames.popitem(last=False)
+        self._frames.put(made)
         if self.first is None and mine is not None:
             what = differences(mine, made)
             if what:

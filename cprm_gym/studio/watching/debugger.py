@@ -155,7 +155,7 @@ class Debugger:
 
     def list_breakpoints(self) -> Message:
         """By net, and where they are kept."""
-        return {"nets": {net: [asdict(b) for b in of] for net, of in self.breakpoints.items()}, "file": str(self.place)}
+        return {"nets": {net: [asdict(b) for b in of] for net, of in self.breakpoints.items()}, "file": _short(self.place)}
 
     def set_breakpoint(self, net: str, kind: str, what: str = "", on: bool = True) -> Message:
         """Set a breakpoint, or switch it on or off."""
@@ -233,3 +233,9 @@ class Debugger:
 def _ongoing(net: PetriNet) -> dict[str, str]:
     """Module path -> the place that is marked while it is at work."""
     return {path: inst.places[inst.net.ports.ongoing] for path, inst in instances(net).items() if path and inst.net.ports.ongoing}
+
+
+def _short(path: Path) -> str:
+    """A path as one says it, with ``~`` for the own folder."""
+    home = Path.home()
+    return f"~/{path.relative_to(home).as_posix()}" if home in path.parents else str(path)

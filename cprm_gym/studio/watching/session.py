@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,9 +12,10 @@ from ..running.frames import Message, frame
 from ..running.recording import Recording
 from ..running.run import Run
 from ..running.setup import Setup
+from .frame_store import Frames
 
-KEPT_FRAMES = 6000
-"""Frames that can be looked at again: the cycles of a match."""
+MOST_STEPS = 6000
+"""Cycles of one step: a match."""
 FASTEST = 1000.0
 """Most cycles in a second that may be asked for; as many are played as can be."""
 PICTURES = 30.0
@@ -43,7 +43,7 @@ class Session:
         self.shown: list[str] = []
         self.asked: dict[str, list[str]] = {}
         self.speed = 10.0
-        self._frames: OrderedDict[int, Message] = OrderedDict()
+        self._frames = Frames()
         self._untold: list[int] = []
         self._lock = threading.RLock()
         self._playing = threading.Event()
@@ -70,7 +70,7 @@ class Session:
                 if self.setup is None:
                     return {"run": None}
                 self.begin(self.setup)
-            log = [brief(made, self.shown) for made in list(self._frames.values())[-LOG:]]
+            log = [brief(made, self.shown) for made in self._frames.last(LOG)]
             return {"run": self.about(), "state": self.state(), "frame": self._now(), "log": log}
 
     def about(self) -> dict[str, Any]:
@@ -106,12 +106,14 @@ class Session:
         """Stop at the next decision."""
         self._playing.clear()
         with self._lock:
+            if self._untold:  # cycles since the last frame that was sent
+                self._tell()
             return self._say_state()
 
     def step(self, cycles: int = 1) -> Message:
         """Go on by some cycles, and stop."""
-        if isinstance(cycles, bool) or not isinstance(cycles, int) or not 1 <= cycles <= KEPT_FRAMES:
-            raise ParameterError(f"cycles: 1 to {KEPT_FRAMES}, got {cycles!r}")
+        if isinstance(cycles, bool) or not isinstance(cycles, int) or not 1 <= cycles <= MOST_STEPS:
+            raise ParameterError(f"cycles: 1 to {MOST_STEPS}, got {cycles!r}")
         self.pause()
         with self._lock:
             run = self._shown_run()
@@ -127,8 +129,8 @@ class Session:
         self.pause()
         with self._lock:
             run = self._shown_run()
-            for later in [c for c in self._frames if c > cycle and self.recording is None]:
-                del self._frames[later]
+            if self.recording is None:
+                self._frames.drop_after(cycle)
             run.go_to(cycle, lambda _: self._note())
             self._note()
             return self._tell()
@@ -224,7 +226,7 @@ class Session:
     def _span(self) -> list[int]:
         if self.recording is not None:
             return [0, len(self.recording) - 1]
-        return [min(self._frames), max(self._frames)] if self._frames else [0, 0]
+        return self._frames.span()
 
     def _note(self) -> Message:
         """Keep the frame of the cycle in which the run stands."""
@@ -235,10 +237,8 @@ class Session:
             made = frame(run, self.shown, self.asked)
             for add in self.extras:
                 add(run, made)
-        self._frames[run.cycle] = made
+        self._frames.put(made)
         self._untold.append(run.cycle)
-        while len(self._frames) > KEPT_FRAMES:
-            self._frames.popitem(last=False)
         return made
 
     def _now(self) -> Message:

@@ -214,12 +214,12 @@ class Watch {
 
   async #compare() {
     const wanted = this.compare.value;
+    this.comparing = true;
+    this.beside = wanted;
+    this.difference.textContent = "playing the other run …";
     if (wanted === "") await this.call("watch.alone");
-    else {
-      this.difference.textContent = "playing the other run …";
-      const done = await this.call("watch.compare", wanted.startsWith("controller ") ? { controller: wanted.slice(11) } : { changed: wanted !== "shipped" });
-      if (!done) this.compare.value = "";
-    }
+    else await this.call("watch.compare", wanted.startsWith("controller ") ? { controller: wanted.slice(11) } : { changed: wanted !== "shipped" });
+    this.comparing = false;
     this.#draw();
   }
 
@@ -278,7 +278,7 @@ class Watch {
     this.difference.hidden = !frame.other;
     this.difference.onclick = () => first && this.look(first.cycle);
     this.difference.textContent = frame.other ? (first ? `first difference in cycle ${first.cycle}: ${first.what.slice(0, 3).join("; ")}${first.what.length > 3 ? " …" : ""}` : "no difference so far") : "";
-    if (!frame.other && this.live === frame) this.compare.value = "";
+    if (!this.comparing) this.compare.value = frame.other ? this.beside ?? "same" : "";
   }
 
   #breakKeys() {
