@@ -204,7 +204,6 @@ export class NetCanvas {
     this.view = view;
     this.world.style.transform = `translate3d(${view.x}px, ${view.y}px, 0)`;
     if (this.plan?.nodes.length > CULLED) this.#cull();
-    this.element.classList.toggle("tiny", view.k < 0.22);
   }
 
   /** Large nets: leave out what lies far outside what is seen. */

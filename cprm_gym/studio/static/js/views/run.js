@@ -18,7 +18,7 @@ class RunView {
     this.stop = el("button", { "data-do": "stop", hidden: true, onclick: () => this.call("run.stop") }, "stop");
     this.list = el("tbody");
     this.episodes = el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Episodes"), this.progress, this.stop, el("span", { class: "room" }), this.filter),
-      el("div", { class: "tab-body" }, this.summary, el("table", { class: "rows" }, el("thead", {}, el("tr", {}, ...["world", "outcome", "cycles", "struck", ""].map((h) => el("th", {}, h)))), this.list)));
+      el("div", { class: "tab-body" }, this.summary, el("table", { class: "rows" }, this.heads = el("thead", { hidden: true }, el("tr", {}, ...["world", "outcome", "cycles", "struck", ""].map((h) => el("th", {}, h)))), this.list)));
     this.results = el("div", { class: "panel", hidden: true });
     this.witnesses = new Witnesses((name, given) => this.call(name, given));
     root.append(el("div", { class: "run-view" }, this.form, this.episodes, this.results, this.witnesses.element));
@@ -120,6 +120,7 @@ class RunView {
     if (!this.last) return;
     const wanted = { all: () => true, failures: (e) => !e.success, successes: (e) => e.success }[this.filter.value];
     const { setup } = this.last;
+    this.heads.hidden = !this.last.episodes.some(wanted);
     this.list.replaceChildren(...this.last.episodes.filter(wanted).slice(0, KEPT_ROWS).map((e) => el("tr", {}, el("td", { class: "mono" }, `${e.world}`), el("td", {}, `${e.success ? "✓" : "✗"} ${e.status.replaceAll("_", " ").toLowerCase()}`), el("td", { class: "mono" }, `${e.cycles}`),
       el("td", { class: "mono" }, e.struck >= 0 ? `${e.struck}` : ""), el("td", {}, el("button", { class: "link", "data-world": e.world, onclick: () => this.watch({ task: setup.task, controller: setup.controller, disturbance: setup.disturbance, seed: setup.seed, world: e.world, nets: setup.changed, models: setup.models }) }, "watch")))));
   }

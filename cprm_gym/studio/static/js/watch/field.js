@@ -89,7 +89,7 @@ export class Field {
       one.setAttribute("transform", `translate(${x} ${y})`);
       one.querySelector(".body").setAttribute("transform", `rotate(${body})`);
       one.classList.toggle("watched", watched.has(number));
-      one.querySelector(".mark").textContent = this.#mark(frame, shown, number);
+      this.#label(one.querySelector(".mark"), this.#mark(frame, shown, number), x);
       this.#cone(number, this.show.cones && watched.has(number) ? [x, y, face, half] : null);
     }
     for (const [number, one] of this.made) one.style.display = there.has(number) ? "" : "none";
@@ -98,6 +98,14 @@ export class Field {
     this.#believe(frame, shown);
     this.#compare(frame);
     this.#changed(frame);
+  }
+
+  /** What is said of a player, to the left of him where it would be cut off at the right. */
+  #label(text, words, x) {
+    if (text.textContent !== words) text.textContent = words;
+    const left = words && x + 1.3 + 0.85 * words.length > this.box[2];
+    text.setAttribute("x", left ? -1.3 : 1.3);
+    text.setAttribute("text-anchor", left ? "end" : "start");
   }
 
   #mark(frame, shown, number) {
