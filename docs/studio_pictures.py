@@ -24,7 +24,8 @@ COLOURS = 160
 
 def take(page: Page, name: str) -> None:
     """A picture of the page as it is."""
-    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    whole = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    picture = whole.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     picture.save(IMAGES / f"studio_{name}.png", optimize=True)
     print(f"studio_{name}.png, {(IMAGES / f'studio_{name}.png').stat().st_size / 1e3:.0f} kB")
 
