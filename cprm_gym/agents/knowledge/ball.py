@@ -79,7 +79,7 @@ def ball_model(body: Body, senses: Senses, constants: BallConstants) -> Model:
         rolls = Noise(moved, sd=f"{kept} * ({rand} * (rolling + 0.15 * hypot(push_x, push_y)) + 0.003)")
         parents = (f"prev.v{axis}", "rolling", "push_x", "push_y", "kicked")
         cpd = Switch("kicked", {"no": rolls, "yes": Noise(moved, sd=c.swerve)})
-        return Attribute(f"v{axis}", Real("m/cycle"), cpd, parents, initial=Noise("0", sd=0.7))
+        return Attribute(f"v{axis}", Real("m/cycle"), cpd, parents, initial=Noise("0", sd=1.5))
 
     def place(axis: str) -> Attribute:
         parents = (f"prev.{axis}", f"v{axis}")
