@@ -267,7 +267,10 @@ def test_holm_multiplies_the_smallest_by_the_number_the_next_by_one_less_and_nev
 def test_what_is_not_decided_has_no_better_and_the_worse_is_named_when_it_is_the_first():
     assert compare([rates(12, 10, 100)])[0].better == ""
     assert compare([rates(0, 0, 50)])[0].p == 1.0
-    assert compare([rates(2, 30, 100)])[0].better == "other"
+    (worse,) = compare([rates(2, 30, 100)])
+    assert worse.better == "other"
+    assert worse.difference < 0
+    assert sentence(worse).startswith("other > one in t: +28.0 points (+1")
     means = Pair("t", "default", "a", "b", "cycles", np.arange(20.0), np.arange(20.0) + np.tile([1.0, 2.0], 10))
     (c,) = compare([means])
     assert (c.better, c.difference, c.effect < -2) == ("b", -1.5, True)
@@ -517,6 +520,7 @@ def test_one_player_has_one_colour_and_labels_do_not_cover_each_other():
     heights = [y for y, _, _ in placed]
     assert all(b - a >= 13 - 1e-9 for a, b in pairwise(heights))
     assert max(heights) <= 100
+    assert [svg._end(v) for v in (0.0, 0.3, 1.0, 21.1, 95.0, 101.0)] == pytest.approx([1.0, 0.3, 1.0, 30.0, 100.0, 200.0])
     panel = Curves("t", (Series("a < b", (Point(0, 1, 0, 2), Point(1, 3, 2, 4))),), ((0.0, "0"), (1.0, "1")), "x")
     assert "a &lt; b" in svg.curves(panel)
     for drawn in (svg.curves(panel), svg.curves(replace(panel, log=True)), svg.dots(Dots("t", (("cprm", 5.0, 4.0, 6.0),), "s", 0.0))):

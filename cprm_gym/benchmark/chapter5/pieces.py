@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .comparisons import Comparison
 
@@ -137,6 +137,8 @@ def verdict_of(ahead: int, compared: Sequence[Comparison]) -> str:
 def sentence(c: Comparison) -> str:
     """``code > net on Goalie, noise 1: +3.8 (+1.8, +5.7), h .09, n 500``; only of decided comparisons."""
     other = c.second if c.better == c.first else c.first
+    if c.better == c.second:  # told as the better one's
+        c = replace(c, difference=-c.difference, low=-c.high, high=-c.low, effect=-c.effect)
     where = f"{c.task}, {c.condition}" if c.condition != "default" else c.task
     return f"{c.better} > {other} in {where}: {numbers(c)}"
 

@@ -137,7 +137,8 @@ def _has_net(compared: list[Comparison], task: str) -> bool:
 def _notes(results: Results, size: Size) -> tuple[str, ...]:
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
     notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too. "
-             "cprm has its own model where it has one."]  # fmt: skip
+             "cprm has its own model where it has one. The goalie's cprm has the numbers set by hand, his net those "
+             "tuned for dead reckoning."]  # fmt: skip
     if alone:
         notes.append(f"No CPRM plays {listed(alone)}; nothing of ours is compared there.")
     notes += [f"{name} did not play: the package {package} is not installed." for name, package in not_installed().items()]

@@ -37,10 +37,18 @@ def _number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
+def _end(value: float) -> float:
+    """A round number that is not below: where an axis ends."""
+    if value <= 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if step * power >= value - 1e-12)
+
+
 def dots(panel: Dots) -> str:
     """Rows of values with intervals."""
     rows, top = panel.rows, 24
-    most = panel.most or 1.08 * max((high for *_, high in rows), default=1.0) or 1.0
+    most = panel.most or _end(max((high for *_, high in rows), default=1.0))
     height = top + ROW * len(rows) + 26
     span = WIDTH - LEFT - RIGHT
 
@@ -73,7 +81,7 @@ def curves(panel: Curves) -> str:
     if panel.log:
         low, high = float(math.floor(math.log10(min(values, default=1)))), float(math.ceil(math.log10(max(values, default=10))))
     else:
-        low, high = 0.0, 100.0 if panel.y.endswith("%") else 1.08 * max(values, default=1.0) or 1.0
+        low, high = 0.0, 100.0 if panel.y.endswith("%") else _end(max(values, default=1.0))
     high = high if high > low else low + 1
     places = [x for x, _ in panel.ticks]
     first, last = min(places), max(places)
