@@ -530,3 +530,18 @@ def test_one_player_has_one_colour_and_labels_do_not_cover_each_other():
 def test_a_new_folder_is_made_only_for_a_new_run(tmp_path):
     with pytest.raises(CprmError, match="as it was planned"):
         benchmark(Asked(quick=True), tmp_path, lambda: pytest.fail("made"), 1, 60.0, None, str)
+
+
+def test_where_the_metric_is_the_duration_seconds_are_told_and_cycles_compared():
+    plan = Chapter5Plan(("table",), replace(QUICK, table=4, full=True))
+    results = [play("Keepaway3v2", f"default/{name}", 4) for name in ("scripted", "random")]
+    report = summarise(plan, results)
+    rows = {row[1]: row for row in report.told[0].tables[0].rows}
+    assert set(rows) == {"scripted", "random"}
+    mean = 0.1 * np.mean(results[0].cycles)
+    assert rows["scripted"][3].startswith(f"{mean:.1f} s (")
+    (panel,) = report.told[0].panels
+    assert (panel.x, panel.most) == ("seconds", 0.0)
+    pair = report.results.pair("Keepaway3v2", "default", "scripted", "random")
+    assert pair.metric == "cycles"
+    np.testing.assert_array_equal(pair.ones, results[0].cycles)

@@ -74,7 +74,7 @@ def tell(results: Results, size: Size) -> Told:
         "differs. frozen carries "
         "nothing on, memory is the environment's dead reckoning, tracker a Kalman filter, belief the relational model "
         "of real numbers; state "
-        "is an oracle that knows the truth.",
+        "is an oracle that knows the truth. Where news is late, memory and frozen are as old as it, tracker and belief roll it on to now.",
     )
     return Told("senses", TITLE, QUESTION, (Table("Success by tier", head, tuple(rows)),), tuple(panels), tuple(comparisons),
                 _findings(comparisons), notes)  # fmt: skip

@@ -100,7 +100,11 @@ def curves(panel: Curves) -> str:
         value = 10.0**tick if panel.log else float(tick)
         parts.append(f'<line class="grid" x1="{PLOT_LEFT}" x2="{PLOT_LEFT + across}" y1="{y(value):.1f}" y2="{y(value):.1f}"/>')
         parts.append(_text(PLOT_LEFT - 4, y(value) + 4, _power(tick) if panel.log else _number(value), "end", "tick"))
+    told = -math.inf
     for place, label in panel.ticks:
+        if not crowded and x(place) - told < 5.0 + 6.0 * len(label):
+            continue  # there is no room for its label
+        told = x(place)
         if crowded:
             parts.append(f'<text class="tick" text-anchor="end" transform="translate({x(place) + 4:.1f} {bottom + 12}) rotate(-32)">'
                          f"{escape(label)}</text>")  # fmt: skip
