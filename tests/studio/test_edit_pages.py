@@ -85,6 +85,19 @@ def test_a_part_is_added_connected_and_taken_back_by_keys_alone(orient):
     page.wait_for_selector('.node[data-key="place"]', state="detached")
 
 
+def test_parts_are_copied_with_the_arcs_among_them(orient):
+    page = orient
+    click(page, "ready")
+    page.keyboard.down("Shift")
+    click(page, "wait")
+    page.keyboard.up("Shift")
+    page.keyboard.press("Control+c")
+    page.get_by_text("copied 1 places and 1 transitions").wait_for()
+    page.keyboard.press("Control+v")
+    page.wait_for_selector('.link[data-key="arc\tready_2\twait_2"]', state="attached")
+    page.wait_for_selector('.link[data-key="arc\twait_2\tacted"]', state="attached")
+
+
 def test_a_part_that_is_dragged_stays_there_in_the_file(orient, tmp_path):
     page = orient
     box = page.locator('.node[data-key="begin"] .shape').bounding_box()

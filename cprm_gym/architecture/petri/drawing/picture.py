@@ -144,14 +144,15 @@ def _box(net: PetriNet, path: str, title: str, unfold: Unfold, all_ports: bool) 
         inner = _join(path, instance)
         heading = f"{instance} : {module.name}" if instance != module.name else instance
         levels = _inside(unfold, inner)
-        box.boxes.append(_folded(module, inner, heading) if levels is None else _box(module, inner, heading, levels, all_ports))
+        box.boxes.append(folded(module, inner, heading) if levels is None else _box(module, inner, heading, levels, all_ports))
     box.links += [Link(prefix + target, prefix + port, "fuse") for port, target in net.fuse.items()]
     if not all_ports:
         _drop_unused_ports(box)
     return box
 
 
-def _folded(module: PetriNet, path: str, heading: str) -> Box:
+def folded(module: PetriNet, path: str, heading: str) -> Box:
+    """A module as a box with all its ports."""
     own = {p.name: p for p in module.places}
     ports = module.ports
     box = Box(path, heading, entries={f"{path}.{p}" for p in (*ports.entries, *ports.parameters)}, net=module, folded=True)

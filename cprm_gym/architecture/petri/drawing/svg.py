@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 
 from .labels import place_labels
 from .layout import Edge, Node, Point, arrange
-from .picture import Box, Item, Link
+from .picture import Box, Item, Link, folded
 
 RADIUS, BAR, THICK = 12.0, 40.0, 7.0  # of places; length and thickness of transitions
 INK, GREY, MODULE = "#1f2933", "#6b7785", "#f4f6f8"
@@ -152,11 +152,30 @@ def _put(box: Box, nodes: Sequence[Node], chosen: Mapping[str, Point], outermost
         at = chosen.get(_name(box, node))
         if at is not None:
             node.x, node.y = at[0] + (node.left if inner else 0.0), at[1] + (node.height / 2 if inner else 0.0)
+    _make_room(box, nodes)
     if not outermost and nodes:
         left, top = min(node.x - node.left for node in nodes), min(node.y - node.height / 2 for node in nodes)
         for node in nodes:
             node.x, node.y = node.x - left, node.y - top
     return max((node.x + node.right for node in nodes), default=0.0), max((node.y + node.height / 2 for node in nodes), default=0.0)
+
+
+def _make_room(box: Box, nodes: Sequence[Node]) -> None:
+    """Where an unfolded module is larger than the folded one that positions were chosen beside, move what stands right and below."""
+    by_key = {node.key: node for node in nodes}
+    for inner in box.boxes:
+        if inner.folded or inner.net is None:
+            continue
+        node, small = by_key["box " + inner.key], lay_out(folded(inner.net, inner.key, inner.title))
+        left, top = node.x - node.left, node.y - node.height / 2
+        wider, taller = max(0.0, 2 * node.left - small.width), max(0.0, node.height - small.height)
+        for other in nodes:
+            if other is node:
+                continue
+            if other.y > top + small.height:
+                other.y += taller
+            elif other.y > top and other.x > left + small.width:
+                other.x += wider
 
 
 def _name(box: Box, node: Node) -> str:

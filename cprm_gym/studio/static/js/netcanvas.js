@@ -202,7 +202,7 @@ export class NetCanvas {
       this.drawnAt = view.k;
     }
     this.view = view;
-    this.world.style.transform = `translate3d(${view.x}px, ${view.y}px, 0)`;
+    this.world.style.transform = `translate3d(${Math.round(view.x)}px, ${Math.round(view.y)}px, 0)`;
     if (this.plan?.nodes.length > CULLED) this.#cull();
   }
 

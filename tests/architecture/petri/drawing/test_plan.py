@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from cprm_gym.agents.goalie import GOALIE_NET
 from cprm_gym.agents.skills.approach import APPROACH
 from cprm_gym.architecture.petri import PetriNet, Place, Ports, Transition, flatten
@@ -67,6 +69,19 @@ def test_positions_inside_a_module_move_only_its_inside():
     (box,) = plan["boxes"]
     assert box["width"] > 400
     assert all(box["x"] <= at[f"i.{n}"][0] <= box["x"] + box["width"] for n in "atb")
+
+
+def test_an_unfolded_module_makes_room_beside_positions_chosen_by_hand():
+    net = PetriNet("around", (Place("right"), Place("below"), Place("left")), (), modules={"m": next(iter(APPROACH.modules.values()))})
+    positions = {"around": {"m": (100, 100), "left": (0, 150), "right": (900, 150), "below": (100, 900)}}
+    folded, unfolded = drawing_plan(net, 0, positions), drawing_plan(net, ALL, positions)
+    (box,) = [b for b in unfolded["boxes"] if b["key"] == "m"]
+    (small,) = folded["boxes"]
+    at = {n["key"]: (n["x"], n["y"]) for n in unfolded["nodes"]}
+    assert box["height"] > small["height"]
+    assert at["left"] == (0, 150)
+    assert at["below"][1] == pytest.approx(900 + box["height"] - small["height"], abs=0.3)
+    assert at["right"][0] == pytest.approx(900 + max(0, box["width"] - small["width"]), abs=0.3)
 
 
 def test_a_plan_is_what_json_can_say():

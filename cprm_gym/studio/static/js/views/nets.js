@@ -4,7 +4,7 @@ import { el, memory } from "../dom.js";
 import { deskOf } from "../edit/desk.js";
 import { ask, askText, download, openFile, openShipped, pick, save } from "../edit/dialogs.js";
 import { Game } from "../edit/game.js";
-import { Inspector, NEEDED } from "../edit/inspector.js";
+import { Inspector, NEEDED, portsOf } from "../edit/inspector.js";
 import { NetCanvas } from "../netcanvas.js";
 
 const PLACES = [["place", "Place"], ["input", "Input place"], ["belief", "Belief place"], ["math", "Math place"], ["continuous", "Continuous place"], ["object", "Object place"]];
@@ -45,15 +45,16 @@ class NetsView {
       add.value = "";
       if (kind) this.add(kind);
     } }, el("option", { value: "" }, "Add…"), ...[...PLACES, ["transition", "Transition"], ["timed", "Timed transition"], ["output", "Transition with a command"], ["module", "Module…"]].map(([value, text]) => el("option", { value }, text)));
-    const exporting = el("select", { "aria-label": "export", onchange: () => {
+    const exporting = el("select", { "aria-label": "file", onchange: () => {
       const form = exporting.value;
       exporting.value = "";
-      if (form) download(this.desk, form);
-    } }, el("option", { value: "" }, "Export…"), el("option", { value: "json" }, "JSON"), el("option", { value: "pnml" }, "PNML"), el("option", { value: "python" }, "Python"));
+      if (form === "as") save(this.desk, { under: true });
+      else if (form) download(this.desk, form);
+    } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), ...[["json", "JSON"], ["pnml", "PNML"], ["python", "Python"]].map(([value, text]) => el("option", { value }, `Export ${text}`)));
     this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "net" }, add, this.arcMode, this.arcKind, this.undo, this.redo,
       button("Arrange", "forget positions chosen by hand and lay out anew", () => this.desk.try({ op: "arrange", in: this.chosen }), "arrange"), button("Fit", "show all (0)", () => this.canvas.fit(), "fit"),
       button("Values", "show or hide lines of values (q)", () => this.quiet(), "quiet"), button("Play", "the token game (g)", () => this.play(), "play"), el("span", { class: "room" }),
-      button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), button("Save as…", "save under another name", () => save(this.desk, { under: true }), "saveas"), exporting);
+      button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
     this.state = el("span", { class: "soft", role: "status" });
     this.way = el("div", { class: "bar way", "aria-label": "where" });
     const middle = el("div", { class: "canvas panel" });
@@ -89,6 +90,7 @@ class NetsView {
       ["Ctrl+s", "save", () => save(this.desk)], ["Ctrl+o", "open a file", () => openFile(this.desk)],
       ["p", "add a place", edit(() => this.add("place"))], ["t", "add a transition", edit(() => this.add("transition"))], ["m", "add a module", edit(() => this.add("module"))],
       ["a", "on the canvas: an arc from what is selected; the next part chosen is its end", edit(() => this.canvas.connect())], ["w", "draw arcs by dragging, or move parts", edit(() => this.setArcMode(!this.canvas.arcMode))],
+      ["Ctrl+c", "copy what is selected", edit(() => this.copy())], ["Ctrl+v", "paste it, in this net or another", edit(() => this.paste())], ["f", "find a part", () => this.desk.net && this.find()],
       ["e", "go to the form of what is selected", () => this.form.querySelector("input")?.focus()], ["u", "up to the net around", () => this.up()],
       ["g", "begin or end the token game", () => (this.game.on ? this.game.end() : this.play())], ["c", "in the token game: run a cycle", () => this.game.on && this.game.take("cycle")], ["b", "in the token game: take back", () => this.game.on && this.game.take("back")],
       ["q", "show or hide lines of values", () => this.quiet()], ["Escape", "end the token game", () => this.game.on && this.game.end()],
@@ -166,7 +168,7 @@ class NetsView {
     this.canvas.element.parentElement.hidden = none;
     this.empty.hidden = !none;
     for (const part of [this.way, this.form, this.found]) part.hidden = none;
-    for (const part of this.tools.querySelectorAll("button, select")) part.disabled = none && part.dataset.do !== "save";
+    for (const part of this.tools.querySelectorAll("button, select")) part.disabled = none;
     if (none) {
       const text = this.desk.current ? "This file holds a model, no net." : "No net is open.";
       this.empty.replaceChildren(el("h1", {}, text), el("p", {}, "Open a file, begin a new net, or take a copy of one that comes with the package."), el("div", { class: "bar" }, el("button", { class: "main", onclick: () => openShipped(this.desk) }, "Copy of…"), el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { onclick: () => this.newNet() }, "New…"),
@@ -236,7 +238,10 @@ class NetsView {
   async toggle(key) {
     if (this.unfolded.has(key)) for (const path of [...this.unfolded]) (path === key || path.startsWith(`${key}.`)) && this.unfolded.delete(path);
     else this.unfolded.add(key);
+    const before = this.canvas.boxes.get(key)?.box;
     await this.draw({ keep: true });
+    const after = this.canvas.boxes.get(key)?.box;
+    if (before && after) this.canvas.pan((before.x - after.x) * this.canvas.view.k, (before.y - after.y) * this.canvas.view.k);
     if (this.game.on) this.game.show();
   }
 
@@ -341,6 +346,45 @@ class NetsView {
     const inward = isTransition(target);
     const arc = inward ? (["test", "inhibitor"].includes(wish) ? wish : "input") : wish === "set" ? "set" : "output";
     await this.desk.try({ op: "connect", in: this.chosen, place: inward ? source : target, transition: inward ? target : source, arc });
+  }
+
+  async find() {
+    const own = [...this.canvas.nodes.values()].map(({ node }) => [node.key, node.key, node.detail]);
+    const key = await pick("Find a part", [...own, ...[...this.canvas.boxes.values()].map(({ box }) => [box.key, box.key, "module"])]);
+    if (key) this.select([key]);
+    this.canvas.element.focus();
+  }
+
+  /** Take the selected places and transitions along, with the arcs among them and those to places of the same name. */
+  copy() {
+    const own = this.desk.net.definitions[this.chosen];
+    const chosen = (list) => structuredClone(list.filter((part) => this.canvas.selection.has(part.name)));
+    const at = Object.fromEntries([...this.canvas.selection].filter((key) => this.canvas.nodes.has(key)).map((key) => [key, [this.canvas.nodes.get(key).node.x, this.canvas.nodes.get(key).node.y]]));
+    this.taken = { places: chosen(own.places), transitions: chosen(own.transitions), at };
+    this.studio.note(`copied ${this.taken.places.length} places and ${this.taken.transitions.length} transitions`);
+  }
+
+  async paste() {
+    const { places = [], transitions = [], at } = this.taken ?? {};
+    if (!places.length && !transitions.length) return;
+    const own = this.desk.net.definitions[this.chosen];
+    const used = new Set([...own.places, ...own.transitions].map((part) => part.name).concat(Object.keys(own.modules ?? {})));
+    const there = new Set([...own.places.map((p) => p.name), ...Object.entries(own.modules ?? {}).flatMap(([i, target]) => portsOf(this.desk.net.definitions[target]).map((port) => `${i}.${port}`))]);
+    const names = new Map();
+    for (const part of [...places, ...transitions]) {
+      let [name, number] = [part.name, 1];
+      while (used.has(name)) name = `${part.name}_${(number += 1)}`;
+      used.add(name);
+      names.set(part.name, name);
+    }
+    const moved = (name) => (at[name] ? at[name].map((v) => Math.round(v + 40)) : undefined);
+    const arcs = (of = {}) => Object.fromEntries(Object.entries(of).filter(([place]) => places.some((p) => p.name === place) || there.has(place)).map(([place, weight]) => [places.some((p) => p.name === place) ? names.get(place) : place, weight]));
+    const copied = (t) => ({ ...t, name: names.get(t.name), ...Object.fromEntries(["inputs", "outputs", "tests", "inhibitors", "sets"].filter((key) => t[key]).map((key) => [key, arcs(t[key])])) });
+    const ops = [...places.map((p) => ({ op: "add_place", in: this.chosen, place: { ...p, name: names.get(p.name) }, at: moved(p.name) })), ...transitions.map((t) => ({ op: "add_transition", in: this.chosen, transition: copied(t), at: moved(t.name) }))];
+    if (await this.desk.try({ op: "all", ops, what: "paste" })) {
+      await this.drawing();
+      this.select([...names.values()]);
+    }
   }
 
   play() {
