@@ -373,10 +373,15 @@ def analyze(
         typer.Argument(help="A file (PNML or JSON), the name of a net that ships, or package.module:NAME, which runs that module's code."),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
-    memory: Annotated[float, typer.Option(help="MiB that it may take before it stops with a partial answer.")] = 4096,
+    memory: Annotated[
+        float | None, typer.Option(help="MiB that it may take before it stops with a partial answer.", show_default="4096")
+    ] = None,
     seconds: Annotated[float, typer.Option(help="Seconds that all of it may take, likewise.")] = float("inf"),
     minimal: Annotated[bool, typer.Option(help="Also find the minimal invariants without negative weights.")] = False,
-    rates: Annotated[str, typer.Option(help="Exponential rates in PNML: 'refuse', or 'plain' to read the net without them.")] = "refuse",
+    rates: Annotated[
+        str | None,
+        typer.Option(help="Exponential rates in PNML: 'refuse', or 'plain': read without them.", show_default="refuse"),
+    ] = None,
     which: Annotated[str | None, typer.Option("--net", help="Id or name of the net, for files with several.")] = None,
     reach: Annotated[str | None, typer.Option(help="Only: is this ever true of the tokens? Such as 'left >= 2 and right < 1'.")] = None,
     deadlocks: Annotated[bool, typer.Option("--deadlocks", help="Only: every marking after which nothing fires.")] = False,
@@ -390,13 +395,17 @@ def analyze(
         typer.Option("--in", help="What the behaviour does there: in the 'simulator', or in a world.json that an earlier run learned."),
     ] = None,
     method: Annotated[
-        str | None, typer.Option(help="With --in: exact, bounded, sampled, simulator; several by commas.", show_default="all")
+        str | None,
+        typer.Option(
+            help="With --in: exact, bounded, sampled, simulator, rare, modules, certificate, contract; several by commas.",
+            show_default="all",
+        ),
     ] = None,
     formula: Annotated[
         list[str] | None, typer.Option("--property", help="With --in: a formula that sampled runs are held against.")
     ] = None,
-    episodes: Annotated[int, typer.Option(help="With --in: episodes to learn from, and fresh ones.")] = 2000,
-    seed: Annotated[int, typer.Option(help="With --in: decides every random number.")] = 0,
+    episodes: Annotated[int | None, typer.Option(help="With --in: episodes to learn from, and fresh ones.", show_default="2000")] = None,
+    seed: Annotated[int | None, typer.Option(help="With --in: decides every random number.", show_default="0")] = None,
     require: Annotated[float | None, typer.Option(help="With --in: what the wanted outcome's probability has to be at least.")] = None,
     output: Annotated[Path | None, typer.Option(help="With --in: folder of the report (HTML, Markdown, JSON, plot).")] = None,
 ) -> None:
@@ -404,20 +413,29 @@ def analyze(
 
     With --in WORLD: what a behaviour does there, how likely and when; exact, bounded and sampled side by side.
 
-    Exit status 1 when a contract is broken, a module is used wrongly or a requirement is broken, 130 when interrupted.
+    Exit status 1 when a contract is broken, a module is used wrongly, or a requirement or condition is broken, 130 when interrupted.
     """
+    alone = {"--memory": memory, "--minimal": minimal or None, "--rates": rates, "--net": which, "--reach": reach,
+             "--deadlocks": deadlocks or None, "--cover": cover, "--graph": graph, "--exclusive": exclusive}  # fmt: skip
     if world is not None:
         with said_plainly():
-            _in_world(net, world, method, formula or [], episodes, seed, require, output, as_json, seconds)
+            if given := [name for name, value in alone.items() if value is not None]:
+                raise CprmError(f"{', '.join(given)}: of the net alone, with --in they say nothing; analyze without --in for that")
+            _in_world(
+                net, world, method, formula or [], 2000 if episodes is None else episodes, seed or 0, require, output, as_json, seconds
+            )
         return
+    memory, rates = 4096 if memory is None else memory, rates or "refuse"
     from .agents.catalogue import shipped_net
     from .agents.play import BODY_COMMANDS
     from .architecture.analysis.budget import Budget
     from .architecture.analysis.report import analyze as analyze_net
 
     with said_plainly():
-        if any(option is not None for option in (method, formula or None, require, output)):
-            raise CprmError("--method, --property, --require and --output go with --in")
+        there = {"--method": method, "--property": formula or None, "--episodes": episodes, "--seed": seed, "--require": require,
+                 "--output": output}  # fmt: skip
+        if given := [name for name, value in there.items() if value is not None]:
+            raise CprmError(f"{', '.join(given)} go with --in")
         if not (memory > 0 and seconds > 0):
             raise CprmError(f"--memory {memory:g} and --seconds {seconds:g}: both must be positive")
         if rates not in ("refuse", "plain"):
@@ -465,6 +483,10 @@ def _in_world(
 
     if not seconds > 0:
         raise CprmError(f"--seconds {seconds:g}: must be positive")
+    if seed < 0:
+        raise CprmError(f"--seed {seed}: must not be negative")
+    if output is not None:
+        _check_folder(output)
     learned = None if world == "simulator" else load_world(world)
     with complaints.status("starting ...") as status:
         report = analyze_behaviour(name, methods=METHODS if method is None else _names(method), properties=formulas, episodes=episodes,
@@ -478,8 +500,21 @@ def _in_world(
             console.print(sentence, highlight=False, markup=False)
     for path in reports.write(report, output) if output is not None else ():
         complaints.print(f"wrote {path}", highlight=False, soft_wrap=True)
-    if report.interrupted or report.verdict is False:
+    if report.interrupted or report.broken:
         raise typer.Exit(130 if report.interrupted else 1)
+
+
+def _check_folder(folder: Path) -> None:
+    """Whether a report can be written there, before anything is played for it."""
+    import os
+
+    place = folder
+    while not place.exists() and place.parent != place:
+        place = place.parent
+    if not place.is_dir():
+        raise CprmError(f"--output {folder}: {place} is a file, a folder is needed")
+    if not os.access(place, os.W_OK):
+        raise CprmError(f"--output {folder}: nothing can be written into {place}")
 
 
 def _answer(

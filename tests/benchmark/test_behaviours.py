@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
+from cprm_gym.agents.worlds.conditions import CONDITIONS
 from cprm_gym.agents.worlds.learned import BEHAVIOURS, learn_world, simulate
 from cprm_gym.agents.worlds.runs import StageRuns
 from cprm_gym.agents.worlds.stage import Stage
@@ -14,26 +15,31 @@ from cprm_gym.architecture.analysis.markov.absorption import absorption
 from cprm_gym.architecture.analysis.product.explore import product
 from cprm_gym.architecture.analysis.product.learned_world import load_world
 from cprm_gym.architecture.analysis.rare.conditional import conditional
+from cprm_gym.architecture.analysis.sampling.properties import Property
 from cprm_gym.architecture.analysis.sampling.sample import sample
 from cprm_gym.benchmark.behaviours import report as reports
-from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour, negated
+from cprm_gym.benchmark.behaviours.analysis import METHODS, analyze_behaviour
+from cprm_gym.benchmark.behaviours.broken import WRONG, negated, without
 from cprm_gym.benchmark.behaviours.films import net_film, pitch_film
 from cprm_gym.cli import app
 from cprm_gym.errors import ExpressionError, FormatError, ModelError, NetError, UnknownName
-
-WRONG = dict.fromkeys(BEHAVIOURS, "moment") | {"receive": "power", "catch_ball": "reachable", "pass_and_receive": "power"}
-"""Behaviour -> the math place whose sign a broken version has wrong."""
 
 
 def check(report):
     """What every report must keep: the exact value inside the sampled interval and inside the bounds."""
     for outcome in report.product.chain.outcomes:
         exact = report.exact.probability(outcome).value
-        assert report.bounded.probabilities[outcome].low - 1e-9 <= exact <= report.bounded.probabilities[outcome].high + 1e-9
+        assert report.rows.probabilities[outcome].low - 1e-9 <= exact <= report.rows.probabilities[outcome].high + 1e-9
         assert report.text[outcome].low - 1e-9 <= exact <= report.text[outcome].high + 1e-9
         if outcome in report.sampled.outcomes:
             assert report.sampled.intervals()[outcome].holds(exact), outcome
-    assert report.bounded.probabilities[report.done].width <= report.text[report.done].width + 1e-9
+    assert report.rows.probabilities[report.done].width <= report.text[report.done].width + 1e-9
+    for outcome, bounds in report.regular.probabilities.items():
+        assert bounds.holds(report.exact.probability(outcome).value), outcome
+        assert not report.simulated[outcome].high < bounds.low
+        assert not report.simulated[outcome].low > bounds.high
+    assert report.regular.probabilities[report.done].width < 0.6 * report.rows.probabilities[report.done].width
+    assert report.failing == []
     assert report.difference()
 
 
@@ -78,15 +84,35 @@ def test_the_pairs_cycle_is_two_nets_in_one_world():
 @pytest.mark.parametrize("name", sorted(BEHAVIOURS))
 def test_the_methods_agree_on_every_behaviour(name):
     """`pytest -m slow tests/benchmark/test_behaviours.py`."""
-    check(analyze_behaviour(name, episodes=2000))
+    report = analyze_behaviour(name, episodes=2000)
+    check(report)
+    assert report.regular.probabilities[report.done].low > 0.75
+    assert set(report.said) >= {"bounded", "rare", "modules", "certificate", "contract"}
+    assert all(said.applies or len(said.says) > 20 for said in report.said.values())
 
 
 def test_a_player_who_turns_the_wrong_way_is_caught_with_a_run():
-    broken = analyze_behaviour("go_to_ball", episodes=200, require=0.9, change=negated("moment"))
+    broken = analyze_behaviour("go_to_ball", episodes=200, methods=("exact", "simulator"), require=0.9, change=negated("moment"))
     assert broken.verdict is False
     assert broken.simulated["at_ball"].high < 0.9
     assert broken.worst == "unfinished"
     assert sum("turn" in line.partition("->")[2] for line in broken.witness("unfinished")) > 10
+    assert "property, a turn brings a ball that is off axis nearer to it: FAILS" in broken.failing[0]
+    why, number = broken.shown()
+    assert why.endswith("a turn brings a ball that is off axis nearer to it")
+    assert "F (ends.at_ball & true.promised)" in json.dumps(broken.to_json()["conditions"])
+    run = StageRuns("go_to_ball", negated("moment")).play([number], 1_000_003, True)[0]
+    assert not Property(CONDITIONS["go_to_ball"][1].formula).holds(run.signals)
+    page = reports.to_html(broken)
+    assert "An episode of the simulator that breaks" in page
+    assert page.count("<svg") == 2
+
+
+def test_a_clause_of_the_contract_that_is_broken_is_named_with_a_run():
+    broken = analyze_behaviour("go_to_ball", episodes=20, methods=("contract",), change=without("ignore"))
+    assert broken.broken
+    assert "contract broken: go_to_ball_reflex: idle interrupt" in broken.failing[0]
+    assert any("caller" in line for line in broken.said["contract"].lines)
 
 
 @pytest.mark.slow
@@ -95,8 +121,11 @@ def test_a_broken_version_of_every_behaviour_is_caught(name):
     """`pytest -m slow tests/benchmark/test_behaviours.py`."""
     good = analyze_behaviour(name, episodes=500, methods=("simulator",))
     floor = good.simulated[good.done].low
+    assert good.failing == []
     broken = analyze_behaviour(name, episodes=500, methods=("exact", "simulator"), require=floor, change=negated(WRONG[name]))
     assert broken.verdict is False
+    assert broken.failing
+    assert broken.film().number == next(j.first for j in broken.judged if j.holds is False)
 
 
 def test_the_report_is_written_in_all_forms(seeking, tmp_path):
@@ -158,12 +187,18 @@ def test_the_command_says_it_and_a_learned_world_can_be_used_again(seeking, tmp_
         (["go_to_ball", "--in", "simulator", "--method", "exakt"], "Did you mean 'exact'"),
         (["go_to_ball", "--in", "nowhere.json"], "nowhere.json"),
         (["go_to_ball", "--in", "simulator", "--require", "1.5"], "a probability"),
+        (["go_to_ball", "--in", "simulator", "--memory", "100", "--deadlocks"], "--memory, --deadlocks: of the net alone"),
+        (["go_to_ball", "--in", "simulator", "--reach", "done"], "--reach: of the net alone"),
+        (["go_to_ball", "--in", "simulator", "--graph", "x.dot"], "--graph: of the net alone"),
+        (["go_to_ball", "--in", "simulator", "--seed", "-1"], "must not be negative"),
+        (["go_to_ball", "--in", "simulator", "--output", __file__], "is a file, a folder is needed"),
+        (["go_to_ball", "--in", "simulator", "--output", f"{__file__}/deeper"], "is a file, a folder is needed"),
     ],
 )
 def test_mistakes_are_said_plainly(arguments, message):
     found = CliRunner().invoke(app, ["analyze", *arguments])
     assert found.exit_code == 2
-    assert message in found.output.replace("\n", " ")
+    assert message in " ".join(found.output.split())
 
 
 DAMAGE = {
@@ -189,10 +224,10 @@ def test_a_learned_world_of_a_stranger_that_makes_no_sense_is_refused(seeking, t
 
 
 def test_a_budget_ends_the_learning_and_what_was_learned_is_kept():
-    short = analyze_behaviour("go_to_ball", episodes=2000, methods=("exact",), budget=Budget(seconds=1.0))
+    short = analyze_behaviour("go_to_ball", episodes=6000, methods=("exact",), budget=Budget(seconds=4.0))
     assert any("ended before their time" in note for note in short.notes)
     whole = sum(short.world.begins.values())
-    assert whole == 2000
+    assert whole == 6000
     assert short.world.counts
 
 
@@ -232,3 +267,65 @@ def test_wrong_names_are_refused():
     with pytest.raises(NetError, match="no math place 'momet'"):
         analyze_behaviour("go_to_ball", episodes=2, change=negated("momet"))
     assert METHODS[0] == "exact"
+
+
+def test_every_method_says_why_where_it_does_not_apply(seeking):
+    assert set(seeking.said) == {"bounded", "rare", "modules", "certificate", "contract"}
+    assert not seeking.said["modules"].applies
+    assert "has no modules" in seeking.said["modules"].says
+    assert "no error metric is stated for go_to_ball" in seeking.said["certificate"].says
+    assert "at most 0.0" in seeking.said["rare"].says
+    text = " ".join(reports.sentences(seeking))
+    assert "modules does not apply: " in text
+    assert "'unseen' is what was never seen to follow" in text
+    assert "None" not in text
+    assert "which were held out" not in text
+    assert set(seeking.to_json()["methods"]) == set(seeking.said)
+
+
+def test_the_approach_is_taken_to_pieces_proved_and_its_failures_drawn():
+    found = analyze_behaviour("approach", episodes=400, methods=("exact", "bounded", "rare", "modules", "certificate", "contract"))
+    assert all(said.applies for said in found.said.values())
+    exact = found.exact.probability("arrived").value
+    low, high = found.said["modules"].data["outcomes"]["arrived"]
+    assert low - 1e-9 <= exact <= high + 1e-9
+    rare = found.said["rare"].data
+    assert rare["exact"] == pytest.approx(found.exact.probability(rare["outcome"]).value)
+    assert rare["importance"]["trusted"]
+    assert rare["importance"]["interval"][0] <= rare["exact"] <= rare["importance"]["interval"][1]
+    assert found.said["certificate"].holds is True
+    assert found.said["contract"].holds is True
+    assert found.regular.probabilities["arrived"].holds(exact)
+    low, high = found.regular.over_time["arrived"]
+    curve = found.over_time.by("arrived")
+    assert (low <= curve + 1e-9).all()
+    assert (curve <= high + 1e-9).all()
+
+
+def test_modules_of_two_players_work_at_once():
+    found = analyze_behaviour("pass_and_receive", episodes=40, methods=("modules", "contract"))
+    assert "work at once" in found.said["modules"].says
+    assert found.said["contract"].holds is True
+    assert set(found.said["contract"].data["reports"]) == {"passer.skill", "receiver.skill"}
+
+
+@pytest.mark.parametrize("name", sorted(set(BEHAVIOURS) - {"catch_ball"}))
+def test_what_a_behaviour_is_said_to_keep_it_keeps(name):
+    found = analyze_behaviour(name, episodes=120, methods=("simulator",))
+    assert [j.condition.name for j in found.judged] == [c.name for c in CONDITIONS[name]]
+    assert found.failing == []
+    assert all(j.holds for j in found.judged if j.condition.kind == "precondition")
+
+
+def test_a_spent_budget_is_said_of_every_method_that_it_did_not_reach():
+    found = analyze_behaviour("go_to_ball", episodes=2000, budget=Budget(seconds=0.2))
+    assert "the budget ended before it" in {said.says for said in found.said.values()}
+
+
+def test_confidence_one_is_refused():
+    with pytest.raises(ModelError, match=r"confidence 1\.0"):
+        analyze_behaviour("go_to_ball", episodes=2, confidence=1.0)
+    with pytest.raises(ModelError, match=r"confidence 1\.0"):
+        sample(StageRuns("go_to_ball"), 2, confidence=1.0)
+    with pytest.raises(ModelError, match="confidence 1"):
+        learn_world("go_to_ball", 2, confidence=1)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...architecture.analysis.budget import Clock
-from ...architecture.analysis.product.learned_world import LearnedWorld, thresholds_of
+from ...architecture.analysis.product.learned_world import LearnedWorld, Row, thresholds_of
 from ...architecture.petri import PetriNet, Place, compile_net
 from ...architecture.petri.net.modules import instances
 from ...errors import unknown_name
@@ -95,7 +95,7 @@ def learn_world(
     heed: Literal["all", "parts", "nothing"] = "all",
     clock: Clock | None = None,
 ) -> tuple[PetriNet, dict[str, str], LearnedWorld]:
-    """The world of a behaviour, from episodes in the simulator.
+    """The world of a behaviour, from episodes in the simulator; the second half of them is told once more by itself (`LearnedWorld.later`).
 
     Parameters
     ----------
@@ -124,6 +124,8 @@ def learn_world(
     before: list[tuple[int, ...] | None] = [None] * episodes
     commands: list[tuple[str, ...]] = [()] * episodes
     going = np.ones(episodes, bool)
+    first = episodes - episodes // 2
+    runs: list[list[Row]] = [[] for _ in range(first, episodes)]
     try:
         for seen, sent, marks, read in stage.play():
             cells = world.cells({place: read(place) for place in world.edges})
@@ -139,14 +141,19 @@ def learn_world(
                     world.saw(last, commands[w], rows[w], _reading(seen, w))
                 before[w] = rows[w]
                 commands[w] = sent[w] + tuple(f"{place}={held[w]:g}" for place, held in tokens.items() if held[w])
-            for marked in marks.values():
-                going &= ~marked
+                if w >= first:
+                    runs[w - first].append((rows[w], world.told(commands[w])))
+            over = going & np.logical_or.reduce(list(marks.values()))
+            for w in np.flatnonzero(over[first:]).tolist():
+                runs[w][-1] = (runs[w][-1][0], None)
+            going &= ~over
             if not going.any() or (clock is not None and clock.spent()):
                 break
     except KeyboardInterrupt:
         if clock is None:
             raise
         clock.interrupt()
+    world.later = [run for run in runs if run]
     return cast.net, dict(cast.outcomes), world
 
 

@@ -54,4 +54,4 @@ def pair_on_stage(change: Change | None = None) -> Cast:
     }
     net = PetriNet("pass and receive", modules={name[:-1]: spoken(agent.cprm.net, name) for name, agent in agents.items()})
     outcomes = {"received": "receiver.done", "failed": "passer.skill.failed", "missed": "receiver.skill.missed"}
-    return Cast(task, agents, net, outcomes, CYCLES)
+    return Cast(task, agents, net, outcomes, CYCLES, lambda core: core.kickable(2))

@@ -49,6 +49,8 @@ class Cast:
         Outcome -> place; the wanted one first.
     limit : int
         Cycles after which it is cut off.
+    promised : callable
+        core -> (W,) Whether the world is as the behaviour promises, judged by the world itself.
     """
 
     task: Task
@@ -56,6 +58,7 @@ class Cast:
     net: PetriNet
     outcomes: Mapping[str, str]
     limit: int
+    promised: Callable[[SoccerCore], NDArray[np.bool_]]
 
     @property
     def acts(self) -> tuple[str, ...]:
@@ -77,7 +80,7 @@ def alone_on_stage(trial: str, change: Change | None = None) -> Cast:
         tried = replace(tried, make=lambda *given: change(made(*given)))
     task = stage_task(tried.start, goalie=tried.goalie)
     agent = tried.agent(trial, Body.of(task))
-    return Cast(task, {"": agent}, agent.cprm.net, outcomes_of(agent.cprm.net), tried.cycles + SETTLE)
+    return Cast(task, {"": agent}, agent.cprm.net, outcomes_of(agent.cprm.net), tried.cycles + SETTLE, tried.judge)
 
 
 def stage_task(start: Any, goalie: bool = False, controlled: str = "left_1") -> Task:

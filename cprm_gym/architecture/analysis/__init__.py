@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from .product.learned_world import LearnedWorld as LearnedWorld
     from .product.learned_world import load_world as load_world
     from .product.prm_world import PRMWorld as PRMWorld
+    from .product.regular import regular_bounds as regular_bounds
     from .product.runs import ProductRuns as ProductRuns
     from .product.subdivision import Apart as Apart
     from .product.subdivision import analyze_apart as analyze_apart
@@ -109,6 +110,9 @@ if TYPE_CHECKING:
     from .report import analyze as analyze
     from .sampling.gymnasium_runs import GymnasiumRuns as GymnasiumRuns
     from .sampling.intervals import clopper_pearson as clopper_pearson
+    from .sampling.means import mean_interval as mean_interval
+    from .sampling.means import mean_sequence as mean_sequence
+    from .sampling.numbers import Number as Number
     from .sampling.properties import Property as Property
     from .sampling.runs import ChainRuns as ChainRuns
     from .sampling.runs import Run as Run
@@ -139,6 +143,7 @@ else:
             "product.gaussian_beliefs": "GaussianBeliefWorld",
             "product.learned_world": "LearnedWorld load_world",
             "product.prm_world": "PRMWorld",
+            "product.regular": "regular_bounds",
             "product.runs": "ProductRuns",
             "product.subdivision": "Apart analyze_apart groups",
             "product.worlds": "World",
@@ -147,6 +152,8 @@ else:
             "rare.splitting": "Splittable split_chain split_worlds",
             "sampling.gymnasium_runs": "GymnasiumRuns",
             "sampling.intervals": "clopper_pearson",
+            "sampling.means": "mean_interval mean_sequence",
+            "sampling.numbers": "Number",
             "sampling.properties": "Property",
             "sampling.runs": "ChainRuns Run Runs",
             "sampling.sample": "Sample sample",

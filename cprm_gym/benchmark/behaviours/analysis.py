@@ -1,215 +1,42 @@
-"""One behaviour in the simulator's world: every method that applies, side by side, and what they say of a requirement."""
+"""One behaviour in the simulator's world, by every method that applies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...agents.worlds.conditions import CONDITIONS
 from ...agents.worlds.learned import behaviour as named
 from ...agents.worlds.learned import learn_world
-from ...agents.worlds.runs import FilmedRun, StageRuns, film
+from ...agents.worlds.runs import StageRuns
 from ...agents.worlds.stage import Change
 from ...architecture.analysis.bounded.unknown_state import unknown_state_bounds
-from ...architecture.analysis.bounded.value_iteration import IntervalBounds, interval_bounds
-from ...architecture.analysis.bounds import Bounds
-from ...architecture.analysis.budget import Budget
-from ...architecture.analysis.markov.absorption import Absorption, absorption
-from ...architecture.analysis.markov.over_time import OverTime, outcomes_over_time
-from ...architecture.analysis.product.explore import Product, product
-from ...architecture.analysis.product.learned_world import LearnedWorld
+from ...architecture.analysis.bounded.value_iteration import interval_bounds
+from ...architecture.analysis.budget import Budget, Clock
+from ...architecture.analysis.markov.absorption import absorption
+from ...architecture.analysis.markov.over_time import outcomes_over_time
+from ...architecture.analysis.product.explore import product
+from ...architecture.analysis.product.learned_world import LearnedWorld, thresholds_of
+from ...architecture.analysis.product.regular import regular_bounds
 from ...architecture.analysis.product.runs import ProductRuns
-from ...architecture.analysis.rare.conditional import conditional
-from ...architecture.analysis.sampling.intervals import simultaneous
+from ...architecture.analysis.sampling.intervals import upper_limit
+from ...architecture.analysis.sampling.properties import Property
 from ...architecture.analysis.sampling.properties import properties as parsed
-from ...architecture.analysis.sampling.runs import UNFINISHED, ChainRuns, Run
+from ...architecture.analysis.sampling.runs import UNFINISHED, Run
 from ...architecture.analysis.sampling.sample import Sample, sample
-from ...architecture.petri import PetriNet
-from ...errors import ModelError, NetError, unknown_name
+from ...architecture.petri import PetriNet, compile_net
+from ...errors import ModelError, unknown_name
+from . import methods as further
+from .findings import FRESH, BehaviourReport
+from .judged import FLOOR, judged
+from .methods import Said
 
-FRESH = 1_000_003
-"""Between the seed from which a world is learned and that of fresh episodes."""
-METHODS = ("exact", "bounded", "sampled", "simulator")
-"""exact: the learned cells' likeliest chances; bounded: within their intervals; sampled: runs of the same; simulator: fresh episodes."""
-
-
-@dataclass
-class BehaviourReport:
-    """What the methods say of one behaviour.
-
-    Attributes
-    ----------
-    name : str
-    done : str
-        The outcome that is wanted.
-    episodes, seed : int
-        From how many episodes the world was learned, and as many fresh ones played.
-    product : Product or None
-    exact : Absorption or None
-    over_time : OverTime or None
-    bounded : IntervalBounds or None
-    text : mapping of str to Bounds
-        The text's own bounds (unknown state).
-    sampled : Sample or None
-    simulator : mapping of str to int
-        Outcome -> fresh episodes that ended so.
-    played : Sample or None
-        The same with what properties hold of them.
-    ended : (episodes,) int64
-        When each of these ended, -1: not.
-    require : float or None
-        What the wanted outcome's probability has to be at least.
-    notes : list of str
-        What did not apply, and why.
-    """
-
-    name: str
-    done: str
-    episodes: int
-    seed: int
-    confidence: float = 0.95
-    world: LearnedWorld | None = None
-    product: Product | None = None
-    exact: Absorption | None = None
-    over_time: OverTime | None = None
-    bounded: IntervalBounds | None = None
-    text: Mapping[str, Bounds] = field(default_factory=dict)
-    sampled: Sample | None = None
-    simulator: Mapping[str, int] = field(default_factory=dict)
-    played: Sample | None = None
-    ended: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    require: float | None = None
-    notes: list[str] = field(default_factory=list)
-    interrupted: bool = False
-    change: Change | None = None
-
-    @property
-    def outcomes(self) -> tuple[str, ...]:
-        """All that any method names, in its order."""
-        names: list[str] = [*self.simulator]
-        if self.product is not None:
-            names = [*self.product.chain.outcomes, *names]
-        return tuple(dict.fromkeys(names))
-
-    @property
-    def simulated(self) -> dict[str, Bounds]:
-        """Clopper-Pearson intervals of the fresh episodes, holding at once."""
-        return simultaneous(dict(self.simulator), self.confidence) if self.simulator else {}
-
-    @property
-    def verdict(self) -> bool | None:
-        """Whether the requirement holds in the simulator: None where the interval holds it, or nothing was required or played."""
-        if self.require is None or not self.simulator:
-            return None
-        interval = self.simulated[self.done]
-        return True if interval.low >= self.require else False if interval.high < self.require else None
-
-    def difference(self) -> str:
-        """How far the learned cells are from the simulator, in words."""
-        if self.exact is None or not self.simulator:
-            return ""
-        p, real = self.exact.probability(self.done).value, self.simulated[self.done]
-        if real.holds(p):
-            return f"the learned cells say {p:.4f}, within the simulator's {real}"
-        unseen = self.exact.probability("unseen").value if "unseen" in self.exact.outcomes else 0.0
-        why = f"runs that come to what was never seen have {unseen:.4f} of it; " if unseen > 0 else ""
-        return (
-            f"the learned cells say {p:.4f}, the simulator {real}: {why}within a cell the past still matters (how far, how fast, how long "
-            "unseen), which cells forget"
-        )
-
-    def witness(self, outcome: str) -> list[str]:
-        """The likeliest run to an outcome, cycle by cycle; empty where it does not come."""
-        if self.product is None or self.exact is None:
-            return []
-        if outcome == UNFINISHED:
-            return self.product.tell(self._going_on())
-        if outcome not in self.product.chain.outcomes:
-            return []
-        if not self.exact.probability(outcome).value > 0:
-            return []
-        run, _ = conditional(self.product.chain, outcome, self.exact).likeliest_run()
-        return self.product.tell(run)
-
-    def _going_on(self) -> list[int]:
-        """The states of a run of the chain that has not ended in time."""
-        assert self.product is not None
-        n = self.product.chain.n
-        runs = ChainRuns(self.product.chain, named(self.name).limit, {"state": np.arange(n, dtype=float)})
-        for run in runs.play(range(1000), self.seed, True):
-            if run.outcome == UNFINISHED:
-                return [int(s) for s in run.signals["state"]]
-        return []
-
-    def causes(self, most: int = 5) -> list[str]:
-        """Steps of the chain that set runs to the worst outcome apart from others, in words; empty where there are none."""
-        if self.product is None or self.exact is None or self.worst not in self.product.chain.outcomes:
-            return []
-        if not self.exact.probability(self.worst).value > 0:
-            return []
-        chain = self.product.chain
-        return [
-            f"{chain.name(c.source)} -> {', '.join(self.product.commands[c.source]) or 'nothing'} -> {chain.name(c.target)}: "
-            f"{c.flow:.2f} times in such a run, {c.lift:.3g} times as often as in others"
-            for c in conditional(chain, self.worst, self.exact).causes(most)
-        ]
-
-    def film(self) -> FilmedRun | None:
-        """An episode of the simulator that came to the worst outcome, if any did, or else to the first there is."""
-        if self.played is None or not self.played.runs:
-            return None
-        first = self.played.first
-        outcome = next((o for o in (self.worst, *(o for o in first if o != self.done)) if o in first), self.done)
-        return film(self.name, first.get(outcome, 0), self.seed + FRESH, self.change)
-
-    @property
-    def worst(self) -> str:
-        """The likeliest outcome that is not wanted; `UNFINISHED` where most of the rest does not end in time."""
-        if self.exact is None:
-            return ""
-        chances = {o: self.exact.probability(o).value for o in self.exact.chain.outcomes if o not in (self.done, "unseen")}
-        if self.over_time is not None:
-            chances[UNFINISHED] = float(self.over_time.remaining[-1])
-        return max(chances, key=chances.__getitem__, default="")
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values."""
-        rows: dict[str, Any] = {}
-        for outcome in self.outcomes:
-            row: dict[str, Any] = {}
-            if self.exact is not None and outcome in self.exact.outcomes:
-                p = self.exact.probability(outcome)
-                row["exact"] = {"value": p.value, "error": p.error}
-            if self.bounded is not None and outcome in self.bounded.probabilities:
-                row["bounded"] = list(self.bounded.probabilities[outcome])
-                row["unknown_state"] = list(self.text[outcome])
-            if self.sampled is not None and outcome in self.sampled.outcomes:
-                row["sampled"] = list(self.sampled.intervals()[outcome])
-            if outcome in self.simulated:
-                row["simulator"] = {"count": self.simulator[outcome], "interval": list(self.simulated[outcome])}
-            rows[outcome] = row
-        return {
-            "behaviour": self.name,
-            "wanted": self.done,
-            "episodes": self.episodes,
-            "seed": self.seed,
-            "confidence": self.confidence,
-            "states": self.product.chain.n if self.product is not None else None,
-            "outcomes": rows,
-            "expected_cycles": self.exact.expected_time.value if self.exact is not None else None,
-            "simulator_cycles": float(self.ended[self.ended >= 0].mean()) if (self.ended >= 0).any() else None,
-            "properties": self.sampled.to_json()["properties"] if self.sampled is not None else {},
-            "simulator_properties": self.played.to_json()["properties"] if self.played is not None else {},
-            "difference": self.difference(),
-            "require": self.require,
-            "verdict": self.verdict,
-            "witness": {self.worst: self.witness(self.worst)} if self.worst else {},
-            "notes": list(self.notes),
-            "interrupted": self.interrupted,
-        }
+METHODS = ("exact", "bounded", "sampled", "simulator", "rare", "modules", "certificate", "contract")
+"""exact: the learned cells' likeliest chances; bounded: within their intervals; sampled: runs of the same; simulator: fresh episodes, and
+the conditions that they keep; rare: what is feared, drawn and leant to; modules: the parts chained; certificate: a proof; contract: what
+the skill promises its caller."""
 
 
 def analyze_behaviour(
@@ -252,56 +79,173 @@ def analyze_behaviour(
             raise unknown_name("method", method, METHODS)
     if not methods:
         raise ModelError(f"methods: none; there are {', '.join(METHODS)}")
-    parsed(properties)  # before anything is played
+    if not 0.0 < confidence < 1.0:
+        raise ModelError(f"confidence {confidence}: needs a number between 0 and 1")
     if episodes < 2 or (require is not None and not 0 < require < 1):
         raise ModelError(f"episodes {episodes}, require {require}: needs two episodes, and a probability")
-    say = progress or (lambda _: None)
+    formulas = parsed(properties)  # before anything is played
     limits, clock = (budget or Budget(states=200_000)).start()
-    limit = named(name).limit
     report = BehaviourReport(name, "", episodes, seed, confidence, require=require, change=change)
+    named(name)
+    work = _Work(report, tuple(methods), formulas, limits, clock, progress or (lambda _: None))
     try:
-        say("learning the world")
-        _, half = limits.part(0.5).start()
-        net, outcomes, world = learn_world(name, episodes if learned is None else 2, seed, net=change, confidence=confidence, clock=half)
-        if half.spent() and learned is None:
-            report.notes.append("the episodes that teach the world were ended before their time: what would have followed is 'unseen'")
-        world = learned or world
-        report.world, report.done = world, next(iter(outcomes))
-        if clock.interrupted:
-            raise KeyboardInterrupt
-        if {"exact", "bounded"} & set(methods):
-            say("exploring net and world")
-            report.product = product(net, world, outcomes, budget=limits)
-            if not report.product.complete:
-                report.notes.append("net and world have more states than the budget grants: the rest is the outcome 'unexplored'")
-        made = report.product
-        if "exact" in methods and made is not None and not clock.spent():
-            report.exact, report.over_time = absorption(made.chain), outcomes_over_time(made.chain, limit)
-        if "bounded" in methods and made is not None and not clock.spent():
-            say("bounding")
-            report.bounded = interval_bounds(made.bounded)
-            report.text = {o: unknown_state_bounds(made.bounded, o) for o in made.bounded.outcomes}
-        if "sampled" in methods and not clock.spent():
-            say("playing the learned world")
-            runs = ProductRuns(net, world, outcomes, limit=20 * limit, ends=("unseen",))
-            report.sampled = sample(runs, episodes, seed=seed + 1, confidence=confidence, properties_=properties, budget=limits)
-        if "simulator" in methods and not clock.spent():
-            say("playing the simulator")
-            noted = _Noted(StageRuns(name, change))
-            report.played = sample(
-                noted, episodes, seed=seed + FRESH, confidence=confidence, properties_=properties, budget=limits, block=500
-            )
-            report.simulator, report.ended = {o: report.played.count(o) for o in noted.outcomes}, np.array(noted.ended)
-        if properties and not {"sampled", "simulator"} & set(methods):
+        work.learn(learned)
+        for method in METHODS:
+            if method in methods and clock.spent():
+                report.said[method] = Said(False, "the budget ended before it")
+            elif method in methods:
+                getattr(work, method)()
+                if clock.interrupted:
+                    raise KeyboardInterrupt
+        if formulas and not {"sampled", "simulator"} & set(methods):
             report.notes.append("properties are looked at in runs, which were not asked for")
-        if clock.interrupted or "interrupted" in {found.reason for found in (report.sampled, report.played) if found is not None}:
-            raise KeyboardInterrupt
         if clock.spent():
             report.notes.append(f"the budget ended it: {clock.reason}")
     except KeyboardInterrupt:
         report.interrupted = True
         report.notes.append("interrupted; what is there was finished before")
     return report
+
+
+@dataclass(eq=False)
+class _Work:
+    """The methods one after the other, each with what was found before."""
+
+    report: BehaviourReport
+    methods: tuple[str, ...]
+    formulas: Mapping[str, Property]
+    limits: Budget
+    clock: Clock
+    say: Callable[[str], object]
+    net: PetriNet = field(init=False)
+    outcomes: Mapping[str, str] = field(init=False)
+    world: LearnedWorld = field(init=False)
+    limit: int = field(init=False)
+
+    def learn(self, learned: LearnedWorld | None) -> None:
+        """The world, and the chain of net and world where a method needs it."""
+        report = self.report
+        self.limit = named(report.name).limit
+        self.say("learning the world")
+        _, half = self.limits.part(0.5).start()
+        self.net, self.outcomes, world = learn_world(
+            report.name, report.episodes if learned is None else 2, report.seed, net=report.change, confidence=report.confidence, clock=half
+        )
+        if half.spent() and learned is None:
+            report.notes.append("the episodes that teach the world were ended before their time: what would have followed is 'unseen'")
+        self.world = report.world = learned or world
+        report.done = next(iter(self.outcomes))
+        if self.clock.interrupted:
+            raise KeyboardInterrupt
+        if {"exact", "bounded", "rare"} & set(self.methods) and not self.clock.spent():
+            self.say("exploring net and world")
+            report.product = product(self.net, self.world, self.outcomes, budget=self.limits)
+            if not report.product.complete:
+                report.notes.append("net and world have more states than the budget grants: the rest is the outcome 'unexplored'")
+
+    def exact(self) -> None:
+        """The chain solved."""
+        assert self.report.product is not None
+        chain = self.report.product.chain
+        self.report.exact, self.report.over_time = absorption(chain), outcomes_over_time(chain, self.limit)
+
+    def bounded(self) -> None:
+        """The chain within its intervals, and what most runs keep to."""
+        report = self.report
+        assert report.product is not None
+        self.say("bounding")
+        chain = report.product.bounded
+        report.rows = interval_bounds(chain)
+        report.text = {o: unknown_state_bounds(chain, o) for o in chain.outcomes}
+        coarse = self.world.coarser(_own_thresholds(self.net, self.world))
+        try:
+            report.regular = regular_bounds(
+                self.net, coarse, self.outcomes, cycles=self.limit, confidence=report.confidence, budget=self.limits
+            )
+        except ModelError as error:
+            report.said["bounded"] = Said(True, f"every row by itself alone: {error}")
+            return
+        least, division = report.regular.least[report.done]
+        report.said["bounded"] = Said(
+            True,
+            f"{report.done} with at least {least:.4f}: {division.left} of {report.regular.runs} episodes that were held out left what is "
+            f"regular ({division.rows} rows begun {division.often} times or more), so with {report.confidence:.0%} at most "
+            f"{division.most_left:.4f} of all do, and these may end in anything",
+        )
+
+    def sampled(self) -> None:
+        """Runs of net and learned world."""
+        report = self.report
+        self.say("playing the learned world")
+        runs = ProductRuns(self.net, self.world, self.outcomes, limit=20 * self.limit, ends=("unseen",))
+        known = runs.play([0], report.seed + 1, True)[0].signals if self.formulas else {}
+        told = {n: f.text for n, f in self.formulas.items() if "simulator" not in self.methods or set(f.names) <= set(known)}
+        if len(told) < len(self.formulas):
+            report.notes.append(f"looked at in the simulator's runs alone: {', '.join(n for n in self.formulas if n not in told)}")
+        report.sampled = sample(
+            runs, report.episodes, seed=report.seed + 1, confidence=report.confidence, properties_=told, budget=self.limits
+        )
+        self._heed(report.sampled)
+
+    def simulator(self) -> None:
+        """Fresh episodes, and the conditions that they keep."""
+        report = self.report
+        self.say("playing the simulator")
+        conditions = CONDITIONS[report.name]
+        wanted = {c.name: c.formula for c in conditions} | {n: f.text for n, f in self.formulas.items()}
+        noted = _Noted(StageRuns(report.name, report.change))
+        report.played = sample(
+            noted,
+            report.episodes,
+            seed=report.seed + FRESH,
+            confidence=report.confidence,
+            properties_=wanted,
+            budget=self.limits,
+            block=500,
+        )
+        report.simulator, report.ended = {o: report.played.count(o) for o in noted.outcomes}, np.array(noted.ended)
+        if report.played.runs:
+            report.judged = judged(conditions, report.played, report.confidence, FLOOR)
+        self._heed(report.played)
+
+    def rare(self) -> None:
+        """What is feared."""
+        report = self.report
+        assert report.product is not None
+        self.say("looking for what is feared")
+        exact = report.exact or absorption(report.product.chain)
+        feared = [o for o in self.outcomes if o != report.done]
+        worst = max(feared, key=lambda o: exact.probability(o).value, default="")
+        said = further.rare(exact, worst, report.done, report.seed, report.confidence)
+        if not said.applies and report.played is not None and report.played.runs:
+            most = upper_limit(report.played.runs - report.played.count(report.done), report.played.runs, report.confidence)
+            said = Said(False, f"{said.says}; by the simulator's episodes all else has at most {most:.4f}")
+        report.said["rare"] = said
+
+    def modules(self) -> None:
+        """The parts chained."""
+        self.say("taking it to pieces")
+        self.report.said["modules"] = further.modules(self.net, self.world, self.report.done, self.limits)
+
+    def certificate(self) -> None:
+        """A proof."""
+        self.report.said["certificate"] = further.certificate(self.report.name)
+
+    def contract(self) -> None:
+        """What the skill promises."""
+        self.say("checking the contract")
+        self.report.said["contract"] = further.contract(self.net, self.limits)
+
+    @staticmethod
+    def _heed(found: Sample) -> None:
+        if found.reason == "interrupted":
+            raise KeyboardInterrupt
+
+
+def _own_thresholds(net: PetriNet, world: LearnedWorld) -> dict[str, tuple[float, ...]]:
+    """Where the net decides, as far as the world is cut there."""
+    own = thresholds_of(compile_net(net))
+    return {place: tuple(c for c in cuts if c in own.get(place, cuts)) or cuts for place, cuts in world.edges.items()}
 
 
 @dataclass
@@ -319,37 +263,3 @@ class _Noted:
         found = self.runs.play(numbers, seed, signals)
         self.ended += [run.cycles if run.outcome != UNFINISHED else -1 for run in found]
         return found
-
-
-def negated(place: str) -> Change:
-    """A version of a net in which a math place has the other sign, wherever it is called so: turns the wrong way, say.
-
-    Raises
-    ------
-    NetError
-        When no math place has that name.
-    """
-    from dataclasses import replace
-
-    from ...architecture.petri import Math
-
-    def change(net: PetriNet) -> PetriNet:
-        hits = 0
-
-        def inside(n: PetriNet) -> PetriNet:
-            nonlocal hits
-            places = []
-            for p in n.places:
-                if isinstance(p, Math) and p.name == place:
-                    hits += 1
-                    p = replace(p, expression=f"-({p.expression})")
-                places.append(p)
-            modules = {k: inside(m) if isinstance(m, PetriNet) else m for k, m in n.modules.items()}
-            return replace(n, places=tuple(places), modules=modules)
-
-        made = inside(net)
-        if not hits:
-            raise NetError(f"net {net.name!r} has no math place {place!r}")
-        return made
-
-    return change

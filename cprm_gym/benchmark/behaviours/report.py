@@ -9,10 +9,10 @@ from typing import Any
 
 from rich.table import Table
 
-from .analysis import BehaviourReport
 from .films import net_film, pitch_film
+from .findings import BehaviourReport
 
-COLUMNS = ("outcome", "exact", "bounded", "unknown state", "sampled", "simulator")
+COLUMNS = ("outcome", "exact", "bounded", "every row", "unknown state", "sampled", "simulator")
 
 
 def rows(report: BehaviourReport) -> list[tuple[str, ...]]:
@@ -22,7 +22,7 @@ def rows(report: BehaviourReport) -> list[tuple[str, ...]]:
     for outcome, row in data.items():
         cells = [outcome]
         cells.append(f"{row['exact']['value']:.4f} +- {row['exact']['error']:.0e}" if "exact" in row else "")
-        cells += [_interval(row.get(key)) for key in ("bounded", "unknown_state", "sampled")]
+        cells += [_interval(row.get(key)) for key in ("bounded", "every_row", "unknown_state", "sampled")]
         cells.append(f"{_interval(row['simulator']['interval'])} ({row['simulator']['count']})" if "simulator" in row else "")
         found.append(tuple(cells))
     return found
@@ -57,10 +57,20 @@ def sentences(report: BehaviourReport) -> list[str]:
         word = {True: "holds", False: "is broken", None: "is undecided"}[report.verdict]
         played = f"In the simulator this {word}." if report.simulator else "Episodes of the simulator decide that; they were not played."
         said.append(f"Required: {report.done} with at least {report.require:g}. {played}")
-    for name, p in data["properties"].items():
-        said.append(f"Property {name}: {_interval(p['interval'])} of the sampled runs, robustness at least {p['least_robustness']}.")
-    for name, p in data["simulator_properties"].items():
-        said.append(f"Property {name}: {_interval(p['interval'])} of the simulator's runs, robustness at least {p['least_robustness']}.")
+    if any("every_row" in row for row in data["outcomes"].values()):
+        said.append(
+            "'unseen' is what was never seen to follow; a run that comes there may end in anything, so that it belongs to the most that "
+            "every other outcome can be."
+        )
+    for key, whose in (("properties", "sampled"), ("simulator_properties", "simulator's")):
+        for name, p in data[key].items():
+            least = "" if p["least_robustness"] is None else f", robustness at least {p['least_robustness']:.4g}"
+            said.append(f"Property {name}: {_interval(p['interval'])} of the {whose} runs{least}.")
+    for method, found in report.said.items():
+        said.append(f"{method}{'' if found.applies else ' does not apply'}: {found.says}.")
+    said += [f"Condition {j}." for j in report.judged]
+    if report.failing:
+        said.append("Failing: " + "; ".join(report.failing) + ".")
     return said + [f"Note: {note}." for note in report.notes]
 
 
@@ -79,6 +89,9 @@ def to_markdown(report: BehaviourReport) -> str:
         told = report.witness(report.worst)
         if told:
             lines += [f"## The likeliest run to {report.worst}", "", "```text", *told, "```", ""]
+    for method, found in report.said.items():
+        if found.lines:
+            lines += [f"## {method}", "", "```text", *found.lines, "```", ""]
     if report.causes():
         lines += [f"## What sets runs to {report.worst} apart", "", *(f"* {cause}" for cause in report.causes()), ""]
     return "\n".join(lines)
@@ -93,9 +106,12 @@ def to_html(report: BehaviourReport, plot: str = "") -> str:
     run = f"<h2>The likeliest run to {cell(report.worst)}</h2><pre>{cell(chr(10).join(told))}</pre>" if told else ""
     causes = "".join(f"<li>{cell(cause)}</li>" for cause in report.causes())
     run += f"<h2>What sets runs to {cell(report.worst)} apart</h2><ul>{causes}</ul>" if causes else ""
-    shown = report.film()
-    if shown is not None:
-        run += f"<h2>A run of the simulator to {cell(shown.outcome)}</h2><p>{pitch_film(shown)}</p><p>{net_film(shown)}</p>"
+    for method, found in report.said.items():
+        if found.lines:
+            run += f"<h2>{cell(method)}</h2><pre>{cell(chr(10).join(found.lines))}</pre>"
+    why, shown = report.shown(), report.film()
+    if why is not None and shown is not None:
+        run += f"<h2>{cell(why[0])}</h2><p>{pitch_film(shown)}</p><p>{net_film(shown)}</p>"
     picture = f'<img src="{cell(plot)}" alt="outcomes over time">' if plot else ""
     said = "".join(f"<p>{cell(s)}</p>" for s in sentences(report))
     return (
@@ -107,8 +123,8 @@ def to_html(report: BehaviourReport, plot: str = "") -> str:
 
 
 def plot(report: BehaviourReport, path: Path) -> bool:
-    """Outcomes over time, the simulator's beside them; False without matplotlib or anything to draw."""
-    if report.over_time is None:
+    """Outcomes over time within their bounds, the simulator's beside them; False without matplotlib or anything to draw."""
+    if report.over_time is None and report.regular is None and not report.ended.size:
         return False
     try:
         from matplotlib.figure import Figure
@@ -116,13 +132,20 @@ def plot(report: BehaviourReport, path: Path) -> bool:
         return False
     figure = Figure(figsize=(7, 4))
     axes = figure.add_subplot()
-    for outcome in report.over_time.outcomes:
-        curve = report.over_time.by(outcome)
+    colours = {o: f"C{k}" for k, o in enumerate(report.outcomes)}
+    over = report.over_time
+    for outcome in over.outcomes if over is not None else ():
+        assert over is not None
+        curve = over.by(outcome)
         if curve[-1] > 1e-4:
-            axes.plot(curve, label=f"{outcome} (learned cells)")
+            axes.plot(curve, colours.get(outcome, "grey"), label=f"{outcome} (learned cells)")
+    for outcome, (low, high) in (report.regular.over_time if report.regular is not None else {}).items():
+        if low[-1] > 0.0 or outcome == report.done:
+            axes.fill_between(range(len(low)), low, high, color=colours[outcome], alpha=0.2, label=f"{outcome} (bounds)")
     if report.ended.size:
         ends = report.ended[report.ended >= 0]
-        shares = [float((ends <= t).sum()) / len(report.ended) for t in range(len(report.over_time.remaining))]
+        last = max([int(report.ended.max(initial=0)), 0 if report.over_time is None else len(report.over_time.remaining) - 1])
+        shares = [float((ends <= t).sum()) / len(report.ended) for t in range(last + 1)]
         axes.plot(shares, "k:", label="ended (simulator)")
     axes.set(xlabel="cycles", ylabel="probability", ylim=(0, 1.02), title=report.name)
     axes.legend()

@@ -79,7 +79,10 @@ def test_a_small_file_that_means_an_enormous_net_is_refused_at_once():
     assert time.process_time() - began < 5
 
 
-@pytest.mark.parametrize("option", [("--require", "0.9"), ("--property", "F at_ball"), ("--method", "exact"), ("--output", "here")])
+@pytest.mark.parametrize(
+    "option",
+    [("--require", "0.9"), ("--property", "F at_ball"), ("--method", "exact"), ("--output", "here"), ("--episodes", "9"), ("--seed", "3")],
+)
 def test_what_goes_with_a_world_is_refused_without_one(option):
     found = run("go_to_ball", *option)
     assert (found.exit_code, "go with --in" in found.output) == (2, True)

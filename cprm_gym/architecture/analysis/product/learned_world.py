@@ -23,6 +23,10 @@ from .worlds import Step
 UNSEEN: Hashable = "unseen"
 """Where the world goes when it does what was never seen: what the agent perceives there is not known."""
 MAX_BYTES = 64 * 2**20
+Cell = tuple[int, ...]
+"""Between which cuts each place is."""
+Row = tuple[Cell, tuple[str, ...] | None]
+"""A cell and what went out in it; None at the end of a run."""
 
 
 def thresholds_of(net: CompiledNet) -> dict[str, tuple[float, ...]]:
@@ -52,16 +56,64 @@ class LearnedWorld:
         Commands that are told apart, others are not looked at; empty: all.
     heeds : tuple of str
         Places of the net whose tokens are told apart too: how far the behaviour is stands for what else the past has left.
+    later : list of runs
+        Runs that are counted like all, and told once more by themselves, cell by cell: those from which bounds are had that have no part in
+        what they bound (`regular_bounds`). One that did not end has commands in its last cell.
+
+    Raises
+    ------
+    ModelError
+        For a confidence that is none.
     """
 
     edges: Mapping[str, tuple[float, ...]]
     confidence: float = 0.95
     acts: tuple[str, ...] = ()
     heeds: tuple[str, ...] = ()
-    counts: dict[tuple[tuple[int, ...], tuple[str, ...]], dict[tuple[int, ...], int]] = field(default_factory=dict)
-    begins: dict[tuple[int, ...], int] = field(default_factory=dict)
-    readings: dict[tuple[int, ...], dict[str, float]] = field(default_factory=dict)
-    _steps: dict[Any, list[Step]] = field(default_factory=dict, repr=False)
+    counts: dict[tuple[Cell, tuple[str, ...]], dict[Cell, int]] = field(default_factory=dict)
+    begins: dict[Cell, int] = field(default_factory=dict)
+    readings: dict[Cell, dict[str, float]] = field(default_factory=dict)
+    later: list[list[Row]] = field(default_factory=list)
+    _steps: dict[Any, list[Step]] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.confidence < 1.0:
+            raise ModelError(f"learned world: confidence {self.confidence}: needs a number between 0 and 1")
+
+    def told(self, commands: tuple[str, ...]) -> tuple[str, ...]:
+        """Those of the commands and heeded places that are told apart."""
+        return tuple(c for c in commands if c in self.acts or c.partition("=")[0] in self.heeds) if self.acts else commands
+
+    def coarser(self, edges: Mapping[str, Sequence[float]], heeds: Sequence[str] | None = None) -> LearnedWorld:
+        """The same runs in cells that are cut in fewer places, and heeding fewer places of the net if so wished.
+
+        Raises
+        ------
+        ModelError
+            When one of them is none of the cuts.
+        """
+        maps = []
+        for place, cuts in self.edges.items():
+            kept = tuple(edges.get(place, ()))
+            if not set(kept) <= set(cuts):
+                raise ModelError(f"learned world: {place!r} is cut at {cuts}, not at {kept}")
+            maps.append([sum(cut in kept for cut in cuts[:k]) for k in range(len(cuts) + 1)])
+
+        def at(cell: Cell) -> Cell:
+            return tuple(to[k] for to, k in zip(maps, cell))
+
+        kept_heeds = self.heeds if heeds is None else tuple(h for h in self.heeds if h in heeds)
+        made = LearnedWorld({p: tuple(edges.get(p, ())) for p in self.edges}, self.confidence, self.acts, kept_heeds)
+        for cell, n in self.begins.items():
+            made.begins[at(cell)] = made.begins.get(at(cell), 0) + n
+        for (cell, commands), row in self.counts.items():
+            whole = made.counts.setdefault((at(cell), made.told(commands)), {})
+            for then, n in row.items():
+                whole[at(then)] = whole.get(at(then), 0) + n
+        for cell, reading in self.readings.items():
+            made.readings.setdefault(at(cell), reading)
+        made.later = [[(at(cell), told if told is None else made.told(told)) for cell, told in run] for run in self.later]
+        return made
 
     def cell(self, values: Mapping[str, float]) -> tuple[int, ...]:
         """The cell of values of the tested places."""
@@ -108,8 +160,7 @@ class LearnedWorld:
 
     def next(self, state: Hashable, commands: tuple[str, ...]) -> Sequence[Step]:
         """Cells that followed, with intervals; a command that was never seen here leads to `UNSEEN`."""
-        told = tuple(c for c in commands if c in self.acts or c.partition("=")[0] in self.heeds) if self.acts else commands
-        key: Any = (state, told)
+        key: Any = (state, self.told(commands))
         if key not in self._steps:
             row = self.counts.get(key)
             if not row:
@@ -160,7 +211,14 @@ class LearnedWorld:
             "begins": [[list(c), n] for c, n in self.begins.items()],
             "counts": [[list(c), list(a), [[list(t), n] for t, n in row.items()]] for (c, a), row in self.counts.items()],
             "readings": [[list(c), r] for c, r in self.readings.items()],
+            **self._told_later(),
         }
+
+    def _told_later(self) -> dict[str, Any]:
+        """Runs that were held out: rows are numbered, and a run is a list of numbers."""
+        rows: dict[Row, int] = {}
+        runs = [[rows.setdefault(row, len(rows)) for row in run] for run in self.later]
+        return {"rows": [[list(c), None if told is None else list(told)] for c, told in rows], "later": runs}
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as JSON."""
@@ -186,6 +244,10 @@ def load_world(path: str | os.PathLike[str]) -> LearnedWorld:
             world.counts[tuple(map(int, cell)), tuple(map(str, commands))] = {tuple(map(int, t)): int(n) for t, n in row}
         for cell, reading in data["readings"]:
             world.readings[tuple(map(int, cell))] = {str(k): float(v) for k, v in reading.items()}
+        rows: list[Row] = [(tuple(map(int, c)), None if t is None else tuple(map(str, t))) for c, t in data.get("rows", ())]
+        if any(not 0 <= k < len(rows) for run in data.get("later", ()) for k in run):
+            raise FormatError(f"{file}: a run names a row that there is not")
+        world.later = [[rows[k] for k in run] for run in data.get("later", ())]
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         if isinstance(error, FormatError):
             raise
@@ -212,4 +274,21 @@ def _wrong(world: LearnedWorld) -> str:
     numbers = [*world.begins.values(), *(n for row in world.counts.values() for n in row.values())]
     if not all(1 <= n <= 2**53 for n in numbers):
         return "a count is no whole number from 1 to 2**53"
-    return "" if 0.0 < world.confidence < 1.0 else f"confidence {world.confidence:g} is not between 0 and 1"
+    return _wrong_runs(world)
+
+
+def _wrong_runs(world: LearnedWorld) -> str:
+    """What does not fit in the runs that were held out: they are among those that were counted."""
+    counted: dict[Any, int] = {}
+    for run in world.later:
+        if not run or any(told is None for _, told in run[:-1]):
+            return "a run ends before its last cell, or has none"
+        counted[run[0][0]] = counted.get(run[0][0], 0) + 1
+        for (cell, told), (then, _) in pairwise(run):
+            key = (cell, told, then)
+            counted[key] = counted.get(key, 0) + 1
+    for key, n in counted.items():
+        whole = world.counts.get((key[0], key[1]), {}).get(key[2], 0) if key and isinstance(key[0], tuple) else world.begins.get(key, 0)
+        if n > whole:
+            return "a run that was held out was not counted"
+    return ""

@@ -88,6 +88,8 @@ def importance_sampling(
         raise ModelError(f"importance sampling starts in one state, the chain in {len(start)}")
     if not 0.0 < share <= 1.0 or runs < 2:
         raise ModelError(f"share {share}, runs {runs}: needs a share from 0 (exclusive) to 1, and two runs")
+    if not 0.0 < confidence < 1.0:
+        raise ModelError(f"confidence {confidence}: needs a number between 0 and 1")
     if h.shape != (chain.n,) or not (np.isfinite(h) & (h >= 0)).all():
         raise ModelError(f"h: one finite number from 0 for each of {chain.n} states, got shape {h.shape}")
     rare = np.zeros(chain.n, bool)

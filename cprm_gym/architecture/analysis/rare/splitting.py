@@ -54,6 +54,15 @@ def _estimate(values: Sequence[float], steps: int, confidence: float, reason: st
     return SplitEstimate(mean, deviation, Bounds(max(0.0, mean - half), min(1.0, mean + half)), tuple(values), steps, reason)
 
 
+def _check(runs: int, repetitions: int, killed: int | None, confidence: float) -> None:
+    if runs < 2 or repetitions < 1 or not (killed is None or 1 <= killed < runs):
+        raise ModelError(
+            f"splitting: runs {runs}, repetitions {repetitions}, killed {killed}: needs two, one, and from one to fewer than runs"
+        )
+    if not 0.0 < confidence < 1.0:
+        raise ModelError(f"confidence {confidence}: needs a number between 0 and 1")
+
+
 def split_chain(
     chain: MarkovChain, outcome: str, level: NDArray[np.float64], runs: int = 1000, repetitions: int = 30, *, seed: int = 0,
     killed: int | None = None, longest: int = 4000, confidence: float = 0.95,
@@ -80,6 +89,7 @@ def split_chain(
         When a run is longer.
     ModelError, UnknownName
     """
+    _check(runs, repetitions, killed, confidence)
     start = np.flatnonzero(chain.initial)
     if len(start) != 1 or np.shape(level) != (chain.n,) or runs < 2:
         raise ModelError(f"splitting: one state at the start, {chain.n} levels, two runs; got {len(start)}, {np.shape(level)}, {runs}")
@@ -137,7 +147,12 @@ def split_worlds(
     confidence : float
     budget : Budget, optional
         Its seconds; what was finished by then is kept.
+
+    Raises
+    ------
+    ModelError
     """
+    _check(runs, repetitions, killed, confidence)
     _, clock = (budget or Budget()).start()
     worlds = make(runs)
     taken = killed or max(1, runs // 10)

@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from ....errors import ModelError, UnknownName, did_you_mean
 from .runs import UNFINISHED, Run
 
 Policy = Callable[[Any, np.random.Generator], Any]
@@ -32,7 +33,7 @@ def usual_signals(observation: Any, reward: float, info: Mapping[str, Any]) -> d
 
 @dataclass(frozen=True)
 class GymnasiumRuns:
-    """Episodes of a registered environment under a policy.
+    """Episodes of a registered environment under a policy; each carries its ``return``.
 
     Parameters
     ----------
@@ -50,6 +51,13 @@ class GymnasiumRuns:
         For ``gymnasium.make``.
     signals : callable
         From observation, reward and info, the numbers that properties read.
+    discount : float
+        Of the return: that of cycle t counts ``discount ** t``.
+
+    Raises
+    ------
+    UnknownName, ModelError
+        For an environment that there is not, or that cannot be made; a limit or discount that makes no sense.
     """
 
     env: str
@@ -59,10 +67,24 @@ class GymnasiumRuns:
     limit: int = 10_000
     options: Mapping[str, Any] = field(default_factory=dict)
     signals: Callable[[Any, float, Mapping[str, Any]], dict[str, float]] = usual_signals
+    discount: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.limit < 1 or not 0.0 <= self.discount <= 1.0:
+            raise ModelError(f"limit {self.limit}, discount {self.discount}: needs a cycle, and a number from 0 to 1")
+        if ":" in self.env:
+            return  # the module before it is imported when the environment is made
+        try:
+            gymnasium.spec(self.env)
+        except gymnasium.error.Error:
+            raise _unknown(self.env) from None
 
     def play(self, numbers: Sequence[int], seed: int, signals: bool) -> list[Run]:
         """The episodes with the given numbers."""
-        env = gymnasium.make(self.env, **self.options)
+        try:
+            env = gymnasium.make(self.env, **self.options)
+        except (gymnasium.error.Error, TypeError, ModuleNotFoundError) as error:
+            raise ModelError(f"environment {self.env!r} with the options {dict(self.options)}: {error}") from None
         try:
             return [self._episode(env, number, seed, signals) for number in numbers]
         finally:
@@ -75,11 +97,14 @@ class GymnasiumRuns:
         env.action_space.seed(second)
         observation, info = env.reset(seed=first)
         rows = [self.signals(observation, 0.0, info)] if signals else []
-        total, cycles, terminated, truncated = 0.0, 0, False, False
+        total, discounted, factor = 0.0, 0.0, 1.0
+        cycles, terminated, truncated = 0, False, False
         while not (terminated or truncated) and cycles < self.limit:
             action = env.action_space.sample() if self.policy is None else self.policy(observation, rng)
             observation, reward, terminated, truncated, info = env.step(action)
             total += float(reward)
+            discounted += factor * float(reward)
+            factor *= self.discount
             cycles += 1
             if signals:
                 rows.append(self.signals(observation, float(reward), info))
@@ -87,4 +112,13 @@ class GymnasiumRuns:
         columns: dict[str, NDArray[np.float64]] = {}
         if rows:
             columns = {name: np.array([row.get(name, 0.0) for row in rows]) for name in rows[-1]}
-        return Run(what, cycles, columns)
+        return Run(what, cycles, columns, {"return": discounted})
+
+
+def _unknown(env: str) -> UnknownName:
+    """The error for an id that is not registered, with the nearest that is."""
+    wanted = env.rpartition("-v")[0] or env
+    named = [name for name in gymnasium.registry if name.rpartition("-v")[0] == wanted]
+    if named:
+        return UnknownName(f"unknown environment {env!r}. Registered: {', '.join(named)}")
+    return UnknownName(f"unknown environment {env!r}.{did_you_mean(env, gymnasium.registry)} Is the module that registers it imported?")

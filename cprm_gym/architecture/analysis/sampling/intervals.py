@@ -81,6 +81,8 @@ def simultaneous(counts: Mapping[str, int], confidence: float = 0.95) -> dict[st
     """
     if not counts:
         raise ModelError("counts: needs at least one outcome")
+    if not 0.0 < confidence < 1.0:
+        raise ModelError(f"confidence {confidence}: needs a number between 0 and 1")
     total = sum(counts.values())
     each = 1.0 - (1.0 - confidence) / len(counts)
     return {name: clopper_pearson(count, total, each) for name, count in counts.items()}

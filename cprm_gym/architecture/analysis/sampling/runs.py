@@ -24,6 +24,8 @@ class Run(NamedTuple):
     cycles: int
     signals: Mapping[str, NDArray[np.float64]] = {}
     """Name -> (cycles + 1,) or as many values as the run has; empty where they were not asked for."""
+    values: Mapping[str, float] = {}
+    """Name -> a number of the whole run, such as what it was given."""
 
 
 @runtime_checkable

@@ -14,7 +14,11 @@ from typing import Any, NamedTuple
 from ....errors import FormatError, ModelError, unknown_name
 from ..bounds import Bounds
 from ..budget import Budget, Clock
+from .identity import fingerprint
 from .intervals import clopper_pearson, lower_limit, simultaneous, upper_limit
+from .means import Range, mean_interval, mean_sequence
+from .numbers import Number
+from .numbers import numbers as read_numbers
 from .properties import Property, properties
 from .runs import Runs
 from .sequences import confidence_sequence
@@ -48,6 +52,10 @@ class Sample:
     first : dict of str to int
         Outcome -> number of the first run that ended so, to be played again with the same seed.
     properties : dict of str to PropertyCount
+    ranges : dict of str to (low, high) or None
+        Numbers of the runs that were asked for, and what was stated of them.
+    numbers : dict of int to mapping of str to list of float
+        Number of a block's first run -> these numbers of its runs.
     reason : str
         Why sampling ended: "episodes", "width", "seconds", "interrupted".
     """
@@ -59,7 +67,13 @@ class Sample:
     cycles: dict[str, tuple[int, int]] = field(default_factory=dict)
     first: dict[str, int] = field(default_factory=dict)
     properties: dict[str, PropertyCount] = field(default_factory=dict)
+    ranges: dict[str, Range | None] = field(default_factory=dict)
+    numbers: dict[int, Mapping[str, list[float]]] = field(default_factory=dict)
     reason: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.confidence < 1.0:
+            raise ModelError(f"confidence {self.confidence}: needs a number between 0 and 1")
 
     @property
     def runs(self) -> int:
@@ -108,6 +122,34 @@ class Sample:
             raise unknown_name("property", name, self.properties)
         return clopper_pearson(self.properties[name].true, self.runs, self.confidence)
 
+    def values(self, name: str) -> list[float]:
+        """One of the numbers that were asked for, run by run.
+
+        Raises
+        ------
+        UnknownName
+        """
+        if name not in self.ranges:
+            raise unknown_name("number", name, self.ranges)
+        return [x for start in sorted(self.numbers) for x in self.numbers[start][name]]
+
+    def mean(self, name: str) -> Bounds:
+        """Interval of a number's mean, for a number of runs that was fixed beforehand (`mean_interval`)."""
+        return mean_interval(self.values(name), self.confidence, self.ranges[name])
+
+    def means(self) -> dict[str, Bounds]:
+        """Of all numbers, holding at once."""
+        each = 1.0 - (1.0 - self.confidence) / max(len(self.ranges), 1)
+        return {name: mean_interval(self.values(name), each, within) for name, within in self.ranges.items()}
+
+    def mean_sequence(self, name: str) -> Bounds:
+        """An interval of a mean that holds whenever one looks (`sampling.means.mean_sequence`)."""
+        return mean_sequence(self.values(name), self.confidence, self.ranges[name])
+
+    def any_time(self, name: str) -> Bounds:
+        """`mean_sequence` of a number, `sequence` of an outcome."""
+        return self.mean_sequence(name) if name in self.ranges else self.sequence(name)
+
     def mean_cycles(self, outcome: str) -> float:
         """Mean cycles of the runs of an outcome, nan without any."""
         n = self.count(outcome)
@@ -115,6 +157,7 @@ class Sample:
 
     def add(self, block: Mapping[str, Any]) -> None:
         """Take in what `_tally` counted of some runs."""
+        self.numbers[block["start"]] = block["numbers"]
         for name, count in block["counts"].items():
             self.counts[name] = self.counts.get(name, 0) + count
             a, b = self.cycles.get(name, (0, 0))
@@ -147,7 +190,18 @@ class Sample:
                        "mean_robustness": _finite(p.total / self.runs), "first_false": None if p.first_false < 0 else p.first_false}
                 for name, p in self.properties.items()
             },
+            "numbers": {
+                name: {"mean": math.fsum(values) / self.runs, "least": min(values), "most": max(values),
+                       "range": None if within is None else list(within),
+                       "interval": _both(self.mean(name)), "any_time": _both(self.mean_sequence(name))}
+                for name, within in self.ranges.items()
+                if (values := self.values(name))
+            },
         }  # fmt: skip
+
+
+def _both(bounds: Bounds) -> list[float | None]:
+    return [_finite(bounds.low), _finite(bounds.high)]
 
 
 def _finite(value: float) -> float | None:
@@ -161,7 +215,8 @@ def sample(
     seed: int = 0,
     confidence: float = 0.95,
     properties_: Sequence[str] | Mapping[str, str] = (),
-    width: float | None = None,
+    numbers: Sequence[str] | Mapping[str, Range | None] = (),
+    width: float | Mapping[str, float] | None = None,
     budget: Budget | None = None,
     journal: Path | None = None,
     workers: int = 1,
@@ -183,12 +238,17 @@ def sample(
     confidence : float
     properties_ : sequence or mapping of str
         Formulas (`Property`) to be looked at beside outcomes.
-    width : float, optional
-        Stop as soon as the any-time interval of every outcome is at most so wide; then `Sample.sequence` is what holds.
+    numbers : sequence of str or mapping of str to (low, high), optional
+        Numbers of runs whose means are wanted (`Number`): ``{"return": (0, 500), "length": (0, 500), "max obs.o0": None}``. With a range,
+        between which they lie whatever happens, their intervals hold for certain; without one approximately.
+    width : float or mapping of str to float, optional
+        Stop as soon as the any-time interval of every outcome is at most so wide; of a mapping those of the outcomes and numbers in it.
+        Then `Sample.sequence` and `Sample.mean_sequence` are what holds.
     budget : Budget, optional
         Its seconds.
     journal : Path, optional
-        A file in which finished blocks are noted; an interrupted sample goes on from it.
+        A file in which finished blocks are noted; an interrupted sample goes on from it. It knows chain, environment and policy
+        (`fingerprint`), and one of others is refused.
     workers, block : int
         Processes, and runs that are played together.
     progress : callable, optional
@@ -199,13 +259,18 @@ def sample(
     ModelError, FormatError, ExpressionError
         When numbers make no sense; when the journal is of another sample.
     """
-    if episodes < 1 or block < 1 or workers < 1 or (width is not None and not width > 0):
-        raise ModelError(f"episodes {episodes}, block {block}, workers {workers}, width {width}: all must be positive")
-    found = Sample(tuple(runs.outcomes), confidence, seed)
-    wanted = properties(properties_)
+    if episodes < 1 or block < 1 or workers < 1:
+        raise ModelError(f"episodes {episodes}, block {block}, workers {workers}: all must be positive")
+    wanted, counted = properties(properties_), read_numbers(numbers)
+    found = Sample(tuple(runs.outcomes), confidence, seed, ranges={name: n.within for name, n in counted.items()})
+    widths = _widths(width, found)
     _, clock = (budget or Budget()).start()
-    plan = {"seed": seed, "block": block, "outcomes": list(runs.outcomes), "properties": {k: p.text for k, p in wanted.items()}}
-    done = _read(journal, plan) if journal is not None else {}
+    done: dict[int, dict[str, Any]] = {}
+    if journal is not None:
+        ranges = {name: None if within is None else list(map(float, within)) for name, within in found.ranges.items()}
+        plan = {"runs": fingerprint(runs), "seed": seed, "block": block, "outcomes": list(runs.outcomes),
+                "properties": {k: p.text for k, p in wanted.items()}, "numbers": ranges}  # fmt: skip
+        done = _read(journal, plan)
     starts = range(0, episodes, block)
     for k in starts:
         if k in done and k + done[k]["runs"] <= episodes:
@@ -213,14 +278,14 @@ def sample(
     todo = [range(k, min(k + block, episodes)) for k in starts if k not in done or k + done[k]["runs"] > episodes]
     found.reason = "episodes"
     try:
-        for tally in _play(runs, todo, seed, wanted, workers, clock):
+        for tally in _play(runs, todo, seed, (wanted, counted), workers, clock):
             found.add(tally)
             if journal is not None:
                 with journal.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(tally) + "\n")
             if progress is not None:
                 progress(found)
-            if width is not None and all(found.sequence(name).width <= width for name in found.outcomes):
+            if widths and all(found.any_time(name).width <= most for name, most in widths.items()):
                 found.reason = "width"
                 break
             if clock.spent():
@@ -231,9 +296,23 @@ def sample(
     return found
 
 
-def _play(
-    runs: Runs, todo: Sequence[range], seed: int, wanted: Mapping[str, Property], workers: int, clock: Clock
-) -> Iterator[dict[str, Any]]:
+def _widths(width: float | Mapping[str, float] | None, found: Sample) -> dict[str, float]:
+    """How wide the interval of each outcome or number may be."""
+    if width is None:
+        return {}
+    given = dict(width) if isinstance(width, Mapping) else dict.fromkeys(found.outcomes, width)
+    for name, w in given.items():
+        if name not in found.outcomes and name not in found.ranges:
+            raise unknown_name("width, outcome or number", name, (*found.outcomes, *found.ranges))
+        if not w > 0:
+            raise ModelError(f"width {w} of {name!r}: must be positive")
+    return given
+
+
+_Wanted = tuple[Mapping[str, Property], Mapping[str, Number]]
+
+
+def _play(runs: Runs, todo: Sequence[range], seed: int, wanted: _Wanted, workers: int, clock: Clock) -> Iterator[dict[str, Any]]:
     """Tallies of blocks, as they are finished, in their order."""
     if workers == 1:
         for numbers in todo:
@@ -255,13 +334,15 @@ def _play(
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _tally(runs: Runs, numbers: range, seed: int, wanted: Mapping[str, Property]) -> dict[str, Any]:
+def _tally(runs: Runs, numbers: range, seed: int, asked: _Wanted) -> dict[str, Any]:
     """Counts of some runs, as plain values."""
+    wanted, numbered = asked
+    values: dict[str, list[float]] = {name: [] for name in numbered}
     counts: dict[str, int] = {}
     cycles: dict[str, list[int]] = {}
     first: dict[str, int] = {}
     found = {name: PropertyCount() for name in wanted}
-    for number, run in zip(numbers, runs.play(numbers, seed, bool(wanted))):
+    for number, run in zip(numbers, runs.play(numbers, seed, bool(wanted) or any(n.signals for n in numbered.values()))):
         if run.outcome not in runs.outcomes:
             raise ModelError(f"run {number} ended in {run.outcome!r}, which is none of the outcomes {', '.join(runs.outcomes)}")
         counts[run.outcome] = counts.get(run.outcome, 0) + 1
@@ -269,13 +350,18 @@ def _tally(runs: Runs, numbers: range, seed: int, wanted: Mapping[str, Property]
         sums[0] += run.cycles
         sums[1] += run.cycles**2
         first.setdefault(run.outcome, number)
+        for name, number_ in numbered.items():
+            try:
+                values[name].append(number_.of(run))
+            except ModelError as error:
+                raise ModelError(f"run {number}: {error}") from None
         for name, what in wanted.items():
             true, margin, old = what.holds(run.signals), what.robustness(run.signals), found[name]
             finite = margin if math.isfinite(margin) else 0.0
             false_at = number if not true and old.first_false < 0 else old.first_false
             found[name] = PropertyCount(old.true + true, min(old.least, margin), old.total + finite, false_at)
     return {"start": numbers.start, "runs": len(numbers), "counts": counts, "cycles": cycles, "first": first,
-            "properties": {name: list(p) for name, p in found.items()}}  # fmt: skip
+            "properties": {name: list(p) for name, p in found.items()}, "numbers": values}  # fmt: skip
 
 
 def _read(journal: Path, plan: dict[str, Any]) -> dict[int, dict[str, Any]]:
@@ -297,7 +383,7 @@ def _read(journal: Path, plan: dict[str, Any]) -> dict[int, dict[str, Any]]:
             raise FormatError(f"{journal}: the journal of another sample: {head}, not {plan}")
         blocks = [json.loads(line) for line in whole[1:]]
         found = {int(b["start"]): b for b in blocks}
-        if any(not {"runs", "counts", "cycles", "first", "properties"} <= b.keys() for b in blocks):
+        if any(not {"runs", "counts", "cycles", "first", "properties", "numbers"} <= b.keys() for b in blocks):
             raise FormatError(f"{journal}: a block is not whole")
         if not all(_adds_up(b, plan) for b in blocks):
             raise FormatError(f"{journal}: a block does not add up")
@@ -320,4 +406,6 @@ def _adds_up(block: Mapping[str, Any], plan: Mapping[str, Any]) -> bool:
         and all(counts.keys() == block[key].keys() for key in ("cycles", "first"))
         and block["properties"].keys() == plan["properties"].keys()
         and all(0 <= true <= runs for true, *_ in block["properties"].values())
+        and block["numbers"].keys() == plan["numbers"].keys()
+        and all(len(values) == runs and all(map(math.isfinite, values)) for values in block["numbers"].values())
     )
