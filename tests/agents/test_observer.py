@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from cprm_gym.agents.body import Body
-from cprm_gym.agents.worlds.observer import simulator_approach, simulator_observer, told_shares
+from cprm_gym.agents.worlds import observer
+from cprm_gym.agents.worlds.observer import TAU, simulated_approaches, simulator_approach, simulator_observer, told_shares
 from cprm_gym.architecture.analysis.certificates.slow_approach import Observer, propose
 from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.kernels.rounding import banded_distance
@@ -46,9 +47,39 @@ def test_the_approach_is_proved_with_the_simulators_motion_noise_and_roundings()
     world = simulator_approach()
     assert (world.gamma, world.delta_s, world.a_max) == (SERVER.player_decay, SERVER.player_rand, 0.6)
     assert world.epsilon_d == pytest.approx(1.085)
-    proof = propose(world, tau=0.35).check(world)
+    assert world.delta_omega == pytest.approx(1.1 * 1.025 - 1, abs=1e-6)
+    proof = propose(world, tau=TAU).check(world)
     assert proof.proved
     assert proof.steps <= 60
+
+
+def longest(worlds, seed):
+    """The most cycles that an approach in the simulator takes."""
+    played = simulated_approaches(worlds, seed)
+    assert (played >= 0).all()
+    return int(played.max())
+
+
+def test_no_approach_in_the_simulator_takes_longer_than_is_proved():
+    world = simulator_approach()
+    steps = propose(world, tau=TAU).check(world).steps
+    assert 10 < longest(3000, 1) <= steps
+
+
+@pytest.mark.slow
+def test_no_approach_of_two_hundred_thousand_in_the_simulator_takes_longer():
+    """`pytest -m slow tests/agents/test_observer.py`."""
+    world = simulator_approach()
+    steps = propose(world, tau=TAU).check(world).steps
+    assert max(longest(20_000, seed) for seed in range(10)) <= steps
+
+
+def test_an_agent_that_is_told_the_other_side_does_not_arrive_in_time(monkeypatch):
+    monkeypatch.setattr(observer, "_between", lambda angle: -((np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi))
+    world = simulator_approach()
+    steps = propose(world, tau=TAU).check(world).steps
+    played = simulated_approaches(200, 2)
+    assert ((played < 0) | (played > steps)).mean() > 0.1
 
 
 def test_coarser_eyes_cost_cycles_and_wilder_motion_the_proof():
@@ -56,7 +87,7 @@ def test_coarser_eyes_cost_cycles_and_wilder_motion_the_proof():
 
     def proved(**changes):
         world = simulator_approach(replace(SERVER, **changes))
-        found = propose(world, tau=0.35)
+        found = propose(world, tau=TAU)
         proof = None if found is None else found.check(world)
         return proof.steps if proof is not None and proof.proved else None
 

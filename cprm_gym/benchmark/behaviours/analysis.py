@@ -12,8 +12,10 @@ from ...agents.worlds.learned import behaviour as named
 from ...agents.worlds.learned import learn_world
 from ...agents.worlds.runs import StageRuns
 from ...agents.worlds.stage import Change
+from ...architecture.analysis.bounded.regular import every_row_bounds
 from ...architecture.analysis.bounded.unknown_state import unknown_state_bounds
 from ...architecture.analysis.bounded.value_iteration import interval_bounds
+from ...architecture.analysis.bounds import Bounds
 from ...architecture.analysis.budget import Budget, Clock
 from ...architecture.analysis.markov.absorption import absorption
 from ...architecture.analysis.markov.over_time import outcomes_over_time
@@ -122,15 +124,21 @@ class _Work:
     world: LearnedWorld = field(init=False)
     limit: int = field(init=False)
 
+    @property
+    def shared(self) -> float:
+        """With which each of two kinds of bounds holds, so that both do at once."""
+        return 1.0 - (1.0 - self.report.confidence) / 2
+
     def learn(self, learned: LearnedWorld | None) -> None:
         """The world, and the chain of net and world where a method needs it."""
         report = self.report
         self.limit = named(report.name).limit
         self.say("learning the world")
         _, half = self.limits.part(0.5).start()
+        episodes = report.episodes if learned is None else 2
         self.net, self.outcomes, world = learn_world(
-            report.name, report.episodes if learned is None else 2, report.seed, net=report.change, confidence=report.confidence, clock=half
-        )
+            report.name, episodes, report.seed, net=report.change, confidence=self.shared, clock=half
+        )  # fmt: skip
         if half.spent() and learned is None:
             report.notes.append("the episodes that teach the world were ended before their time: what would have followed is 'unseen'")
         self.world = report.world = learned or world
@@ -157,20 +165,24 @@ class _Work:
         chain = report.product.bounded
         report.rows = interval_bounds(chain)
         report.text = {o: unknown_state_bounds(chain, o) for o in chain.outcomes}
+        rows = every_row_bounds(chain, tuple(self.outcomes)) if self.world.confidence >= self.shared else {}
         coarse = self.world.coarser(_own_thresholds(self.net, self.world))
+        confidence = self.shared if rows else report.confidence
         try:
-            report.regular = regular_bounds(
-                self.net, coarse, self.outcomes, cycles=self.limit, confidence=report.confidence, budget=self.limits
-            )
+            report.regular = regular_bounds(self.net, coarse, self.outcomes, cycles=self.limit, confidence=confidence, budget=self.limits)
         except ModelError as error:
-            report.said["bounded"] = Said(True, f"every row by itself alone: {error}")
+            report.bounds = rows
+            report.said["bounded"] = Said(bool(rows), f"every row by itself alone: {error}")
             return
+        regular = report.regular.probabilities
+        report.bounds = {o: b if o not in rows else Bounds(max(b.low, rows[o].low), min(b.high, rows[o].high)) for o, b in regular.items()}
         least, division = report.regular.least[report.done]
         report.said["bounded"] = Said(
             True,
-            f"{report.done} with at least {least:.4f}: {division.left} of {report.regular.runs} episodes that were held out left what is "
-            f"regular ({division.rows} rows begun {division.often} times or more), so with {report.confidence:.0%} at most "
-            f"{division.most_left:.4f} of all do, and these may end in anything",
+            f"{report.done} with at least {report.bounds[report.done].low:.4f}; by what most runs keep to with {least:.4f}: "
+            f"{division.left} of {report.regular.runs} episodes that were held out left what is regular "
+            f"({division.rows} rows begun {division.often} times or more), so that at most {division.most_left:.4f} of all do, "
+            "and these may end in anything",
         )
 
     def sampled(self) -> None:
@@ -229,7 +241,7 @@ class _Work:
 
     def certificate(self) -> None:
         """A proof."""
-        self.report.said["certificate"] = further.certificate(self.report.name)
+        self.report.said["certificate"] = further.certificate(self.report.name, self.report.seed)
 
     def contract(self) -> None:
         """What the skill promises."""

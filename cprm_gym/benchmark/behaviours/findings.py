@@ -44,6 +44,8 @@ class BehaviourReport:
     product : Product or None
     exact : Absorption or None
     over_time : OverTime or None
+    bounds : mapping of str to Bounds
+        What holds of each outcome: the best of both that follow, at once with the confidence of the report.
     regular : RegularBounds or None
         From what most runs keep to, with what the rest can be.
     rows : IntervalBounds or None
@@ -76,6 +78,7 @@ class BehaviourReport:
     product: Product | None = None
     exact: Absorption | None = None
     over_time: OverTime | None = None
+    bounds: Mapping[str, Bounds] = field(default_factory=dict)
     regular: RegularBounds | None = None
     rows: IntervalBounds | None = None
     text: Mapping[str, Bounds] = field(default_factory=dict)
@@ -207,8 +210,8 @@ class BehaviourReport:
             if self.exact is not None and outcome in self.exact.outcomes:
                 p = self.exact.probability(outcome)
                 row["exact"] = {"value": p.value, "error": p.error}
-            if self.regular is not None and outcome in self.regular.probabilities:
-                row["bounded"] = list(self.regular.probabilities[outcome])
+            if outcome in self.bounds:
+                row["bounded"] = list(self.bounds[outcome])
             if self.rows is not None and outcome in self.rows.probabilities:
                 row["every_row"] = list(self.rows.probabilities[outcome])
                 row["unknown_state"] = list(self.text[outcome])

@@ -127,6 +127,23 @@ class RegularBounds:
                 self.over_time[o] = np.maximum(old[0], new[0]), np.minimum(old[1], new[1])
 
 
+def every_row_bounds(chain: IntervalChain, outcomes: Sequence[str]) -> dict[str, Bounds]:
+    """Bounds from a chain in which every row by itself is bounded; its outcomes that are none of the given may be any of them.
+
+    Parameters
+    ----------
+    chain : IntervalChain
+    outcomes : sequence of str
+    """
+    found = {}
+    for o in outcomes:
+        beyond = [at for name, at in chain.outcomes.items() if name not in outcomes]
+        least = interval_bounds(_one(chain, o, chain.outcomes[o])).probabilities[o].low
+        most = interval_bounds(_one(chain, o, np.concatenate([chain.outcomes[o], *beyond]))).probabilities[o].high
+        found[o] = Bounds(least, max(least, most))
+    return found
+
+
 def _one(chain: IntervalChain, outcome: str, states: NDArray[np.int64]) -> IntervalChain:
     """The chain with one outcome, and all others as another."""
     rest = np.setdiff1d(np.concatenate(list(chain.outcomes.values())), states)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import chains as kernels
+from ..kernels import mixing
 from .chain import MarkovChain
 from .components import Components
 
@@ -20,6 +21,12 @@ LAST = 4000
 """Iterations where they cannot."""
 GOAL = 1e-15
 """Residual at which gradients stop, relative to the largest value."""
+REFINED, MIXED = 8, 60
+"""Most refinements in double precision of a component that mixes, and sweeps in single precision for each."""
+SINGLE = 3e-6
+"""Change at which sweeps in single precision are through, relative to the largest value."""
+LOOK, FALLS = 6, 0.3
+"""After so many sweeps changes have to be less than this share of what they were, or gradients are the better way."""
 FILL = 60.0
 """Factors are tried where a component's widest level, by the square root of its size, is less."""
 
@@ -69,11 +76,12 @@ def _solve_large(chain: MarkovChain, parts: Components, c: int, values: NDArray[
     time, *ends = (len(values) - 1, *range(len(values) - 1))
     missing = [k for k in ends if values[k].any()]
     if 1 <= len(missing) <= 2:
-        if _gradients_both(chain, parts, c, values, (time, missing[0]), leave, KRYLOV if thin else LAST):
+        mixes = not thin and _mixing_both(chain, parts, c, values, (time, missing[0]), leave)
+        if mixes or _gradients_both(chain, parts, c, values, (time, missing[0]), leave, KRYLOV if thin else LAST):
             rest = 1.0 - values[missing[0], states]
             if len(missing) == 1 or rest.min() > 0.01:
                 values[missing[1:], states] = rest
-                return "gradients"
+                return "mixing" if mixes else "gradients"
         elif thin:
             _factors(chain, parts, c, values, leave)
             return "factors"
@@ -120,6 +128,62 @@ def _gradients(
             return True
         if used < 0 and limit == KRYLOV:
             break
+    return False
+
+
+def _mixing_both(
+    chain: MarkovChain, parts: Components, c: int, values: NDArray[np.float64], columns: tuple[int, int], leave: NDArray[np.float64]
+) -> bool:  # fmt: skip
+    """Sweeps in single precision, refined in double: of components that mix, given up soon where one does not."""
+    first, last = int(parts.start[c]), int(parts.start[c + 1])
+    states, pair, m = parts.nodes[first:last], list(columns), last - first
+    place = np.full(chain.n, -1, np.int32)
+    place[states] = np.arange(m, dtype=np.int32)
+    start = np.empty(m + 1, np.int64)
+    mixing.inner_edges(chain.offsets, chain.targets, parts.nodes, first, last, place, start)
+    to, share, later = np.empty(start[-1], np.int32), np.empty(start[-1], np.float32), np.empty(m, np.float32)
+    out = float(mixing.inner_rows(chain.offsets, chain.targets, chain.chances, parts.nodes, first, last, place, leave, to, share, later))
+    del place
+    if not out > 0.0:
+        return False
+    rewards = np.array([float(k == len(values) - 1) for k in pair])
+    x, lack, size, largest = np.ascontiguousarray(values[pair].T), np.zeros((chain.n, 2)), np.empty(2), np.empty(2)
+    right, step, own = np.empty((m, 2), np.float32), np.empty((m, 2), np.float32), (parts.nodes, first, last)
+    for _ in range(REFINED):
+        kernels.residual_both(chain.offsets, chain.targets, chain.chances, x, rewards, *own, leave, lack)
+        mixing.largest_both(*own, lack, size)
+        mixing.largest_both(*own, x, largest)
+        if (size <= 20 * GOAL * largest).all():
+            for at, k in enumerate(pair):
+                values[k, states] = x[states, at]
+            return True
+        size[size == 0.0] = 1.0
+        mixing.take_both(*own, lack, size, right)
+        step[:] = 0.0
+        if not _swept(start, to, share, step, right, later, out):
+            return False
+        mixing.give_both(*own, step, size, x)
+    return False
+
+
+def _swept(
+    start: NDArray[np.int64], to: NDArray[np.int32], share: NDArray[np.float32], step: NDArray[np.float32], right: NDArray[np.float32],
+    later: NDArray[np.float32], out: float,
+) -> bool:  # fmt: skip
+    """Sweeps until nothing changes by more than single precision tells; whether changes fell fast enough for that."""
+    before, change, largest = np.full(2, np.inf), np.empty(2), np.empty(2)
+    every = np.arange(len(step), dtype=np.int32)
+    for count in range(1, MIXED + 1):
+        mixing.sweep_both(start, to, share, step, right, later, out, change)
+        if not np.isfinite(change).all():
+            return False
+        mixing.largest_both(every, 0, len(step), step, largest)
+        if (change <= SINGLE * largest).all():
+            return True
+        if count % LOOK == 0:
+            if (change > FALLS * before).any():
+                return False
+            before = change.copy()
     return False
 
 

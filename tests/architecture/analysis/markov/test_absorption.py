@@ -77,7 +77,8 @@ def test_rare_outcomes_are_exact_relative_to_their_size():
 METHODS = {
     "elimination": (lambda: walk_chain(400), {"SMALL": 500}),
     "sweeps": (lambda: behaviour_chain(3), {"SMALL": 10}),
-    "gradients": (lambda: random_chain(3000, seed=3), {"MEDIUM": 50, "SWEEPS": 1}),
+    "gradients": (lambda: random_chain(3000, seed=3), {"MEDIUM": 50, "SWEEPS": 1, "REFINED": 0}),
+    "mixing": (lambda: random_chain(3000, seed=3), {"MEDIUM": 50, "SWEEPS": 1}),
     "factors": (lambda: walk_chain(400, 0.5), {"SMALL": 10, "MEDIUM": 50, "SWEEPS": 1}),
 }
 
@@ -171,9 +172,32 @@ def test_an_unknown_outcome_is_named():
         absorption(walk_chain(4)).probability("poor")
 
 
+def test_sweeps_in_single_precision_are_given_up_where_a_chain_does_not_mix(monkeypatch):
+    """Two crowds with hardly a way between them: taking out one slow mode leaves the other."""
+    one = random_chain(2000, seed=5)
+    inner = one.n - 2
+    targets = np.where(one.targets < inner, one.targets % (inner // 2) + (np.repeat(np.arange(one.n), np.diff(one.offsets)) >= inner // 2)
+                       * (inner // 2), one.targets).astype(np.int32)  # fmt: skip
+    targets[0], targets[one.offsets[inner // 2]] = inner // 2, 0  # one way over and one back
+    chances = one.chances.copy()
+    rows = np.repeat(np.arange(one.n), np.diff(one.offsets))
+    chances[(rows >= inner // 2) & (targets == inner)] += chances[(rows >= inner // 2) & (targets == inner + 1)] * 0.99
+    chances[(rows >= inner // 2) & (targets == inner + 1)] *= 0.01
+    chain = MarkovChain(one.offsets, targets, chances, one.outcomes, one.initial)
+    monkeypatch.setattr(solving, "MEDIUM", 50)
+    found = absorption(chain, lump=False)
+    assert "mixing" not in found.methods
+    assert found.probability("goal").error < 1e-9
+    monkeypatch.setattr(solving, "REFINED", 0)
+    assert found.probability("goal").value == pytest.approx(absorption(chain, lump=False).probability("goal").value, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["mixing", "gradients"])
 @pytest.mark.parametrize("rare", [False, True])
-def test_two_columns_at_once_are_what_a_direct_solver_says(rare):
+def test_two_columns_at_once_are_what_a_direct_solver_says(rare, method, monkeypatch):
     """Also where the second outcome is so rare that it does not follow from the others, and one column is there before the other."""
+    if method == "gradients":
+        monkeypatch.setattr(solving, "REFINED", 0)
     chain = random_chain(4000, leak=0.02)
     if rare:
         chances = chain.chances.copy()
@@ -184,7 +208,7 @@ def test_two_columns_at_once_are_what_a_direct_solver_says(rare):
         chances[to_goal] += moved
         chain = MarkovChain(chain.offsets, chain.targets, chances, chain.outcomes, chain.initial)
     found = absorption(chain, lump=False)
-    assert found.methods["gradients"] > 3000
+    assert found.methods["gradients" if rare else method] > 3000  # a rare one is solved by itself
     inner = np.flatnonzero(~chain.absorbing)
     system = sparse.identity(len(inner), format="csr") - chain.matrix[inner][:, inner]
     right = np.column_stack((chain.matrix[inner][:, chain.outcomes["lost"]].toarray()[:, 0], np.ones(len(inner))))
