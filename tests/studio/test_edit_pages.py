@@ -14,6 +14,8 @@ def orient(serve, open_page, tmp_path):
     save_net(ORIENT, tmp_path / "orient.json")
     page = open_page(serve(file="orient.json").address)
     page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    page.keyboard.press("q")
+    page.wait_for_selector('.netcanvas .node[data-key="off_axis"]')
     return page
 
 
@@ -48,6 +50,17 @@ def test_a_net_is_changed_saved_and_not_lost_by_a_reload(orient, tmp_path):
     assert saved.place("tries").capacity == 20
     assert saved.transition("turn").priority == 5
     assert saved.transition("give_up").tests.keys() >= {"tries"}
+
+
+def test_quantities_are_hidden_until_they_are_asked_for_or_found(serve, open_page, tmp_path):
+    save_net(ORIENT, tmp_path / "orient.json")
+    page = open_page(serve(file="orient.json").address)
+    page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    assert page.locator('.node[data-key="off_axis"]').count() == 0
+    page.keyboard.press("f")
+    page.get_by_label("find", exact=True).fill("off_a")
+    page.keyboard.press("Enter")
+    page.wait_for_selector('.node[data-key="off_axis"].selected')
 
 
 def test_what_does_not_fit_is_said_beside_the_field_and_changes_nothing(orient):

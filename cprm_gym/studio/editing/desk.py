@@ -26,6 +26,8 @@ from .named import is_named, named_value
 
 Publish = Callable[..., None]
 NEW = "new:"
+BESIDE = 160.0
+"""Pixels between what is seen and the quantities that are not."""
 DEFAULT_KINDS: Mapping[str, dict[str, Any]] = {
     "net": {"format": NET_FORMAT, "version": 1, "net": "net", "definitions": {"net": {"places": [], "transitions": []}}},
     "model": {"format": MODEL_FORMAT, "version": 1, "model": {"is": "Model", "name": "model"}, "objects": {}, "references": {}},
@@ -272,7 +274,7 @@ class Desk:
             return {**self._short(id), "data": document.data, "history": document.history, "told": told,
                     "problem": "" if document.kind == "net" else document.problem()}  # fmt: skip
 
-    def view(self, id: str, definition: str, unfold: Any = ()) -> dict[str, Any]:
+    def view(self, id: str, definition: str, unfold: Any = (), quantities: bool = True) -> dict[str, Any]:
         """The drawing of one definition.
 
         Parameters
@@ -280,12 +282,14 @@ class Desk:
         id, definition : str
         unfold : list of str
             Paths of the instances that are shown with their inside.
+        quantities : bool
+            Inputs, beliefs, math and continuous places, too.
         """
         with self._lock:
             document = self._held(id).document
             net = document.definition(definition)
             positions = document.positions
-        return drawing_plan(net, frozenset(unfold), positions, all_ports=True)
+        return drawing_plan(net, frozenset(unfold), positions, all_ports=True, quantities=quantities)
 
     def expression(self, id: str, definition: str, text: str, candidate: str = "") -> dict[str, Any]:
         """Whether an expression can stand in a definition, while it is being typed."""
@@ -296,7 +300,7 @@ class Desk:
 
     # -- changing -------------------------------------------------------------------------------------------------------------------
 
-    def apply(self, id: str, op: dict[str, Any], part: str = "net", revision: int | None = None) -> dict[str, Any]:
+    def apply(self, id: str, op: dict[str, Any], part: str = "net", revision: int | None = None, quantities: bool = True) -> dict[str, Any]:
         """Do an operation (`net_operations`, `model_operations`).
 
         Parameters
@@ -306,6 +310,8 @@ class Desk:
         part : {"net", "model"}
         revision : int, optional
             The one that the page has seen; a document that was changed since is not changed.
+        quantities : bool
+            Whether the page shows quantities: what is put by hand stands among what is shown.
 
         Raises
         ------
@@ -317,11 +323,11 @@ class Desk:
             if revision is not None and revision != held.document.revision:
                 raise ParameterError("the document was changed on another page meanwhile; its newest state is shown now")
             if part == "net" and op.get("op") in ("move", "add_place", "add_transition", "embed", "all"):
-                self._fix_positions(held.document, op)
+                self._fix_positions(held.document, op, quantities)
             held.document.apply(op, part)
             return self._after(id)
 
-    def _fix_positions(self, document: Document, op: Mapping[str, Any]) -> None:
+    def _fix_positions(self, document: Document, op: Mapping[str, Any], quantities: bool) -> None:
         """When something is put by hand, everything else of its definition stays where the automatic layout had put it."""
         ops = op.get("ops", []) if op.get("op") == "all" else [op]
         if document.net is None:
@@ -331,10 +337,11 @@ class Desk:
             known = document.net["definitions"]
             if not isinstance(key, str) or key not in known or not one.get("at") or document.positions.get(key):
                 continue
-            plan = drawing_plan(document.definition(key), 0, all_ports=True)
-            boxes = {box["key"] for box in plan["boxes"]}
-            at = {n["key"]: [n["x"], n["y"]] for n in plan["nodes"] if n["key"].partition(".")[0] not in boxes}
-            at |= {box["key"]: [box["x"], box["y"]] for box in plan["boxes"]}
+            at = _standing(document.definition(key), True)
+            if not quantities:  # the quantities, which are not seen, stand beside
+                shown = _standing(document.definition(key), False)
+                right = max((x for x, _ in shown.values()), default=0.0)
+                at = {name: (x + right + BESIDE, y) for name, (x, y) in at.items()} | shown
             if at:
                 document.freeze(key, at)
 
@@ -454,3 +461,10 @@ class Desk:
                         model = held.document.model_value()
                         found[model.name] = model
         return found
+
+
+def _standing(net: PetriNet, quantities: bool) -> dict[str, tuple[float, float]]:
+    """Where the automatic layout puts a net's own parts."""
+    plan = drawing_plan(net, 0, all_ports=True, quantities=quantities)
+    boxes = {box["key"]: (box["x"], box["y"]) for box in plan["boxes"]}
+    return {n["key"]: (n["x"], n["y"]) for n in plan["nodes"] if n["key"].partition(".")[0] not in boxes} | boxes

@@ -74,6 +74,20 @@ def test_putting_one_part_by_hand_leaves_the_others_where_they_are(desk):
     assert "layout" not in desk.read(key)["data"]
 
 
+def test_putting_a_part_by_hand_while_quantities_are_hidden_leaves_what_is_seen(desk):
+    def seen():
+        return {n["key"]: (n["x"], n["y"]) for n in desk.view(key, "orient", quantities=False)["nodes"]}
+
+    key = desk.ship("orient")["id"]
+    before = seen()
+    assert "off_axis" not in before
+    desk.apply(key, {"op": "move", "in": "orient", "at": {"begin": [500, 600]}}, quantities=False)
+    assert seen() == before | {"begin": (500, 600)}
+    whole = {n["key"]: (n["x"], n["y"]) for n in desk.view(key, "orient")["nodes"]}
+    others = [whole[k][0] for k in whole if k not in before]
+    assert min(others) > max(x for k, (x, _) in before.items())
+
+
 def test_a_refused_operation_by_hand_leaves_no_positions(desk):
     key = desk.ship("orient")["id"]
     with pytest.raises(CprmError):

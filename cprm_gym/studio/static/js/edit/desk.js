@@ -12,6 +12,13 @@ export function deskOf(studio) {
   return desks.get(studio);
 }
 
+/** How a document stands to its file, in words. */
+export function told({ saved, path, history }) {
+  if (saved) return "saved";
+  if (path) return "changed; a draft is kept";
+  return history.undo ? "changed, not saved yet; a draft is kept" : "a copy; not saved yet";
+}
+
 export class EditDesk extends EventTarget {
   constructor(studio) {
     super();
@@ -94,7 +101,7 @@ export class EditDesk extends EventTarget {
     const done = this.waiting.then(async () => {
       this.busy = true;
       try {
-        this.take(await this.call("apply", { id: this.current.id, op, part, revision: this.current.revision }));
+        this.take(await this.call("apply", { id: this.current.id, op, part, revision: this.current.revision, quantities: this.quantities ?? true }));
         return "";
       } catch (error) {
         if (error.kind === "ParameterError" && /another page/.test(error.message)) await this.reread();

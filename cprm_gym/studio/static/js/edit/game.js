@@ -9,6 +9,7 @@ export class Game {
   }
 
   async begin(definition) {
+    this.definition = definition;
     if (!(await this.take("begin", { definition }))) return;
     this.on = true;
     this.canvas.editable = false;
@@ -48,9 +49,9 @@ export class Game {
   show() {
     const { state } = this;
     this.canvas.update({ marking: state.marking, enabled: state.enabled, fired: state.fired, clocks: state.clocks });
-    const own = this.canvas.plan.nodes.filter((node) => node.key in state.marking && !["math", "belief"].includes(node.kind) && !node.key.includes("."));
-    const number = (node) => el("label", { class: "arcrow" }, el("span", {}, node.label), el("input", { type: "number", step: "any", value: state.marking[node.key] ?? 0, "aria-label": `marking of ${node.label}`,
-      onchange: (event) => this.take("write", { place: node.key, value: Number(event.target.value) }) }));
+    const own = this.desk.net.definitions[this.definition].places.filter((place) => place.name in state.marking && place.kind !== "math");
+    const number = ({ name }) => el("label", { class: "arcrow" }, el("span", {}, name), el("input", { type: "number", step: "any", value: state.marking[name] ?? 0, "aria-label": `marking of ${name}`,
+      onchange: (event) => this.take("write", { place: name, value: Number(event.target.value) }) }));
     this.root.replaceChildren(el("h3", {}, "Token game"), el("p", { class: "soft" }, `cycle ${state.cycle}; ${state.moves} ${state.moves === 1 ? "move" : "moves"}`),
       el("div", { class: "bar" }, el("button", { class: "main", title: "run a cycle (c)", onclick: () => this.take("cycle") }, "cycle"), el("button", { title: "take back (b)", disabled: !state.moves, onclick: () => this.take("back") }, "back"),
         el("button", { onclick: () => this.take("reset") }, "begin again"), el("button", { title: "end (Escape)", onclick: () => this.end() }, "end")),

@@ -2,7 +2,7 @@
 
 import { el, memory } from "../dom.js";
 import { CpdTable } from "../edit/cpdtable.js";
-import { deskOf } from "../edit/desk.js";
+import { deskOf, told } from "../edit/desk.js";
 import { ask, askText, download, openFile, pick, save } from "../edit/dialogs.js";
 import { free, ModelForms } from "../edit/modelforms.js";
 import { ModelGraph } from "../edit/modelgraph.js";
@@ -103,7 +103,7 @@ class ModelsView {
       [this.undo.disabled, this.redo.disabled] = [!current.history.undo, !current.history.redo];
       this.undo.title = `undo ${current.history.undo} (Ctrl+Z)`;
       this.redo.title = `redo ${current.history.redo} (Ctrl+Y)`;
-      this.state.textContent = current.saved ? "saved" : "changed; a draft is kept";
+      this.state.textContent = told(current);
     }
   }
 

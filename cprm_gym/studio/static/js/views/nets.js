@@ -1,12 +1,13 @@
 // The editor of nets: documents and definitions at the left, the canvas in the middle, what is selected and what checks found at the right.
 
 import { el, memory } from "../dom.js";
-import { deskOf } from "../edit/desk.js";
+import { deskOf, told } from "../edit/desk.js";
 import { ask, askText, download, openFile, openShipped, pick, save } from "../edit/dialogs.js";
 import { Game } from "../edit/game.js";
 import { Inspector, NEEDED, portsOf } from "../edit/inspector.js";
 import { NetCanvas } from "../netcanvas.js";
 
+const QUANTITIES = ["input", "belief", "math", "continuous"];
 const PLACES = [["place", "Place"], ["input", "Input place"], ["belief", "Belief place"], ["math", "Math place"], ["continuous", "Continuous place"], ["object", "Object place"]];
 
 export default {
@@ -21,6 +22,7 @@ class NetsView {
     this.desk = deskOf(studio);
     this.unfolded = new Set();
     this.chosen = memory.get("edit.definition", "");
+    this.desk.quantities = memory.get("edit.quantities", false);
     this.build(root);
     this.desk.addEventListener("documents", () => this.listDocuments());
     this.desk.addEventListener("document", () => this.changed());
@@ -53,7 +55,7 @@ class NetsView {
     } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), ...[["json", "JSON"], ["pnml", "PNML"], ["python", "Python"]].map(([value, text]) => el("option", { value }, `Export ${text}`)));
     this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "net" }, add, this.arcMode, this.arcKind, this.undo, this.redo,
       button("Arrange", "forget positions chosen by hand and lay out anew", () => this.desk.try({ op: "arrange", in: this.chosen }), "arrange"), button("Fit", "show all (0)", () => this.canvas.fit(), "fit"),
-      button("Values", "show or hide lines of values (q)", () => this.quiet(), "quiet"), button("Play", "the token game (g)", () => this.play(), "play"), el("span", { class: "room" }),
+      this.values = button("Quantities", "inputs, beliefs, math and continuous places, too (q)", () => this.showQuantities(!this.desk.quantities), "quantities"), button("Play", "the token game (g)", () => this.play(), "play"), el("span", { class: "room" }),
       button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
     this.state = el("span", { class: "soft", role: "status" });
     this.way = el("div", { class: "bar way", "aria-label": "where" });
@@ -93,12 +95,18 @@ class NetsView {
       ["Ctrl+c", "copy what is selected", edit(() => this.copy())], ["Ctrl+v", "paste it, in this net or another", edit(() => this.paste())], ["f", "find a part", () => this.desk.net && this.find()],
       ["e", "go to the form of what is selected", () => this.form.querySelector("input")?.focus()], ["u", "up to the net around", () => this.up()],
       ["g", "begin or end the token game", () => (this.game.on ? this.game.end() : this.play())], ["c", "in the token game: run a cycle", () => this.game.on && this.game.take("cycle")], ["b", "in the token game: take back", () => this.game.on && this.game.take("back")],
-      ["q", "show or hide lines of values", () => this.quiet()], ["Escape", "end the token game", () => this.game.on && this.game.end()],
+      ["q", "show or hide quantities", () => this.showQuantities(!this.desk.quantities)], ["Escape", "end the token game", () => this.game.on && this.game.end()],
       ["Arrows", "on the canvas: select; with Shift move the view, with Alt move what is selected", () => {}], ["Enter", "on the canvas: open a module, or the form; in the token game: fire", () => {}], ["Delete", "on the canvas: remove what is selected", () => {}],
     ];
   }
 
-  show() {
+  show(what) {
+    if (what?.part) this.wanted = what;
+    if (this.wanted && this.desk.current) {
+      const wanted = this.wanted;
+      this.wanted = null;
+      this.seek(wanted);
+    }
     if (this.canvas.waitingToFit) requestAnimationFrame(() => this.canvas.fit());
     if (this.desk.current && !this.canvas.plan) this.changed();
   }
@@ -125,7 +133,7 @@ class NetsView {
       [this.undo.disabled, this.redo.disabled] = [!current.history.undo, !current.history.redo];
       this.undo.title = `undo ${current.history.undo} (Ctrl+Z)`;
       this.redo.title = `redo ${current.history.redo} (Ctrl+Y)`;
-      this.state.textContent = current.saved ? "saved" : current.path ? "changed; a draft is kept" : "not saved yet; a draft is kept";
+      this.state.textContent = told(current);
     }
   }
 
@@ -183,14 +191,16 @@ class NetsView {
     this.listDocuments();
     this.inspector.show([...this.canvas.selection]);
     this.showFindings();
+    if (this.wanted) this.show();
   }
 
   async draw({ keep = false } = {}) {
     const [id, definition] = [this.desk.current.id, this.chosen];
     try {
-      const plan = await this.desk.call("view", { id, definition, unfold: [...this.unfolded] });
+      const plan = await this.desk.call("view", { id, definition, unfold: [...this.unfolded], quantities: this.desk.quantities });
       if (id !== this.desk.current?.id || definition !== this.chosen) return;
       this.canvas.show(plan, { keep });
+      this.values.setAttribute("aria-pressed", this.desk.quantities);
       this.drawn = `${id} ${definition}`;
       this.mark();
     } catch (error) {
@@ -223,7 +233,9 @@ class NetsView {
     if (outer) this.open(outer);
   }
 
-  select(keys) {
+  async select(keys) {
+    const isQuantity = (name) => this.desk.net?.definitions[this.chosen]?.places.some((p) => p.name === name && QUANTITIES.includes(p.kind));
+    if (!this.desk.quantities && keys.some((key) => !this.canvas.nodes.has(key) && isQuantity(key))) await this.showQuantities(true);
     this.canvas.select(keys.filter((key) => this.canvas.nodes.has(key) || this.canvas.boxes.has(key)));
     if (keys.length) this.canvas.centre(keys[0]);
   }
@@ -245,8 +257,12 @@ class NetsView {
     if (this.game.on) this.game.show();
   }
 
-  quiet() {
-    this.canvas.element.classList.toggle("quiet");
+  async showQuantities(on) {
+    this.desk.quantities = on;
+    memory.set("edit.quantities", on);
+    if (!this.desk.net) return;
+    await this.draw({ keep: false });
+    if (this.game.on) this.game.show();
   }
 
   setArcMode(on) {
@@ -281,6 +297,7 @@ class NetsView {
       return;
     }
     const isPlace = PLACES.some(([name]) => name === kind);
+    if (QUANTITIES.includes(kind) && !this.desk.quantities) await this.showQuantities(true);
     const name = this.free(isPlace ? kind : kind === "output" ? "command" : "transition");
     const made = isPlace ? { op: "add_place", in: this.chosen, place: { kind, name, ...(NEEDED[kind] ?? {}) }, at }
       : { op: "add_transition", in: this.chosen, transition: { name, ...(kind === "timed" || kind === "output" ? { delay: 1 } : {}), ...(kind === "output" ? { emits: { command: "turn", params: { moment: 0 } } } : {}) }, at };
@@ -349,10 +366,36 @@ class NetsView {
   }
 
   async find() {
-    const own = [...this.canvas.nodes.values()].map(({ node }) => [node.key, node.key, node.detail]);
-    const key = await pick("Find a part", [...own, ...[...this.canvas.boxes.values()].map(({ box }) => [box.key, box.key, "module"])]);
-    if (key) this.select([key]);
+    const { definitions } = this.desk.net;
+    const parts = Object.entries(definitions).flatMap(([key, own]) => [...own.places, ...own.transitions, ...Object.keys(own.modules ?? {}).map((name) => ({ name }))].map(({ name }) => [`${key}\t${name}`, name, `in ${key}`]));
+    parts.sort(([a], [b]) => b.startsWith(`${this.chosen}\t`) - a.startsWith(`${this.chosen}\t`));
+    const found = await pick("Find a part", parts);
+    if (found) await this.goTo(...found.split("\t"));
     this.canvas.element.focus();
+  }
+
+  async goTo(definition, part) {
+    if (definition !== this.chosen) await this.open(definition, part);
+    else await this.select([part]);
+  }
+
+  /** Show a part by its flat name, of the net of that name. */
+  async seek({ part, net }) {
+    if (net && this.desk.net?.net !== net) {
+      for (const one of this.desk.documents.filter((d) => d.net)) {
+        await this.desk.show(one.id);
+        if (this.desk.net?.net === net) break;
+      }
+    }
+    if (!this.desk.net) return;
+    let [key, rest] = [this.desk.net.net, part];
+    for (;;) {
+      const instance = rest.split(".")[0];
+      const inner = this.desk.net.definitions[key].modules?.[instance];
+      if (!inner || rest === instance) break;
+      [key, rest] = [inner, rest.slice(instance.length + 1)];
+    }
+    await this.goTo(key, rest);
   }
 
   /** Take the selected places and transitions along, with the arcs among them and those to places of the same name. */
