@@ -57,7 +57,7 @@ class Studio:
         if demo is not None and demo not in DEMOS:
             raise unknown_name("demonstration", demo, DEMOS)
         self.publish, self.file, self.log = publish, file, log
-        self.title = f"demo {demo}" if demo else str(file or log or "studio")
+        self.title = f"demo {demo}" if demo else file or (log.name if log is not None else "studio")
         self.calls = Calls()
         results = Results(log) if log is not None and log.is_dir() else None
         setup = None if demo is None else Setup(DEMOS[demo], seed=seed, options=OPTIONS.get(demo, {}))

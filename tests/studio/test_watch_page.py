@@ -2,6 +2,9 @@
 
 import re
 
+from cprm_gym.envs.play import Film, play
+from cprm_gym.envs.tasks import make_task
+
 
 def at(page, cycle):
     """Wait until a cycle is shown."""
@@ -154,6 +157,40 @@ def test_without_anything_to_watch_the_page_says_what_to_do(serve, open_page):
     page.wait_for_function("() => document.body.textContent.includes('Nothing is being watched')")
     page.click("text=choose what to play")
     page.wait_for_selector("[data-do=watch]")
+
+
+def test_a_log_is_played_and_looked_at_from_any_frame(serve, open_page, tmp_path):
+    course = play(make_task("Goalie"), None, None, 1, 12)
+    core, _ = next(course)
+    with Film(tmp_path / "match.rcg", core) as film:
+        film.add()
+        for _ in course:
+            film.add()
+    page = open_page(serve(log=tmp_path / "match.rcg").address)
+    page.wait_for_selector(".thing[data-number='0']")
+    at(page, 0)
+    page.click("[data-do=step]")
+    at(page, 1)
+    page.wait_for_selector(".thing[data-number='1']")
+    last = int(page.get_attribute("[aria-label=cycle]", "max"))
+    assert last >= 10
+    page.focus("[aria-label=cycle]")
+    page.keyboard.press("End")
+    at(page, f"{last} of 1")
+    assert page.locator(".net-panel").is_hidden()
+    assert "match.rcg" in page.inner_text("#what")
+
+
+def test_other_beliefs_are_shown_and_a_player_without_a_net_says_so(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.fill("[aria-label='show another variable']", "o2")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".belief[data-variable='o2.facing']")
+    page.click("text=those that the net reads")
+    page.wait_for_selector(".belief[data-variable='o2.facing']", state="detached")
+    served.studio.playing.watch("Goalie", "fsm", seed=2)
+    page.wait_for_function("() => document.body.textContent.includes('which has no net to be seen')")
+    page.wait_for_function("() => document.querySelectorAll('.field .thing').length >= 3")
 
 
 def test_a_lost_connection_is_said_and_an_address_without_token_explains_itself(serve, open_page):

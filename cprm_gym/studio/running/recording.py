@@ -65,6 +65,7 @@ class Recording:
                 "counts": [11, 11],
             },
             "region": [HALF_LENGTH, HALF_WIDTH],
+            "models": [],
             "max_cycles": len(self) - 1,
             "goal_width": float(self.header.parameters().goal_width),
             "keepable": False,

@@ -133,8 +133,8 @@ class RunView {
       el("td", {}, el("button", { class: "link", "data-replay": e.world, onclick: () => this.#open("run.replay", { task: row.task, controller: row.controller, world: e.world }) }, "watch")))));
     this.results.replaceChildren(el("div", { class: "bar" }, el("h2", {}, "Results"), el("span", { class: "soft" }, table.folder)),
       el("div", { class: "tab-body" }, el("table", { class: "rows" }, el("thead", {}, el("tr", {}, ...["task", "controller", "success", "95 %", "cycles", "episodes"].map((h) => el("th", {}, h)))),
-        el("tbody", {}, ...table.rows.map((row) => el("tr", {}, el("td", {}, row.task), el("td", {}, row.controller), el("td", { class: "mono" }, `${row.success} of ${row.episodes.length}, ${percent(row.rate)}`), el("td", { class: "mono" }, `${percent(row.low)} to ${percent(row.high)}`), el("td", { class: "mono" }, row.cycles.toFixed(1)),
-          el("td", {}, el("button", { class: "link", "data-row": `${row.task} ${row.controller}`, onclick: () => list(row, "failures") }, "failures"), " ", el("button", { class: "link", onclick: () => list(row, "all") }, "all")))))),
+        el("tbody", {}, ...table.rows.map((row) => el("tr", {}, el("td", {}, row.task), el("td", {}, row.controller), el("td", { class: "mono" }, percent(row.rate)), el("td", { class: "mono" }, `${(100 * row.low).toFixed(0)} to ${percent(row.high)}`), el("td", { class: "mono" }, row.cycles.toFixed(1)),
+          el("td", {}, el("button", { class: "link", "data-row": `${row.task} ${row.controller}`, onclick: () => list(row, "failures") }, `${row.episodes.length - row.success} failures`), " ", el("button", { class: "link", onclick: () => list(row, "all") }, `all ${row.episodes.length}`)))))),
         el("table", { class: "rows" }, shown)));
   }
 }

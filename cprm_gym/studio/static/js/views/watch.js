@@ -46,7 +46,7 @@ class Watch {
     this.firing = el("output", { class: "mono soft", "data-show": "firing" });
     this.compare = el("select", { "aria-label": "side by side", "data-show": "compare", onchange: () => this.#compare() });
     this.difference = el("button", { class: "difference link", title: "show that cycle", "data-show": "difference" });
-    this.beliefs = new Beliefs((variable) => this.moved(variable));
+    this.beliefs = new Beliefs((variable) => this.moved(variable), (names) => this.showBeliefs(names));
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
     this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v) });
     this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
@@ -209,6 +209,8 @@ class Watch {
   #comparisons() {
     const options = [["", "alone"], ["same", "beside: nothing changed by hand"], ...(this.run.changed.length + this.run.models.length ? [["shipped", "beside: as it ships"]] : []),
       ...(this.studio.about.controllers ?? []).map((name) => [`controller ${name}`, `beside: played by ${name}`])];
+    this.body.classList.toggle("recorded", Boolean(this.run.recorded));
+    this.compare.hidden = Boolean(this.run.recorded);
     this.compare.replaceChildren(...options.map(([value, text]) => el("option", { value }, text)));
   }
 
@@ -368,6 +370,12 @@ class Watch {
 
   why(transition) {
     return this.#answer(transition, "watch.why", { transition }, (answer) => this.ask.transition(answer));
+  }
+
+  /** Show the distributions of these variables of the agent; null: of those that his net reads. */
+  showBeliefs(names) {
+    this.beliefs.back.hidden = names === null;
+    return this.call("watch.show", { agents: this.state.shown, variables: names === null ? {} : { [this.agent]: names } });
   }
 
   moved(variable) {

@@ -5,31 +5,50 @@ import { el, svg } from "../dom.js";
 const WIDTH = 190;
 const HEIGHT = 38;
 const SHOWN_STATES = 6;
+const MOST = 24;
 
-/** Bars for the beliefs of one agent; `onask(variable)` is asked what moved it. */
+/** Bars for the beliefs of one agent; `onask(variable)` is asked what moved it, `onshow(names)` shows others, null those by default. */
 export class Beliefs {
-  constructor(onask) {
+  constructor(onask, onshow) {
     this.onask = onask;
+    this.onshow = onshow;
     this.list = el("div", { class: "beliefs" });
-    this.facts = el("div", { class: "facts" });
-    this.element = el("div", { class: "beliefs-panel" }, this.facts, this.list);
+    this.facts = el("span", {});
+    this.names = el("datalist", { id: "belief-names" });
+    this.more = el("input", { class: "more", list: "belief-names", placeholder: "show another variable", "aria-label": "show another variable", onchange: () => this.#add() });
+    this.back = el("button", { class: "link", hidden: true, onclick: () => this.onshow(null) }, "those that the net reads");
+    this.head = el("div", { class: "facts" }, this.facts, el("span", { class: "room" }), this.back, this.more, this.names);
+    this.element = el("div", { class: "beliefs-panel" }, this.head, this.list);
     this.rows = new Map();
     this.inside = null;
   }
 
+  #add() {
+    const name = this.more.value.trim();
+    const known = Object.keys(this.inside?.variables ?? {});
+    const chosen = known.filter((one) => one === name || (name && !known.includes(name) && one.startsWith(name)));
+    this.more.classList.toggle("bad", !chosen.length);
+    if (!chosen.length) return;
+    this.more.value = "";
+    this.onshow([...new Set([...chosen, ...this.rows.keys()])].slice(0, MOST));
+  }
+
   begin(inside) {
     this.inside = inside;
+    this.names.replaceChildren(...Object.keys(inside?.variables ?? {}).map((value) => el("option", { value })));
     this.rows.clear();
     this.list.replaceChildren();
   }
 
   draw(inner) {
     if (!inner?.beliefs) {
-      this.facts.replaceChildren(el("p", { class: "soft" }, inner ? "This player has a net and no model: his net reads percepts alone." : "Nobody is shown in full."));
+      this.facts.replaceChildren(el("p", { class: "soft" }, !inner ? "Nobody is shown in full." : inner.marking ? "This player has a net and no model: his net reads percepts alone." : "This player has no model."));
       this.list.replaceChildren();
       this.rows.clear();
+      this.more.hidden = true;
       return;
     }
+    this.more.hidden = false;
     this.facts.replaceChildren(
       el("span", { class: "soft" }, "relations: "),
       ...(inner.relations.length ? inner.relations.map((r) => el("span", { class: "chip" }, r)) : [el("span", {}, "none")]),

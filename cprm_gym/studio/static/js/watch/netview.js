@@ -18,7 +18,8 @@ export class NetView {
     this.bar = el("div", { class: "bar" }, el("h2", {}, "Net"), this.depth, el("label", { title: "inputs, beliefs, math and continuous places, too" }, this.quantities, " quantities"), this.find, this.names, el("span", { class: "room" }),
       el("button", { title: "smaller (-)", onclick: () => this.canvas.zoom(0.8) }, "−"), el("button", { title: "larger (+)", onclick: () => this.canvas.zoom(1.25) }, "+"),
       el("button", { title: "all of it (0)", onclick: () => this.canvas.fit() }, "fit"));
-    this.element = el("div", { class: "net-panel" }, this.bar, this.holder);
+    this.none = el("p", { class: "soft none" });
+    this.element = el("div", { class: "net-panel" }, this.bar, this.holder, this.none);
     this.canvas = new NetCanvas(this.holder, { editable: false, label: "net of the agent" });
     this.opened = [];
     this.canvas.element.addEventListener("select", ({ detail }) => detail.keys.length === 1 && this.onchoose(detail.keys[0]));
@@ -31,11 +32,14 @@ export class NetView {
     this.inside = inside;
     this.opened = [];
     this.depth.value = "0";
-    if (!inside?.net) {
-      this.holder.hidden = true;
+    const without = !inside?.net;
+    this.holder.hidden = this.bar.hidden = without;
+    this.none.hidden = !without;
+    this.none.textContent = inside ? `${agent} is played by ${inside.kind}, which has no net to be seen.` : "Nobody here plays with a net.";
+    if (without) {
+      this.last = this.shown = null;
       return;
     }
-    this.holder.hidden = false;
     this.names.replaceChildren(...[...inside.transitions, ...inside.places].slice(0, LARGE).map((value) => el("option", { value })));
     await this.#load(0);
   }
