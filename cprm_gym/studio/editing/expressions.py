@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ...architecture.expressions import FUNCTIONS, Expression
@@ -33,7 +33,26 @@ def check_expression(form: Mapping[str, Any], definition: str, text: str, candid
     if definition not in definitions:
         raise unknown_name("definition", definition, definitions)
     scope = readable(definitions[definition], definitions)
-    known = sorted(scope)
+
+    def unknown(name: str) -> str:
+        if candidate and name.startswith(f"{candidate}."):
+            return ""
+        place, attribute = resolve_name(name, scope)
+        if not place:
+            return f"unknown place {name!r}.{did_you_mean(name, scope)}".strip()
+        return f"{name!r}: an attribute has one part, got {attribute!r}" if "." in attribute else ""
+
+    return _checked(text, sorted(scope), unknown)
+
+
+def check_text(text: str, names: Iterable[str]) -> dict[str, Any]:
+    """The same for an expression that reads these names and no others."""
+    known = list(names)
+    return _checked(text, known, lambda name: "" if name in known else f"unknown parent {name!r}.{did_you_mean(name, known)}".strip())
+
+
+def _checked(text: str, known: list[str], unknown: Callable[[str], str]) -> dict[str, Any]:
+    """What the parser says of a text, and `unknown` of each name: why it cannot stand there."""
     answer: dict[str, Any] = {"ok": False, "error": "", "at": 0, "names": [], "known": known, "functions": sorted(FUNCTIONS)}
     try:
         expression = Expression(text)
@@ -43,11 +62,6 @@ def check_expression(form: Mapping[str, Any], definition: str, text: str, candid
         return {**answer, "error": message.partition("\n")[0], "at": len(caret[1]) if caret else 0}
     answer["names"] = list(expression.names)
     for node in sorted((n for n in expression.tree.walk() if n.op == "name"), key=lambda n: n.at):
-        if candidate and node.name.startswith(f"{candidate}."):
-            continue
-        place, attribute = resolve_name(node.name, scope)
-        if not place:
-            return {**answer, "error": f"unknown place {node.name!r}.{did_you_mean(node.name, known)}".strip(), "at": node.at}
-        if "." in attribute:
-            return {**answer, "error": f"{node.name!r}: an attribute has one part, got {attribute!r}", "at": node.at}
+        if wrong := unknown(node.name):
+            return {**answer, "error": wrong, "at": node.at}
     return {**answer, "ok": True}

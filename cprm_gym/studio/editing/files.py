@@ -162,8 +162,10 @@ class Files:
     def _read_draft(self, path: Path) -> tuple[dict[str, Any], str] | None:
         try:
             held = parse_json(read_bounded(path, MAX_BYTES).decode(), "draft")
-            Document(held["name"], held["data"])
-            return held["data"], held["stamp"]
+            document = Document(held["name"], held["data"])
+            if document.net is not None:
+                document.definition()  # a net is valid, or nobody wrote this
+            return held["data"], str(held["stamp"])
         except (CprmError, KeyError, TypeError, UnicodeDecodeError, AttributeError):
             return None
 

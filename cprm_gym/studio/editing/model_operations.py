@@ -19,7 +19,7 @@ import copy
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...errors import ModelError, unknown_name
+from ...errors import CprmError, ModelError, unknown_name
 from .model_renaming import rename, rename_state
 
 Form = dict[str, Any]
@@ -42,11 +42,26 @@ def apply(form: Form, op: Mapping[str, Any]) -> Form:
     made = copy.deepcopy(form)
     try:
         function(made, **given)
-    except TypeError as error:
-        raise ModelError(f"operation {name!r}: {error}") from None
     except (KeyError, IndexError) as error:
         raise ModelError(f"operation {name!r}: the model has no {error}") from None
+    except (TypeError, AttributeError, ValueError) as error:
+        if isinstance(error, CprmError):
+            raise
+        raise ModelError(f"operation {name!r}: its values are not of the right kind: {error}") from None
+    _check_shape(made)
     return made
+
+
+def _check_shape(form: Form) -> None:
+    """Refuse a form that an editor could not show: whether the model is well defined is another question."""
+    model = form.get("model")
+    ok = isinstance(model, dict) and all(isinstance(form.get(part, {}), dict) for part in ("objects", "references"))
+    lists: list[Any] = [model.get("classes", []), model.get("relations", [])] if isinstance(model, dict) else []
+    for owner in [item for part in lists if isinstance(part, list) for item in part if isinstance(item, dict)]:
+        lists += [owner.get(part, []) for part in ("attributes", "references", "given", "changes") if part in owner]
+    ok = ok and all(isinstance(part, list) and all(isinstance(item, dict) for item in part) for part in lists)
+    if not ok:
+        raise ModelError("classes, relations and their parts are lists of objects, objects and references are objects")
 
 
 def _holder(form: Form, path: Path) -> tuple[Any, Any]:

@@ -10,6 +10,7 @@ from ...architecture.prm import Grounding
 from ...errors import FormatError
 from . import model_view
 from .desk import Desk
+from .expressions import check_text
 from .logs import learn, read_log
 
 
@@ -26,11 +27,23 @@ class Models:
 
     def calls(self) -> dict[str, Callable[..., Any]]:
         """What a page can call."""
-        return {"table": self.table, "graph": self.graph, "query": self.query, "tuples": self.tuples, "learn": self.learn}
+        return {
+            "expression": self.expression,
+            "table": self.table,
+            "graph": self.graph,
+            "query": self.query,
+            "tuples": self.tuples,
+            "learn": self.learn,
+        }
 
     def table(self, id: str, kind: str, owner: str, label: str, part: str = "cpd") -> dict[str, Any]:
         """A CPD as a table (`model_view.cpd_table`)."""
         return model_view.cpd_table(self.desk.document(id).model_value(), kind, owner, label, part)
+
+    def expression(self, id: str, text: str, names: Sequence[str]) -> dict[str, Any]:
+        """Whether an expression can stand in a CPD with parents of these names, while it is being typed."""
+        self.desk.document(id)
+        return check_text(text, {str(name): None for name in names})
 
     def tuples(self, id: str) -> dict[str, Any]:
         """The objects, and the relations that can be in force."""

@@ -32,7 +32,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...architecture.petri.files.positions import positions_from_layout
-from ...errors import NetError, did_you_mean, unknown_name
+from ...errors import CprmError, NetError, did_you_mean, unknown_name
 from .net_parts import ARCS, PORT_MANY, PORT_ONE, PORT_ROLES, Definition, find, forget, has, port_names, readable, rename_in, tidy
 
 Form = dict[str, Any]
@@ -72,7 +72,12 @@ class _Edit:
             inspect.signature(function).bind(self, **given)
         except TypeError as error:
             raise NetError(f"operation {name!r}: {error}".replace("'where'", "'in'")) from None
-        function(self, **given)
+        try:
+            function(self, **given)
+        except (TypeError, KeyError, AttributeError, ValueError) as error:
+            if isinstance(error, CprmError):
+                raise
+            raise NetError(f"operation {name!r}: its values are not of the right kind: {error}") from None
 
     def definition(self, key: str) -> Definition:
         """A definition that may be changed."""

@@ -1,6 +1,7 @@
 """Models in the editor: renaming everywhere, tables, the ground net, queries that agree with the engine, learning from a log."""
 
 import json
+import random
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from cprm_gym.architecture.prm.model.domains import Bins
 from cprm_gym.errors import CprmError, ModelError, UnknownName
 from cprm_gym.studio.editing.desk import Desk
 from cprm_gym.studio.editing.document import Document, form_of
+from cprm_gym.studio.editing.model_operations import OPERATIONS
 from cprm_gym.studio.editing.model_view import cpd_table, graph, query, tuples
 from cprm_gym.studio.editing.models import Models
 
@@ -260,3 +262,58 @@ def test_a_log_that_does_not_fit_is_refused(models, tmp_path, text):
     with pytest.raises(CprmError):
         models.learn(key, name, "em")
     assert models.desk.document(key).model_value() == ONE
+
+
+def places(value, path=()):
+    """Every path into a JSON value."""
+    yield list(path)
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        yield from places(inner, (*path, key))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_whatever_a_page_sends_is_done_or_refused_with_words(seed):
+    rng = random.Random(seed)
+    paths = list(places(form_of(WORLD)))
+    values = [
+        None,
+        0,
+        -1,
+        0.5,
+        "",
+        "x",
+        "zone",
+        [],
+        ["zone"],
+        {},
+        {"is": "Prior", "p": [1]},
+        {"is": "x"},
+        True,
+        [[1]],
+        {"is": "PRMClass", "name": "C"},
+    ]
+    unfinished = 0
+    for _ in range(300):
+        made = Document("play", form_of(WORLD))
+        for _ in range(rng.randrange(1, 4)):
+            op = {"op": rng.choice(sorted(OPERATIONS)), "path": rng.choice(paths), "value": rng.choice(values)}
+            if op["op"] in ("remove",):
+                del op["value"]
+            if op["op"] in ("rename", "rename_state"):
+                op = {"op": op["op"], "what": rng.choice(["class", "attribute", "object", 3]), "owner": rng.choice(["Ball", "Player", ""]),
+                      "name": rng.choice(["zone", "Ball", "own", "p1"]), "to": rng.choice(values)}  # fmt: skip
+            try:
+                made.apply(op, "model")
+            except CprmError:
+                continue
+        unfinished += bool(made.problem())
+    assert unfinished > 20
+
+
+def test_expressions_of_cpds_are_checked_while_they_are_typed(models):
+    key = models.desk.add("world", WORLD, "new:world")
+    assert models.expression(key, "prev.dist + 1", ["prev.dist"])["ok"]
+    answer = models.expression(key, "prev.dits + 1", ["prev.dist"])
+    assert "Did you mean 'prev.dist'" in answer["error"]
+    assert models.expression(key, "1 +", [])["at"] == 3

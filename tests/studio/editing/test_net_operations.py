@@ -1,5 +1,6 @@
 """Operations on nets: what they change, everywhere it is named, and nothing else."""
 
+import inspect
 import random
 
 import pytest
@@ -22,6 +23,7 @@ from cprm_gym.architecture.petri import (
 )
 from cprm_gym.errors import CprmError, NetError, UnknownName
 from cprm_gym.studio.editing.document import Document, form_of
+from cprm_gym.studio.editing.net_operations import OPERATIONS
 
 TURN = PetriNet(
     "turn",
@@ -292,3 +294,27 @@ def test_renaming_every_part_of_every_shipped_net_and_back_gives_the_net_again()
         assert made.value() != net
         made.apply({"op": "all", "ops": [{"op": "rename", "in": net.name, "name": b, "to": a} for a, b in new.items()]})
         assert made.value() == net, net.name
+
+
+VALUES = [
+    None, 0, -1, 1.5, "", "x", "idle", "limit", "go", "turn", "whole", "input", "inputs", [], ["idle"], {}, {"idle": 1}, {"name": "n"},
+    {"idle": [1, 2]}, {"tokens": 0}, {"kind": "place", "name": "new"}, True, [1, 2], {"idle": [1, "a"]}, [{"op": "define", "name": "d"}],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_a_page_sends_is_done_or_refused_with_words(seed):
+    rng = random.Random(seed)
+    done = 0
+    for _ in range(600):
+        made = document()
+        name = rng.choice(sorted(OPERATIONS))
+        fields = ["in" if f == "where" else f for f in list(inspect.signature(OPERATIONS[name]).parameters)[1:]]
+        op = {"op": name} | {f: rng.choice(["whole", "turn"]) if f == "in" and rng.random() < 0.9 else rng.choice(VALUES) for f in fields}
+        try:
+            made.apply(op)
+            done += 1
+            made.value()
+        except CprmError:
+            assert made.data == form_of(WHOLE)
+    assert done > 10

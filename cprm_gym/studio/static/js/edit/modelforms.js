@@ -1,7 +1,7 @@
 // Forms for the parts of a model: classes, attributes, domains, CPDs, relations, objects.
 
 import { el } from "../dom.js";
-import { field, numberOf } from "./fields.js";
+import { expressionField, field, numberOf } from "./fields.js";
 
 const CPDS = ["Uniform", "Prior", "Table", "Noise", "Chance", "Switch", "Mixture", "NoisyOr", "Dense"];
 const AGGREGATES = { exists: ["Exists", "state"], all: ["All", "state"], count: ["Count", "state", "at_most"], min: ["Min"], max: ["Max"], mean: ["Mean", "empty"], any_cause: ["AnyCause", "state", "strength", "leak"] };
@@ -17,6 +17,13 @@ export function parentText(parent) {
   const last = fields.reduce((n, name, i) => (name in parent ? i + 1 : n), 0);
   const usual = { state: "yes", at_most: 1, empty: "", strength: 1, leak: 0 };
   return `${verb}(${[parent.path, ...fields.slice(0, last).map((name) => parent[name] ?? usual[name])].join(", ")})`;
+}
+
+/** How a parent is called in expressions. */
+function nameOf(parent) {
+  if (typeof parent === "string") return parent;
+  const verb = Object.entries(AGGREGATES).find(([, [name]]) => name === parent.is)?.[0] ?? parent.is;
+  return `${verb}(${parent.path}${parent.is === "Min" || parent.is === "Max" || parent.is === "Mean" ? "" : `=${parent.state ?? "yes"}`})`;
 }
 
 export function parentOf(text) {
@@ -157,10 +164,11 @@ export class ModelForms {
     const first = parentText(parents.find((p) => typeof p === "string") ?? "parent");
     const make = { Uniform: {}, Prior: { p: [0.5, 0.5] }, Table: { rows: [[parents.map(() => "*"), [0.5, 0.5]]] }, Noise: { mean: first, sd: 1 }, Chance: { p: "0.5" }, Switch: { parent: first, cases: [["*", { is: "Uniform" }]] }, Mixture: { parts: [[0.5, { is: "Uniform" }], [0.5, { is: "Uniform" }]] }, NoisyOr: { strengths: parents.map(() => 0.9) }, Dense: { values: [0.5, 0.5] } };
     const number = (key) => (value) => put(key)(Number.isFinite(Number(value)) && value !== "" ? Number(value) : value);
+    const check = (text) => this.desk.call("model.expression", { id: this.desk.current.id, text, names: parents.map(nameOf) });
     const rows = [field("kind", c.is, (kind) => this.fitting(kind, make[kind], path), { options: CPDS })];
     if (c.is === "Prior") rows.push(field("chances", listed(c.p), (text) => put("p")(numbers(text))));
-    if (c.is === "Noise") rows.push(field("mean", c.mean, put("mean"), { multiline: true, hint: "an expression in the parents" }), field("deviation", c.sd ?? 0, number("sd"), { hint: "a number, or an expression: 0.05 * prev.dist" }), field("shape", c.shape ?? "normal", (v) => put("shape")(v === "normal" ? null : v), { options: ["normal", "uniform"] }), field("floor", c.floor ?? 1e-6, number("floor"), { hint: "share that is uniform" }));
-    if (c.is === "Chance") rows.push(field("chance", c.p, put("p"), { multiline: true, hint: "of the second state: 0.95 if abs(dir) < 1 else 0.03" }), field("floor", c.floor ?? 0, number("floor")));
+    if (c.is === "Noise") rows.push(expressionField("mean", c.mean, put("mean"), check, { hint: "an expression in the parents" }), expressionField("deviation", c.sd ?? 0, number("sd"), check, { hint: "a number, or an expression: 0.05 * prev.dist" }), field("shape", c.shape ?? "normal", (v) => put("shape")(v === "normal" ? null : v), { options: ["normal", "uniform"] }), field("floor", c.floor ?? 1e-6, number("floor"), { hint: "share that is uniform" }));
+    if (c.is === "Chance") rows.push(expressionField("chance", c.p, put("p"), check, { hint: "of the second state: 0.95 if abs(dir) < 1 else 0.03" }), field("floor", c.floor ?? 0, number("floor")));
     if (c.is === "NoisyOr") rows.push(field("strengths", listed(c.strengths), (text) => put("strengths")(numbers(text)), { hint: "one for each parent" }), field("leak", c.leak ?? 0, number("leak")));
     if (c.is === "Dense") rows.push(el("p", { class: "soft" }, "A whole table of numbers; edit it in the table."));
     if (c.is === "Table") rows.push(el("p", { class: "soft" }, `${c.rows.length} written rows; * is any state, the first that fits counts. Edit cells in the table.`), ...c.rows.map(([key, row], i) => el("div", { class: "arcrow mono" }, el("input", { class: "long", "aria-label": `states of row ${i + 1}`, value: [key].flat().join(" "), onchange: (event) => this.desk.try({ op: "set", path: [...path, "rows", i, 0], value: words(event.target.value) }, "model") }),

@@ -26,6 +26,7 @@ class ModelsView {
     this.keys = [["Ctrl+z", "undo", () => this.desk.ask("undo")], ["Ctrl+y", "redo", () => this.desk.ask("redo")], ["Ctrl+s", "save", () => save(this.desk)], ["Ctrl+o", "open a file", () => openFile(this.desk)],
       ["g", "graph and query, or tables", () => this.setMode(this.mode === "graph" ? "table" : "graph")], ["e", "go to the form", () => this.form.querySelector("input")?.focus()],
       ["Tab", "in the graph: the next variable", () => {}], ["Enter", "in the graph: observe the variable", () => {}], ["Delete", "in the graph: no longer observed", () => {}]];
+    this.centre.replaceChildren(el("div", { class: "empty" }, el("p", { role: "status" }, "opening…")));
     if (!this.desk.started) this.desk.begin().catch((error) => studio.note(error.message, "error"));
     else this.changed();
   }

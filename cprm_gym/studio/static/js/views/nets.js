@@ -28,6 +28,8 @@ class NetsView {
     this.desk.addEventListener("document", () => this.changed());
     this.desk.addEventListener("findings", () => this.showFindings());
     this.keys = this.keyMap();
+    this.canvas.element.parentElement.hidden = true;
+    this.empty.replaceChildren(el("p", { role: "status" }, "opening…"));
     if (!this.desk.started) this.desk.begin().catch((error) => this.fail(error));
     else this.changed();
   }
