@@ -129,14 +129,14 @@ class JoinedPlayer:
         patience: float = 10.0,
         rehearsed: bool = False,
     ) -> None:
-        if not rehearsed:
-            rehearse(task, factory, f"{part}_1")
         self.connection = Connection(host, port)
         self.team, self.goalie, self.seed = team, goalie, seed
         self._task, self._part, self._factory, self._formation, self._wait = task, part, factory, formation, wait
         self.tally = Tally()
         self._tried = 0.0
         try:
+            if not rehearsed:
+                rehearse(task, factory, f"{part}_1")
             self.connect(patience)
         except BaseException:
             self.leave()

@@ -114,6 +114,8 @@ class Player(Client):
         self.clang: tuple[int, int] | None = None
         self.pending: list[str] = []
         """Words of trainer and coach that wait for the end of the step."""
+        self.kept: list[str] = []
+        """Messages of what others said in steps after which nobody was told of his body."""
 
     @property
     def strict(self) -> bool:  # type: ignore[override]

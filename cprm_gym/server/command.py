@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from ..errors import CprmError
+from ..files import check_place
 
 Clock = Literal["real", "synchronous", "fast"]
 
@@ -47,6 +48,8 @@ def serve(
         raise CprmError(f"--seed {seed}: a whole number >= 0 is needed")
     if wait is not None and not 0 < wait < math.inf:
         raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
+    if results is not None:
+        check_place(results, "--results")
     words = [*port_words(port), *(parameters or ())]
     if automatic:
         words.append("server::auto_mode=true")

@@ -5,15 +5,19 @@
 
 One cycle of 100 ms (specification/simulator.md 1.2, 1.3)::
 
-    step()         the world moves; sense_body, fullstate, hear, see go out
+    step()         the world moves; sense_body, fullstate, hear, see, see_global go out
     look_again()   40 ms later: players who see asynchronously
     think()        in synchronous mode, 60 ms after the step: (think); then datagrams are received until `is_complete`
     look_late()    80 ms after the step: players who see asynchronously
+
+With other periods (``sense_body_step``, ``send_step``, ``send_vi_step``) the same three send what is due until then; in real time
+the transport sends each thing of `due` in its moment.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Hashable, Sequence
 
 from ..simulator.protocol.messages import fullstate_rest, fullstate_text, hear_text
@@ -24,6 +28,7 @@ from .roles.coaches import Coaches
 from .settings import Settings
 from .stadium import Stadium
 from .texts.pictures import picture
+from .timetable import LAST, Due, Task, Timetable
 
 MOST_MISSED = 20
 """Windows in a row that may end without an answer of everybody; one more ends the match."""
@@ -31,7 +36,13 @@ OLDEST_SEEING = 3
 """Versions 1 and 2 get see messages in which there is nothing."""
 MOST_REMEMBERED = 512
 """Addresses of clients that are kept before those of clients who have left are forgotten."""
+AGAIN = 0.4
+"""Part of a cycle in which `Server.step` sends what is due, and `Server.look_again` what is due then: of the usual looks the second."""
+AT_ONCE = 1.0
+"""Milliseconds within which what is due is due with the step."""
 _THINK = b"(think)\0"
+MOST_KEPT = 64
+"""Words of others that wait for a player's next sense_body."""
 ONLY_INIT = "(error only_init_allowed_on_init_port)"
 
 
@@ -50,6 +61,9 @@ class Server:
         The match and everybody who is connected.
     over : str
         Why the match is over; empty while it goes on.
+    timetable : Timetable
+    due : list of Due
+        What is to be sent before the next step.
     """
 
     def __init__(self, settings: Settings | None = None, seed: Seed = 0) -> None:
@@ -60,6 +74,9 @@ class Server:
         self._clients: dict[tuple[Port, Hashable], Client] = {}
         self._missed = 0
         self._leaving = self.settings.server.game_over_wait
+        self.timetable = Timetable(self.settings.server)
+        self.due: list[Due] = []
+        self._heard = False
 
     # ------------------------------------------------------------------------------------------ datagrams
 
@@ -206,7 +223,7 @@ class Server:
         Parameters
         ----------
         look : bool
-            Also what he sees; otherwise `look_in_step` and `look_first` are to follow.
+            Also send what is due until `look_again`; otherwise only what is due at once, and `due` is to be followed.
         """
         stadium = self.stadium
         for player in stadium.players():
@@ -214,33 +231,48 @@ class Server:
         if stadium.trainer is not None:
             stadium.trainer.done = False
         self._coaches.deliver()
-        stadium.advance()
+        stadium.advance(counts_looks=self.timetable.usual)
         self._coaches.count_time()
         self._show_monitors()
         stadium.kick_off_if_due()
         self._count_down()
-        self._tell_bodies()
-        self._tell_heard()
-        if look:
-            self._tell_seen(1, 0, None)
-        self._tell_pictures()
-
-    def look_in_step(self) -> None:
-        """The see message of a cycle, of those who see synchronously."""
-        self._tell_seen(1, 0, True)
-
-    def look_first(self) -> None:
-        """The first see message of a cycle, of those who see asynchronously."""
-        self._tell_seen(1, 0, False)
+        self._heard = False
+        self.due = self.timetable.after(int(stadium.world["steps"]))
+        if all(due.task is not Task.BODIES for due in self.due):
+            self._keep_heard()
+        self._send_due(AGAIN * self.timetable.cycle if look else AT_ONCE)
 
     def look_again(self) -> None:
-        """The second see message of a cycle, of those who see asynchronously."""
-        self._tell_seen(2, 1, False)
+        """What is due before the window of the synchronous mode: the second look of those who see asynchronously."""
+        parameters = self.settings.server
+        self._send_due(min(parameters.synch_offset * parameters.slow_down_factor, self.timetable.cycle))
 
     def look_late(self) -> None:
-        """The see message between commands and step, of those who see asynchronously."""
-        self.stadium.count_late_see()
-        self._tell_seen(4, 2, False)
+        """What is due before the next step: the last look of those who see asynchronously."""
+        self._send_due(math.inf)
+
+    def _send_due(self, until: float) -> None:
+        """Send what is due before so many ms after the step and was not sent yet."""
+        while self.due and self.due[0].offset < until:
+            self.send(self.due.pop(0))
+
+    def send(self, due: Due) -> None:
+        """Send what is due, to everybody whom it concerns."""
+        if due.task is Task.BODIES:
+            self._tell_bodies()
+            self._tell_heard()
+        elif due.task is Task.LOOK_IN_STEP:
+            self._tell_seen(1, 0, True)
+        elif due.task is Task.PICTURES:
+            self._tell_pictures()
+        elif not self.timetable.usual:
+            self.stadium.count_look()
+            self._tell_seen(4, due.number, False)
+        elif due.number == LAST:
+            self.stadium.count_late_see()
+            self._tell_seen(4, due.number, False)
+        else:
+            self._tell_seen(1 + due.number, due.number, False)
 
     def think(self) -> None:
         """Open a window of the synchronous mode: ask everybody who is waited for."""
@@ -302,14 +334,25 @@ class Server:
     def _tell_heard(self) -> None:
         """What waited for the end of the step: trainer's words, own words, those of others."""
         stadium = self.stadium
-        said = bool(stadium.world["audio_count"])
+        said = bool(stadium.world["audio_count"]) and not self._heard
+        self._heard = True
         for player in stadium.players():
             for text in player.pending:
                 stadium.send(player, f"(hear {stadium.time} {text})")
             player.pending.clear()
+            for text in player.kept:
+                stadium.send(player, text)
+            player.kept.clear()
             if said and player.version >= 8:
                 for text in hear_text(stadium.sim, 0, player.row + 1):
                     stadium.send(player, text)
+
+    def _keep_heard(self) -> None:
+        """What is heard in a step after which nobody is told of his body waits for the next one."""
+        if self.stadium.world["audio_count"]:
+            for player in self.stadium.players():
+                if player.version >= 8:
+                    player.kept = [*player.kept, *hear_text(self.stadium.sim, 0, player.row + 1)][-MOST_KEPT:]
 
     def _tell_seen(self, bit: int, message: int, synchronous: bool | None) -> None:
         """See messages that are due: those of `bit` in ``saw``, of players who see synchronously, asynchronously or both (None)."""

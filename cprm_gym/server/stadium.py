@@ -20,6 +20,8 @@ from .texts.pictures import player_name
 
 PLAYERS_PER_TEAM = 11
 _KEPT_OUTSIDE = int(PlayerBit.DISCARD | PlayerBit.RED_CARD | PlayerBit.YELLOW_CARD)
+_SEEN_IN_STEP = 3
+"""Bits of ``saw`` that say nothing of looks between commands and step."""
 _BROADCASTS = (Announcement.CHANGE_PLAYER_TYPE, Announcement.PROMOTE_GOALIE)
 
 
@@ -278,11 +280,20 @@ class Stadium:
 
     # ------------------------------------------------------------------------------------------ time
 
-    def advance(self) -> None:
-        """One step of the match, and what the referee says of it."""
+    def advance(self, counts_looks: bool = True) -> None:
+        """One step of the match, and what the referee says of it.
+
+        Parameters
+        ----------
+        counts_looks : bool
+            Let the step count the looks of those who see asynchronously; otherwise `count_look` does.
+        """
         mode, stoppage = int(self.world["mode"]), self.stoppage
         self._stopped_before = stoppage + 1 if is_stopped(mode) else stoppage
+        apart = [] if counts_looks else (self.world["synchronous"] == 0).nonzero()[0]
+        counted = self.world["see_counter"][apart]
         self.sim.advance()
+        self.world["see_counter"][apart], self.world["saw"][apart] = counted, 0
         self.tell_announcements()
 
     def kick_off(self) -> None:
@@ -307,6 +318,11 @@ class Stadium:
 
     def count_late_see(self) -> None:
         """Count the sub-tick between commands and step."""
+        late_messages_of_all(self.sim.world)
+
+    def count_look(self) -> None:
+        """Count a sub-tick of other periods than the usual ones."""
+        self.world["saw"] &= _SEEN_IN_STEP
         late_messages_of_all(self.sim.world)
 
     def world_changed(self) -> None:

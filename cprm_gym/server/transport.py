@@ -23,11 +23,6 @@ TURNS = 64
 """Datagrams of one client that are read before time may go on; everybody's first one is read before anybody's second."""
 MOST_CLIENTS = 256
 """Sockets of clients; more are refused by not being heard."""
-CYCLE = 100.0
-"""Milliseconds of a cycle in which `SUB_TICKS` are counted."""
-SUB_TICKS = ((0.0, 40.0, 80.0), (20.0, 50.0, 90.0), (30.0, 30.0, 70.0))
-"""Milliseconds after a step at which those who see asynchronously look, in three cycles after each other: the first ticks of 10 ms not
-before every 37.5 ms, the third cycle has one look less (specification/simulator.md 1.2)."""
 _BUFFER = 1 << 18
 _GONE = {errno.ECONNREFUSED, errno.ENOTCONN, errno.EPIPE, errno.ENOTSOCK, errno.EBADF}
 
@@ -263,14 +258,14 @@ def run_in_real_time(transport: Transport, each: Callable[[], bool] = lambda: Tr
     Lateness
         How late the cycles began.
     """
-    server, parameters = transport.server, transport.server.settings.server
-    length = parameters.simulator_step * parameters.slow_down_factor / 1000.0
+    server = transport.server
+    length = server.timetable.cycle / 1000.0
     late = Lateness()
     begin = time.monotonic()
     while not server.over and each():
-        for offset, act in _looks(server):
-            _receive_until(transport, begin + offset * parameters.slow_down_factor / 1000.0)
-            act()
+        for due in server.due:
+            _receive_until(transport, begin + due.offset / 1000.0)
+            server.send(due)
             transport.send()
         _receive_until(transport, begin + length)
         late.add(time.monotonic() - begin - length)
@@ -279,20 +274,6 @@ def run_in_real_time(transport: Transport, each: Callable[[], bool] = lambda: Tr
         now = time.monotonic()
         begin += length * max(1, int((now - begin) / length))  # a missed cycle is not made up for
     return late
-
-
-def _looks(server: Server) -> list[tuple[float, Callable[[], None]]]:
-    """When the messages of a cycle are sent that tell what is seen: milliseconds after the step, and how."""
-    parameters = server.settings.server
-    scale = parameters.simulator_step / CYCLE
-    first, again, late = SUB_TICKS[int(server.stadium.world["steps"]) % len(SUB_TICKS)]
-    due: list[tuple[float, Callable[[], None]]] = [
-        (min(parameters.synch_see_offset, parameters.simulator_step), server.look_in_step),
-        (first * scale, server.look_first),
-        (again * scale, server.look_again),
-        (late * scale, server.look_late),
-    ]
-    return sorted(due, key=lambda entry: entry[0])
 
 
 def _receive_until(transport: Transport, moment: float) -> None:

@@ -53,9 +53,7 @@ def load_kernels(refereed: bool) -> None:
             server.receive_from(there[name], text.encode() + b"\0")
     for data in _PLAYS:
         server.receive_many([(there["goalie"], data), (there["mate"], b"(dash 10)(turn_neck 5)(done)\0")])
-        server.step(look=False)
-        server.look_in_step()
-        server.look_first()
+        server.step()
         server.look_again()
         server.think()
         server.look_late()

@@ -8,8 +8,11 @@ recording. Afterwards messages are compared by client, window and head. Texts th
 
 import base64
 import collections
+import functools
 import gzip
+import itertools
 import json
+import random
 import re
 import zlib
 
@@ -21,6 +24,8 @@ HEAD = re.compile(r'\(?\{?"?([a-z_]+)')
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]?\d+)?")
 PORTS = {6000: Port.PLAYER, 6001: Port.TRAINER, 6002: Port.COACH}
 BINARY = "<binary>"
+PHASES = 3
+STEPS = re.compile(r'"time":0,"stime":(\d+)')
 
 
 def head(text):
@@ -35,6 +40,28 @@ def windows(messages):
         if message.startswith("(think"):
             out.append([])
     return out
+
+
+def mixed_up(rows, lots):
+    """The rows with those that wait for the server together in a random order of their clients."""
+    out = []
+    for _, together in itertools.groupby(enumerate(batches(rows)), lambda entry: entry[1]):
+        batch = [rows[n] for n, _ in together]
+        place = {client: lots.random() for client in dict.fromkeys(row["client"] for row in batch)}
+        out += sorted(batch, key=lambda row: place[row["client"]]) if batch[0].get("to") == "server" else batch
+    return out
+
+
+def batches(rows):
+    """A number for every row, the same for those that the server finds together: sent one after the other, nothing after a (done)."""
+    number, done = 0, set()
+    for before, row in itertools.pairwise([{}, *rows]):
+        sent = row.get("to") == "server" and "port" not in row
+        if not (sent and before.get("to") == "server" and "port" not in before) or row["client"] in done:
+            number, done = number + 1, set()
+        if "(done)" in row.get("text", ""):
+            done.add(row["client"])
+        yield number
 
 
 class Recorded:
@@ -67,17 +94,28 @@ class Agreement:
 
 
 class SessionReplay:
-    """`path`: a session; `watch`, if given, is called with this replay after every step; `seed`: of the core."""
+    """`path`: a session; `watch`, if given, is called with this replay after every step; `seed`: of the core.
 
-    def __init__(self, path, watch=None, seed=0):
+    `phase`: steps that were made before anybody came, of which the recordings do not tell; see messages come in a pattern of three steps.
+    `mixed`: datagrams that wait together are read in a random order of their clients, as the real server does; else in that of the file.
+    """
+
+    def __init__(self, path, watch=None, seed=0, phase=0, mixed=False):
         with gzip.open(path, "rt") as stream:
             self.header = json.loads(stream.readline())
             self.rows = [json.loads(line) for line in stream]
+        if mixed:
+            self.rows = mixed_up(self.rows, random.Random(seed))
         self.server = Server(Settings.from_words([f"{k}={v}" for k, v in self.header["parameters_not_default"].items()]), seed)
         self.port = {client["name"]: PORTS[client["port"]] for client in self.header["clients"]}
         self.of = collections.defaultdict(Recorded)
         self.toss_as_recorded()
         self.in_vain, self.timeouts, self.open, self.watch = [], 0, False, watch
+        for _ in range(phase):
+            self.server.step()
+            self.server.look_again()
+            self.server.look_late()
+            self.take()
 
     def toss_as_recorded(self):
         """The goal of a shoot-out and who begins it are drawn by lot: as in the recording."""
@@ -167,6 +205,16 @@ class SessionReplay:
             self.in_vain.append((row["n"], row["client"], text[:100]))
             mine.has[kind] = mine.wants[kind]
 
+    def seen_in_time(self):
+        """Share of the windows with see messages in which as many came as recorded, at the same times."""
+        agree = []
+        for mine in self.of.values():
+            wanted, got = (
+                [[m.split(" ", 2)[1] for m in w if m.startswith("(see ")] for w in windows(of)] for of in (mine.wanted, mine.got)
+            )
+            agree += [times == (got[n] if n < len(got) else []) for n, times in enumerate(wanted) if times]
+        return sum(agree) / max(len(agree), 1)
+
     def agreements(self):
         """`Agreement` by head."""
         found = collections.defaultdict(Agreement)
@@ -182,6 +230,21 @@ class SessionReplay:
             for n in range(len(both[0])):
                 _compare_window(found, both[0][n], both[1][n] if n < len(both[1]) else [])
         return dict(found)
+
+
+@functools.cache
+def phase_of(path):
+    """The phase in which most see messages come in the window and at the time in which they were recorded.
+
+    Where a monitor is told how many steps there were before the kick-off, as many are made.
+    """
+    replays = [SessionReplay(path, phase=phase).run() for phase in range(PHASES)]
+    phase = max(range(PHASES), key=lambda phase: replays[phase].seen_in_time())
+    for mine in replays[phase].of.values():
+        told = [[int(match[1]) for match in map(STEPS.search, of) if match] for of in (mine.wanted, mine.got)]
+        if all(told):
+            return phase + max(max(told[0]) - max(told[1]), 0)
+    return phase
 
 
 def _compare_window(found, wanted, got):

@@ -1,5 +1,6 @@
 """The server on real sockets of this machine."""
 
+import math
 import os
 import select
 import signal
@@ -169,9 +170,54 @@ def test_messages_are_sent_at_their_offsets(monkeypatch, words, in_step):
 
     assert at("old", "(sense_body") == at("new", "(sense_body") == at("trainer", "(see_global") == cycles
     assert at("new", "(see") == [moment + in_step * factor for moment in cycles]
-    third = [120, 150, 190, 230, 270, 300, 340, 380]
-    every = [factor * (moment + 300 * n) for n in range(3) for moment in third if moment + 300 * n < 1000]
-    assert at("old", "(see") == every
+    third = [120, 150, 190, 230, 270, 300, 340, 380] if factor == 1 else [230, 300, 380, 450, 530, 600, 680, 750]
+    every = [moment + 300 * factor * n for n in range(-1, 4) for moment in third]
+    assert at("old", "(see") == [moment for moment in every if 100 * factor <= moment < 1000 * factor]
+
+
+@pytest.mark.parametrize(
+    ("words", "bodies", "looks", "pictures"),
+    [
+        (("server::sense_body_step=50",), 50, 37.5, 100),
+        (("server::sense_body_step=200", "server::send_vi_step=300"), 200, 37.5, 300),
+        (("server::send_step=80", "server::send_vi_step=70"), 100, 20, 70),
+        (("server::simulator_step=50",), 100, 37.5, 100),
+        (("server::simulator_step=30", "server::slow_down_factor=2", "server::send_step=400"), 200, 200, 200),
+    ],
+    ids=str,
+)
+def test_other_periods_are_kept(monkeypatch, words, bodies, looks, pictures):
+    """In virtual time: whatever has a period of its own comes in the first tick of 10 ms that is not before it."""
+    server = Server(Settings.from_words(["server::synch_mode=false", "server::coach_w_referee=true", *words]))
+    clock = Clock(server, 50)
+    monkeypatch.setattr(transport_module, "time", clock)
+    old = server.receive(Port.PLAYER, "old", b"(init Left (version 17))")
+    trainer = server.receive(Port.TRAINER, "trainer", b"(init (version 19))")
+    server.receive_from(old, b"(change_view narrow low)\0")
+    server.receive_from(trainer, b"(eye on)\0")
+    server.take_outbox()
+    run_in_real_time(clock, clock.goes_on)
+    for who, head, period in (("old", "(sense_body", bodies), ("old", "(see", looks), ("trainer", "(see_global", pictures)):
+        at = [moment for moment, whose, said in clock.told if (whose, said) == (who, head) and 200 <= moment < 1200]
+        assert at == sorted({math.ceil(k * period / 10) * 10 for k in range(1200) if 200 <= math.ceil(k * period / 10) * 10 < 1200}), head
+
+
+def test_what_is_said_is_heard_once_whatever_the_periods():
+    """Bodies are told of twice in a cycle, or in every third: each word comes once, with the next of them."""
+    for step in (50, 300):
+        server = Server(Settings.from_words(["server::synch_mode=true", f"server::sense_body_step={step}"]))
+        mouth, ear = (server.receive(Port.PLAYER, name, b"(init Left (version 19))") for name in ("mouth", "ear"))
+        server.stadium.sim.trainer.change_mode("play_on")
+        server.take_outbox()
+        heard = []
+        for n in range(1, 13):
+            server.receive_from(mouth, b'(say "w%d")\0' % n)
+            server.step()
+            server.look_again()
+            server.think()
+            server.look_late()
+            heard += [out.data.split(b'"')[1] for out in server.take_outbox() if out.source is ear and b'our 1 "w' in out.data]
+        assert heard == [b"w%d" % n for n in range(1, 13)]
 
 
 def test_a_late_cycle_shifts_none_of_the_next(monkeypatch):

@@ -64,6 +64,7 @@ def test_a_log_is_watched_converted_and_counted(log, tmp_path):
         (("serve", "--clock", "slow"), "real, synchronous and fast"),
         (("serve", "--port", "65534"), "allowed are 1 to 65533"),
         (("serve", "--wait", "-1"), "seconds above 0"),
+        (("serve", "--results", "/no/such/folder/results.csv"), "there is no folder /no/such/folder"),
         (("serve", "--port", "0", "--left", "/no/such/team"), "cannot be started"),
         (("serve", "--port", "0", "--clock", "fast", "--wait", "0.1"), "no player of the left team came within 0.1 s"),
         (("serve", "--port", "0", "--automatic", "--clock", "fast", "server::connect_wait=2", "server::game_over_wait=1"), "without it"),

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import datetime
 import os
+import re
 from pathlib import Path
 
 from ...errors import FormatError
 from .binary_writer import BinaryLogWriter
 from .reader import GameLogReader
+from .streams import DAMAGED, open_log, undamaged
 from .writer import JSON, GameLogWriter
 
 VERSIONS = ("1", "2", "3", "4", "5", "6", "json")
 """Names of the versions that can be written."""
+_RESULT = re.compile(rb"\(result (\d{12}) ")
+_PIECE = 1 << 20
 
 
 def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], version: str | None = None) -> int:
@@ -47,10 +52,28 @@ def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], vers
                 old.write(frame)
                 count += 1
         return count
-    with GameLogWriter(target, *settings, teams=("", ""), version=JSON if version == "json" else int(version)) as writer:
+    written = JSON if version == "json" else int(version)
+    with GameLogWriter(target, *settings, teams=("", ""), version=written, date=_played(reader.path)) as writer:
         for frame in reader:
             frame.messages = tuple(message for message in frame.messages if not message.text.startswith("(result "))
             writer.teams = frame.left.name, frame.right.name
             writer.write(frame)
             count += 1
     return count
+
+
+def _played(path: Path) -> datetime.datetime | None:
+    """When the game was played, by the result at the end of its log; None where it has none."""
+    said, before = None, b""
+    with open_log(path) as stream:
+        try:
+            while piece := stream.read(_PIECE):
+                for found in _RESULT.finditer(before + piece):
+                    said = found[1]
+                before = piece[-64:]
+        except DAMAGED as error:
+            raise undamaged(path, error) from error
+    try:
+        return datetime.datetime.strptime(said.decode() + "+0000", "%Y%m%d%H%M%z") if said else None
+    except ValueError:
+        return None

@@ -22,7 +22,7 @@ from ..player_types import (
 )
 from ..state import Announcement, CommandKind, Count, PlayerBit, PlayMode
 from . import kernel
-from .audio import say
+from .audio import hears_at_once, say
 from .contacts import resolve_collisions
 from .geometry import (
     D2R,
@@ -516,7 +516,10 @@ def point_off(w, p, i):
 
 @kernel
 def attend(w, i, side, unum):
-    """``(attentionto our|opp unum)`` with `side` 1 or 2, ``(attentionto off)`` with 3; the target may have been sent off."""
+    """``(attentionto our|opp unum)`` with `side` 1 or 2, ``(attentionto off)`` with 3; the target may have been sent off.
+
+    Who hears everybody at once, by a protocol before 8, has no focus; it is counted for him too.
+    """
     if side == 3:
         w.attention[i] = 0
         w.counts[i, N_ATTENTION] += 1
@@ -526,5 +529,6 @@ def attend(w, i, side, unum):
     target = unum if (i < 11) == (side == 1) else 11 + unum
     if target == i + 1 or not (w.enabled[target - 1] or w.bits[target - 1] & DISCARD):
         return
-    w.attention[i] = target
+    if not hears_at_once(w, i):
+        w.attention[i] = target
     w.counts[i, N_ATTENTION] += 1

@@ -1,5 +1,7 @@
 """Game logs of every version, written and read back."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,18 @@ def test_the_newest_text_comes_back_to_the_byte(game, tmp_path):
     convert(game, tmp_path / "b", "6")
     frames = [line for line in (tmp_path / "b").read_text().splitlines() if line.startswith("(show")]
     assert frames == [line for line in game.read_text().splitlines() if line.startswith("(show")]
+
+
+def test_a_game_keeps_its_date(game, tmp_path):
+    """A log of version 6 converted to version 6 is the same file, whenever that is done; so it is by way of JSON."""
+    old = tmp_path / "old.rcg"
+    old.write_bytes(re.sub(rb"\(result \d{12} ", b"(result 201907051430 ", game.read_bytes()))
+    convert(old, tmp_path / "same.rcg")
+    assert (tmp_path / "same.rcg").read_bytes() == old.read_bytes()
+    convert(old, tmp_path / "there.json")
+    assert b'{"timestamp":"2019-07-05T14:30:00+0000"}' in (tmp_path / "there.json").read_bytes()[:200]
+    convert(tmp_path / "there.json", tmp_path / "back.rcg")
+    assert [message.text for message in GameLogReader(tmp_path / "back.rcg").messages()][-1].startswith("(result 201907051430 ")
 
 
 def test_another_version_is_refused(game, tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from referee_scenes import Scene, player
 
@@ -183,3 +184,15 @@ def test_trainer_may_have_penalties_practised():
     assert scene.mode == "penalty_taken_r"
     scene.step().put_ball(-51.5, 0.0, -2.0).step(2).listen()
     assert scene.said[-1] == "penalty_score_r"
+
+
+def test_nobody_shoots_in_a_mode_that_a_trainer_has_set_until_something_happens():
+    """As recorded (session s06a): both goalies go in front of the one goal, and stay when the trainer sets the other side's mode."""
+    scene = Scene(mode="penalty_setup_l").put_ball(47.0, 9.16).put("l1", -49.8, -24.4).put("r1", 8.8, -33.8).step(2)
+    assert scene.sim.world["pos"][0, [1, 12]].tolist() == [[-49.8, -24.4], [8.8, -33.8]]
+    for mode in ("penalty_ready_l", "penalty_ready_r"):
+        scene.sim.trainer.change_mode(mode)
+        scene.step()
+        assert scene.sim.world["pos"][0, [1, 12]] == pytest.approx(np.array([[40.0, 0.0]] * 2), abs=0.31)  # as far as they push each other
+    scene.sim.trainer.change_mode("penalty_ready_l")
+    scene.steps_until("penalty_miss_l")

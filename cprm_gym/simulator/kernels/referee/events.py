@@ -60,6 +60,7 @@ from .shoot_out import (
     shoot_out_step,
     start_shoot_out,
     use_taker,
+    who_shoots,
 )
 from .steps import (
     ball_stuck_step,
@@ -115,7 +116,7 @@ def shoot_out_kick(w, p, i):
     """Module Penalty: the ball is kicked."""
     if w.ball_catcher != 0:
         return
-    shooting = w.pen_taker_side
+    shooting = who_shoots(w)
     starts = kicked_in_shoot_out(w, p, i)
     carry_out(w, p)
     if starts:

@@ -86,10 +86,10 @@ def waits_begin(w, p, mode):
 
 @kernel
 def shoot_out_timer(w, p, mode):
-    """Start the timer of a mode of the shoot-out; a trainer who sets one lets that side shoot at its opponents' goal."""
+    """Start the timer of a mode of the shoot-out; without a shoot-out the first one that a trainer sets chooses its opponents' goal."""
     pair = PAIR[mode]
-    if w.pen_taker_side == NEUTRAL:
-        w.pen_taker_side, w.pen_side = SIDE[mode], -SIDE[mode]
+    if w.pen_side == NEUTRAL:
+        w.pen_side = -SIDE[mode]
     if pair == PENALTY_SETUP:
         w.pen_timer = p.pen_setup_wait
     elif pair == PENALTY_READY:

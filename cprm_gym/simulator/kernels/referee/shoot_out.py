@@ -24,6 +24,7 @@ from .modes import (
     RULING_PENALTY_MISS,
     RULING_PENALTY_SCORE,
     RULING_PENALTY_SETUP,
+    SIDE,
     TIME_OVER,
     announce,
     of_side,
@@ -47,6 +48,14 @@ NEAR_BALL = 2.0
 WAITING_X, WAITING_Y = 54.5, 25.0
 """Where the goalie of the shooting side waits, 2 m around."""
 MARGIN = 1.5
+
+
+@kernel
+def who_shoots(w):
+    """The side that shoots. In a mode that a trainer has set without a shoot-out nobody does, until something happens."""
+    if w.pen_taker_side == NEUTRAL:
+        w.pen_taker_side = SIDE[w.mode]
+    return w.pen_taker_side
 
 
 # --- who stands where
@@ -263,13 +272,14 @@ def record_kick(w, p, scored):
 @kernel
 def rule_shoot_out(w, p, ruling, side):
     """Carry out a decision of this module."""
+    shooting = who_shoots(w)
     if ruling == RULING_PENALTY_SETUP:
         next_kick(w, p)
         return
     scored = ruling == RULING_PENALTY_SCORE
     if ruling == RULING_PENALTY_FOUL:
         announce(w, SAY_FOUL, side, 0, 0)
-        scored = side != w.pen_taker_side
+        scored = side != shooting
     record_kick(w, p, scored)
 
 
@@ -285,7 +295,7 @@ def foul(w, side):
 @kernel
 def kicked_in_shoot_out(w, p, i):
     """Player `i` plays the ball; true when this is the kick that starts the attempt."""
-    pair, side, shooting = PAIR[w.mode], side_of(i), w.pen_taker_side
+    pair, side, shooting = PAIR[w.mode], side_of(i), who_shoots(w)
     if pair == PENALTY_SETUP:
         foul(w, side)
     elif pair == PENALTY_TAKEN and side == shooting and not p.pen_allow_mult_kicks:
@@ -319,7 +329,7 @@ def caught_in_shoot_out(w, p, i):
     """Goalie `i` caught or punched the ball."""
     pair, side = PAIR[w.mode], side_of(i)
     if pair == PENALTY_TAKEN:
-        if side == w.pen_taker_side:
+        if side == who_shoots(w):
             foul(w, side)
         elif not in_penalty_area(p, w.pen_side, w.pos[0, 0], w.pos[0, 1]):
             foul(w, side)
@@ -356,7 +366,7 @@ def phase_ends(w, p, bad):
     pair = PAIR[w.mode]
     if pair == PENALTY_SETUP:
         if bad == NEUTRAL:
-            rule(w, RULING_MODE, of_side(PENALTY_READY, w.pen_taker_side), 0.0, 0.0)
+            rule(w, RULING_MODE, of_side(PENALTY_READY, who_shoots(w)), 0.0, 0.0)
         else:
             foul(w, bad)
     elif pair == PENALTY_READY or pair == PENALTY_TAKEN:
@@ -375,8 +385,9 @@ def shoot_out_step(w, p, crossed):
     running = pair == PENALTY_READY or pair == PENALTY_TAKEN
     moves = p.pen_coach_moves_players and (running or (pair == PENALTY_SETUP and w.pen_timer == 0))
     bad = NEUTRAL
+    first = w.pen_taker_side if w.pen_taker_side != NEUTRAL else SIDE[w.mode]
     for k in range(2):
-        side = w.pen_taker_side if k == 0 else -w.pen_taker_side
+        side = first if k == 0 else -first
         if not stands_right(w, p, side):
             if moves:
                 reposition(w, p, side)
