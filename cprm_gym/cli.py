@@ -138,7 +138,8 @@ def benchmark(
     """Measure controllers on tasks: success, cycles, speed; a table, report.json, report.md and a plot."""
     if suite == "chapter5":
         with said_plainly():
-            others = {"tasks": tasks, "controllers": controllers, "backend": backend, "senses": senses, "tiers": tiers}
+            others: dict[str, Any] = {"tasks": tasks, "controllers": controllers, "backend": backend, "senses": senses, "tiers": tiers}
+            others |= {"t-b": t_b, "latency": latency}
             for name, value in others.items():
                 if value is not None:
                     raise CprmError(f"--{name} does not go with --suite chapter5; --only chooses experiments")

@@ -405,6 +405,7 @@ def test_an_interrupted_run_is_taken_up_and_nothing_is_played_twice(tmp_path, mo
         (["--only", "sences"], "Did you mean 'senses'?"),
         (["--tasks", "Goalie"], "--tasks does not go with --suite chapter5"),
         (["--controllers", "fsm"], "--controllers does not go with --suite chapter5"),
+        (["--t-b", "3"], "--t-b does not go with --suite chapter5"),
         (["--episodes", "0"], "episodes: 0 given"),
         (["--workers", "0"], "workers: 0 given"),
         (["--timeout", "0"], "--timeout 0"),

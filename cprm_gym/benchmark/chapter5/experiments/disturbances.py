@@ -12,8 +12,8 @@ from ..results import Results, median
 
 TITLE = "Something goes wrong"
 QUESTION = "Who gets over it, and is more needed than to begin anew?"
-TASKS = ("KickOffShot", "PassAndAdvance", "Goalie")
-"""The three demonstrations."""
+TASKS = ("KickOffShot", "Goalie", "PassAndAdvance")
+"""The three demonstrations, the dear one last."""
 QUICK_CONDITIONS = (DEFAULT, "ball displaced", "blind spell")
 QUICK_PLAYERS = ("cprm", "fsm", "code", BARE, BARE + WATCHED)
 
