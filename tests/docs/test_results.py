@@ -67,14 +67,17 @@ def test_rates_of_the_tables_are_those_of_the_cells(data):
     assert checked >= 7
 
 
-def test_the_pictures_of_the_page_are_there(page):
-    for name in re.findall(r"\(images/(chapter5_\w+\.svg)\)", page.PAGE.read_text(encoding="utf-8")):
+def test_the_pictures_and_films_of_the_page_are_there(page):
+    named = re.findall(r"\(images/(chapter5_\w+\.\w+)\)", page.PAGE.read_text(encoding="utf-8"))
+    assert len(named) > 5
+    for name in named:
         assert (ROOT / "docs" / "images" / name).stat().st_size > 1000, name
+    assert {path.name for path in page.IMAGES.glob("chapter5_*")} == set(named)
 
 
 def test_small_files_only(page):
     assert page.RESULTS.stat().st_size < 1_000_000
-    assert sum(path.stat().st_size for path in page.IMAGES.glob("chapter5_*.svg")) < 1_000_000
+    assert sum(path.stat().st_size for path in page.IMAGES.glob("chapter5_*")) < 1_500_000
 
 
 def test_runs_that_do_not_go_together_are_refused(page, tmp_path, monkeypatch):
