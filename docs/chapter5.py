@@ -20,7 +20,7 @@ from cprm_gym.errors import CprmError
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
-BLOCK = re.compile(r"(<!-- (claims|guide|played|found|picture|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- (claims|guide|played|found|picture|notes|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
 PICTURES = {
     "table": (12, "Success by task and controller"),
     "senses": (8, "Success by tier of knowledge over noise, lost looks and delay"),
@@ -101,13 +101,18 @@ def picture(data: dict[str, Any], name: str) -> str:
     return f"![{PICTURES[name][1]}](images/chapter5_{name}.svg)" if any(one["name"] == name for one in data["experiments"]) else ""
 
 
+def notes(data: dict[str, Any], name: str) -> str:
+    """What has to be known of an experiment."""
+    return "\n\n".join(note for one in data["experiments"] if one["name"] == name for note in one["notes"])
+
+
 def decided(data: dict[str, Any], name: str) -> str:
     """Who is better than whom."""
     better = [text for one in data["experiments"] if one["name"] == name for text in one["better"]]
     return ("Decided:\n\n" + "\n".join(f"* {text}" for text in better)).replace(" > ", " &gt; ") if better else ""
 
 
-MADE = {"claims": claims, "guide": guide, "played": played, "found": found, "picture": picture, "decided": decided}
+MADE = {"claims": claims, "guide": guide, "played": played, "found": found, "picture": picture, "notes": notes, "decided": decided}
 
 
 def with_parts(text: str, data: dict[str, Any]) -> str:

@@ -126,6 +126,15 @@ def plays(name: str, task: str) -> bool:
 
 
 @functools.cache
+def believes(task: str) -> bool:
+    """Whether the CPRM of a task has a model; where it has none it is a net, and `NET` would be the same once more."""
+    if not plays("cprm", task):
+        return False
+    agent = make_player("cprm", Condition())(make_task(task), "left_1")
+    return getattr(getattr(agent, "cprm", None), "model", None) is not None
+
+
+@functools.cache
 def not_installed() -> dict[str, str]:
     """Registered controllers for which a package is missing, and which."""
     found = {}

@@ -10,7 +10,7 @@ from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT
 from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, numbers, percent
-from ..players import NET, STRUCTURES, not_installed, plays, registered
+from ..players import NET, STRUCTURES, believes, not_installed, plays, registered
 from ..results import Results
 
 TITLE = "Every task, every controller"
@@ -35,7 +35,7 @@ def tasks(size: Size) -> tuple[str, ...]:
 def players(task: str) -> list[str]:
     """Who plays a task: the registered controllers, and the task's net on the memory where the CPRM is more than that."""
     names = [name for name in registered() if plays(name, task)]
-    return names[:1] + [NET] + names[1:] if task in PLAYERS and "cprm" in names else names
+    return names[:1] + [NET] + names[1:] if task in PLAYERS and believes(task) else names
 
 
 def wanted(size: Size) -> list[Wanted]:
@@ -135,10 +135,13 @@ def _has_net(compared: list[Comparison], task: str) -> bool:
 
 
 def _notes(results: Results, size: Size) -> tuple[str, ...]:
+    missing = [task for task in tasks(size) if all(results.played(task, DEFAULT, player) is None for player in players(task))]
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
-    notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too. "
-             "cprm has its own model where it has one. The goalie's cprm has the numbers set by hand, his net those "
+    notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too; it stands "
+             "where cprm has a model of its own, and is else the same. The goalie's cprm has the numbers set by hand, his net those "
              "tuned for dead reckoning."]  # fmt: skip
+    if missing:
+        notes.append(f"Planned, but not played: {listed(missing)}.")
     if alone:
         notes.append(f"No CPRM plays {listed(alone)}; nothing of ours is compared there.")
     notes += [f"{name} did not play: the package {package} is not installed." for name, package in not_installed().items()]

@@ -33,15 +33,17 @@ def merged(folders: Sequence[Path]) -> Chapter5Report:
     plans = [Chapter5Plan.read(folder) for folder in folders]
     if len({(plan.seed, plan.size.full) for plan in plans}) > 1:
         raise CprmError(f"{', '.join(map(str, folders))}: runs of different seeds, or quick and full ones, are not put together")
+    names = tuple(name for name in EXPERIMENTS if any(name in plan.experiments for plan in plans))
+    wanted = {one.cell for name in names for one in EXPERIMENTS[name].wanted(plans[0].size)}
     best: dict[Cell, list[BlockResult]] = {}
     for folder, plan in zip(folders, plans):
         run: dict[Cell, list[BlockResult]] = {}
-        for result in Journal(folder / "episodes.jsonl", plan).read().values():
-            run.setdefault(Cell.of(result.block), []).append(result)
+        for result in Journal(folder / "episodes.jsonl").read().values():
+            if result.block.seed == plan.seed and Cell.of(result.block) in wanted:
+                run.setdefault(Cell.of(result.block), []).append(result)
         for cell, results in run.items():
             if cell not in best or sum(r.block.count for r in results) > sum(r.block.count for r in best[cell]):
                 best[cell] = results
-    names = tuple(name for name in EXPERIMENTS if any(name in plan.experiments for plan in plans))
     size = replace(plans[0].size, table=max(plan.size.table for plan in plans), curve=max(plan.size.curve for plan in plans))
     commands = [path.read_text(encoding="utf-8").strip() for path in (folder / "command.txt" for folder in folders) if path.exists()]
     return summarise(Chapter5Plan(names, size, plans[0].seed), [r for results in best.values() for r in results], "; ".join(commands))
