@@ -533,6 +533,14 @@ def test_a_new_folder_is_made_only_for_a_new_run(tmp_path):
         benchmark(Asked(quick=True), tmp_path, lambda: pytest.fail("made"), 1, 60.0, None, str)
 
 
+def test_in_the_table_all_of_a_task_have_the_same_worlds():
+    plan = Chapter5Plan(("table",), replace(QUICK, table=4))
+    report = summarise(plan, [play("Hike", "default/fsm", 6), play("Hike", "default/code", 4)])
+    assert [row[2] for row in report.told[0].tables[0].rows] == ["4", "4"]
+    assert report.results.played("Hike", "default", "fsm").n == 6
+    assert "10 episodes, 4 to 6 in a cell" in report.episodes()
+
+
 def test_where_the_metric_is_the_duration_seconds_are_told_and_cycles_compared():
     plan = Chapter5Plan(("table",), replace(QUICK, table=4, full=True))
     results = [play("Keepaway3v2", f"default/{name}", 4) for name in ("scripted", "random")]

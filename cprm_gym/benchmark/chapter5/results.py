@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,10 @@ class Played:
     def n(self) -> int:
         """Episodes."""
         return len(self.success)
+
+    def first(self, n: int) -> Played:
+        """The first n episodes of them, without what else was measured."""
+        return replace(self, success=self.success[:n], cycles=self.cycles[:n], reward=self.reward[:n], more={})
 
     def percents(self) -> tuple[float, float, float]:
         """`rate` in percent."""

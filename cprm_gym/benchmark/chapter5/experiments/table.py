@@ -49,10 +49,12 @@ def tell(results: Results, size: Size) -> Told:
     for task in tasks(size):
         bars: list[tuple[str, float, float, float]] = []
         metric = make_task(task).metric
-        for player in players(task):
-            found = results.played(task, DEFAULT, player)
-            if found is None:
+        cells = {player: results.played(task, DEFAULT, player) for player in players(task)}
+        common = min((cell.n for cell in cells.values() if cell is not None), default=0)
+        for player, cell in cells.items():
+            if cell is None:
                 continue
+            found = cell.first(common)
             cycles = found.cycles[found.success]
             if metric == "duration":
                 mean, spread = SECONDS * found.cycles.mean(), SECONDS * found.cycles.std() / found.n**0.5

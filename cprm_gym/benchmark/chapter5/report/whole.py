@@ -100,8 +100,9 @@ class Chapter5Report:
         """How much was played."""
         size = self.plan.size
         kind = "" if size.full else "Quick form: a few tasks, few episodes, so little is decided. "
-        played = sum(p.n for p in self.results.cells.values())
-        return f"{kind}{played:,} episodes: {size.table:,} in a cell of the table, {size.curve:,} in one of a curve."
+        counts = sorted(p.n for p in self.results.cells.values() if p.n) or [0]
+        each = f"{counts[0]:,}" if counts[0] == counts[-1] else f"{counts[0]:,} to {counts[-1]:,}"
+        return f"{kind}{sum(counts):,} episodes, {each} in a cell."
 
     def to_html(self) -> str:
         """The page."""
