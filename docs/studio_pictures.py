@@ -18,14 +18,14 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 IMAGES = Path(__file__).parent / "images"
-COLOURS = 160
-"""Of a picture: enough for what is drawn, and a third of the size."""
+COLOURS = 256
+"""Of a picture: enough for what is drawn, and half of the size."""
 
 
 def take(page: Page, name: str) -> None:
     """A picture of the page as it is."""
     whole = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    picture = whole.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    picture = whole.quantize(COLOURS, kmeans=2, dither=Image.Dither.NONE)
     picture.save(IMAGES / f"studio_{name}.png", optimize=True)
     print(f"studio_{name}.png, {(IMAGES / f'studio_{name}.png').stat().st_size / 1e3:.0f} kB")
 
@@ -67,10 +67,9 @@ def ask(page: Page) -> None:
 
 def edit(page: Page) -> None:
     """A goalie who runs out only where he is first by far."""
-    page.keyboard.press("Alt+2")
-    page.wait_for_selector("section[data-view=nets] .node[data-key=loose]")
-    page.wait_for_timeout(1500)
-    page.locator("section[data-view=nets] .node[data-key=loose] .shape").click(force=True)
+    page.fill("section[data-view=watch] [type=search]", "loose")
+    page.keyboard.press("Enter")
+    page.click("[data-do=edit]")
     field = page.locator("section[data-view=nets]").get_by_label("expression", exact=True)
     field.fill(field.input_value().replace("+ 20", "- 20"))
     field.press("Enter")

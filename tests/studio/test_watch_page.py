@@ -150,6 +150,22 @@ def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
     assert f"world {world}" in page.inner_text("#views")
 
 
+def test_a_part_is_edited_from_where_it_was_asked_about_and_the_changed_net_plays(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.fill("section[data-view=watch] [type=search]", "loose")
+    page.keyboard.press("Enter")
+    page.click("[data-do=edit]")
+    field = page.locator("section[data-view=nets]").get_by_label("expression", exact=True)
+    field.fill(field.input_value().replace("+ 20", "- 20"))
+    field.press("Enter")
+    page.get_by_text("a draft is kept").wait_for()
+    page.keyboard.press("Alt+4")
+    page.check("[data-net=goalie]")
+    page.click("[data-do=watch]")
+    page.wait_for_function("() => [...document.querySelector('[data-show=compare]').options].some((o) => o.value === 'shipped')")
+    assert served.studio.session.run.setup.nets["goalie"].place("loose").expression.endswith("rival_time - 20 else 0")
+
+
 def test_without_anything_to_watch_the_page_says_what_to_do(serve, open_page):
     page = open_page(serve().address)
     page.wait_for_selector("[data-do=watch]")

@@ -38,7 +38,7 @@ function go(name, what) {
   for (const part of document.querySelectorAll("#views > section")) part.hidden = part.dataset.view !== view.name;
   if (!made.has(view.name)) {
     const root = document.querySelector(`#views > section[data-view=${view.name}]`);
-    made.set(view.name, { view, ...view.create(root, studio) });
+    made.set(view.name, Object.assign(view.create(root, studio), { view }));
   }
   current = made.get(view.name);
   memory.set("view", view.name);

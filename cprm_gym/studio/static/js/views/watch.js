@@ -48,7 +48,7 @@ class Watch {
     this.difference = el("button", { class: "difference link", title: "show that cycle", "data-show": "difference" });
     this.beliefs = new Beliefs((variable) => this.moved(variable), (names) => this.showBeliefs(names));
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
-    this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v) });
+    this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part) });
     this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
     this.log = new Log((cycle) => this.look(cycle));
     this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
@@ -413,6 +413,10 @@ class Watch {
     return this.call("watch.change", given);
   }
 
+  edit(part) {
+    if (part && this.inside?.net) this.studio.go("nets", { part, net: this.inside.net });
+  }
+
   #breakChosen() {
     if (this.chosen) this.breakAt(this.inside.transitions.includes(this.chosen) ? "fires" : "marked", this.chosen);
   }
@@ -422,7 +426,7 @@ class Watch {
       [" ", "play or pause", () => this.toggle()], ["ArrowRight", "one cycle on", () => this.forth()], ["ArrowLeft", "one cycle back", () => this.look(this.frame.cycle - 1)],
       ["Home", "the first cycle", () => this.look(this.state.cycles[0])], ["End", "where the run stands", () => this.look(this.live.cycle)],
       ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
-      ["b", "stop at the chosen part", () => this.#breakChosen()], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
+      ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
       ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
       ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],
     ];

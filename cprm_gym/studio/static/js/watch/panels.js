@@ -8,8 +8,8 @@ const LOG = 300;
 
 /** The answer to "why not?" and "what moved it?". */
 export class Ask {
-  constructor({ ask, seek, breakAt, moved }) {
-    this.act = { ask, seek, breakAt, moved };
+  constructor({ ask, seek, breakAt, moved, edit }) {
+    this.act = { ask, seek, breakAt, moved, edit };
     this.element = el("div", { class: "ask" });
     this.clear();
   }
@@ -17,6 +17,10 @@ export class Ask {
   clear() {
     refill(this.element, el("p", { class: "soft" },
       "Choose a transition in the net to ask why it did not fire, a place to see what it holds, or a belief to see which reading moved it."));
+  }
+
+  #edit(part) {
+    return el("button", { "data-do": "edit", title: "to this part in the view Nets (E)", onclick: () => this.act.edit(part) }, "edit (E)");
   }
 
   wait(what) {
@@ -37,7 +41,7 @@ export class Ask {
     });
     refill(this.element,
       el("div", { class: "bar" }, el("h3", {}, answer.transition), el("span", { class: "room" }),
-        el("button", { "data-do": "break", onclick: () => this.act.breakAt("fires", answer.transition) }, "stop when it fires (B)")),
+        el("button", { "data-do": "break", onclick: () => this.act.breakAt("fires", answer.transition) }, "stop when it fires (B)"), this.#edit(answer.transition)),
       el("p", { class: "answer", "data-show": "answer" }, answer.answer),
       answer.clock ? el("p", {}, answer.clock[0] < 0 ? `its clock of ${answer.clock[1]} cycles does not run` : `clock ${answer.clock[0]} of ${answer.clock[1]}`) : null,
       el("table", { class: "conditions" }, el("thead", {}, el("tr", {}, ...["", "place", "needs", "", "fails", ""].map((h) => el("th", {}, h)))), el("tbody", {}, ...rows)),
@@ -48,7 +52,7 @@ export class Ask {
     const variable = inside.reads[name];
     refill(this.element,
       el("div", { class: "bar" }, el("h3", {}, name), el("span", { class: "room" }),
-        el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)")),
+        el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)"), this.#edit(name)),
       el("p", {}, name in inner.holds ? `holds ${inner.holds[name]}` : `holds ${inner.marking[name] ?? 0}`),
       variable ? el("p", {}, "reads the belief about ", el("button", { class: "link", onclick: () => this.act.moved(variable) }, variable)) : null,
     );
