@@ -49,8 +49,10 @@ STATED: dict[str, str] = {
 succeeds in at least 80 % and ``frozen`` in at most 50 %."""
 COSTS = {"bins": 6.0, "tracker": 1.3, "belief": 4.0, "foresight": 2.0}
 """CPU time on a tier, as a multiple of that on `RIVAL`."""
-EPISODES_TOGETHER = 4 * BLOCK
+EPISODES_TOGETHER = 8 * BLOCK
 """Episodes of a block: as many as make the tail, in which the last ones are played alone, short beside the rest."""
+SLOTS = 250
+"""Episodes played side by side."""
 
 
 @dataclass(frozen=True)
@@ -92,13 +94,19 @@ class KnowledgePlan:
     def blocks(self) -> list[Block]:
         """All blocks, in the order of the report; the controller of a block is ``senses/tier``."""
         return [
-            Block(task, f"{senses}/{tier}", first, min(EPISODES_TOGETHER, self.episodes - first), self.seed)
+            Block(task, f"{senses}/{tier}", first, count, seed)
             for task in self.tasks
             for senses in self.senses
             for tier in self.tiers
             if tier in PLAYERS[task].tiers
-            for first in range(0, self.episodes, EPISODES_TOGETHER)
+            for first, count, seed in self.spread(PLAYERS[task].seeds)
         ]
+
+    def spread(self, seeds: int) -> list[tuple[int, int, int]]:
+        """First world, number of worlds and seed of the blocks of a task whose episodes are spread over so many seeds."""
+        most = min(EPISODES_TOGETHER, -(-self.episodes // seeds))
+        firsts = range(0, self.episodes, most)
+        return [(first, min(most, self.episodes - first), self.seed + (k if seeds > 1 else 0)) for k, first in enumerate(firsts)]
 
     @property
     def seconds(self) -> float:
@@ -151,7 +159,7 @@ def play_block(block: Block) -> BlockResult:
     senses_name, tier = block.controller.rsplit("/", 1)
     task, senses = make_task(block.task, **PLAYERS[block.task].options), SENSES[senses_name]
     begin, spent = time.perf_counter(), time.process_time()
-    found = play_episodes(task, PLAYERS[block.task].on(tier, senses), block.count, block.seed, block.first, senses)
+    found = play_episodes(task, PLAYERS[block.task].on(tier, senses), block.count, block.seed, block.first, senses, SLOTS)
     played = int(found.cycles.max()) * block.count
     return BlockResult(
         block, found.success.tolist(), found.cycles.tolist(), found.success.astype(float).tolist(),

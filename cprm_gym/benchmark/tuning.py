@@ -31,6 +31,8 @@ WIDEST = 0.125
 """Of the extent: the standard deviation with which a study begins, about the constants set by hand."""
 NARROWEST = 0.02
 """Of the extent: the least standard deviation."""
+SLOTS = 250
+"""Most worlds that are played side by side."""
 
 
 class Search(Protocol):
@@ -143,7 +145,7 @@ class Plan:
         """Share of a generation's worlds in which the task is done with these constants."""
         make = self.player.on(self.tier, self.senses, constants)
         seed = TUNING_SEED + 1000 * self.seed + generation
-        return float(play_episodes(self.played(), make, self.worlds, seed, senses=self.senses).success.mean())
+        return float(play_episodes(self.played(), make, self.worlds, seed, senses=self.senses, slots=SLOTS).success.mean())
 
 
 @dataclass(frozen=True)

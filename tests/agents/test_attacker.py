@@ -15,11 +15,14 @@ from cprm_gym.agents.passer import make_controller as make_passer
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.striker import make_controller as make_striker
 from cprm_gym.benchmark.episodes import play_episodes
+from cprm_gym.benchmark.knowledge import SENSES, STATED
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.benchmark.tuning import Plan, study
 from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import Status, make_task
 from cprm_gym.errors import ParameterError
+from cprm_gym.simulator.state import ViewWidth
 
 BY = terms(DEFAULT, AttackerConstants(wander=0.5, rival_start=1.0, rival_reach=1.0))
 
@@ -159,12 +162,56 @@ def test_he_plays_alike_alone_and_in_a_batch():
             core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
 
 
+def watched(name, constants=None, cycles=50, worlds=20):
+    """The parts ``memory_age`` and the views asked for, cycle by cycle, of the first agent with most of his looks lost."""
+    senses = Senses(lost=0.6)
+    core = SoccerCore(make_task(name), worlds, seed=4, include=("memory",), senses=senses)
+    agents = [make_controller(core.task, agent, constants) for agent in core.agents]
+    observation = core.reset(4)
+    for i, agent in enumerate(agents):
+        agent.reset({key: value[:, i] for key, value in observation.items()}, 4)
+    ages, views = [], []
+    for _ in range(cycles):
+        actions = [agent.act({key: value[:, i] for key, value in observation.items()}) for i, agent in enumerate(agents)]
+        ages.append(np.array(observation["memory_age"][:, 0]))
+        views.append(np.array(actions[0]["view"]))
+        core.step({key: np.stack([action[key] for action in actions], axis=1) for key in actions[0]})
+    return np.array(ages), np.array(views)
+
+
+def test_near_the_ball_he_looks_at_it_with_the_narrow_cone():
+    _, views = watched("PassAndAdvance2v1")
+    assert (views == ViewWidth.NARROW).mean() > 0.3
+    assert (views == ViewWidth.NORMAL).any()
+    _, wide = watched("PassAndAdvance2v1", AttackerConstants(focus=0.0))
+    assert not (wide == ViewWidth.NARROW).any()
+
+
+def test_the_narrow_cone_sees_the_ball_more_often_when_looks_are_lost():
+    narrow, wide = (watched("PassAndAdvance2v1", AttackerConstants(focus=focus))[0][5:20, :, 0].mean() for focus in (15.0, 0.0))
+    assert narrow < wide
+
+
+def test_the_team_mate_who_was_never_seen_is_looked_for():
+    ages, _ = watched("PassAndAdvance2v1")
+    assert (ages[0, :, 2] >= 1000).all(), "he stands aside"
+    assert (ages[-1, :, 2] < 60).mean() > 0.8
+
+
+def test_the_pair_scores_although_most_looks_are_lost():
+    """Who never looked for the team-mate, and kept the cone normal, scored in 3 of 100."""
+    player, senses = PLAYERS["PassAndAdvance2v1"], Senses(lost=0.6)
+    make = player.on("memory", senses, AttackerConstants())
+    won = play_episodes(make_task("PassAndAdvance2v1", **player.options), make, 60, 3, senses=senses, slots=60).success
+    assert wilson_interval(int(won.sum()), 60).low > 0.08
+
+
 VARIANTS = ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
 
 
 def successes(name, tier, episodes, seed):
-    player = PLAYERS[name]
-    won = play_episodes(make_task(name, **player.options), player.on(tier), episodes, seed).success
+    player, senses = PLAYERS[name], SENSES[STATED[name]]
+    won = play_episodes(make_task(name, **player.options), player.on(tier, senses), episodes, seed, senses=senses).success
     return wilson_interval(int(won.sum()), episodes)
 
 

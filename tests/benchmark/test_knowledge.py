@@ -115,6 +115,13 @@ def test_the_quick_plan_is_small_and_the_full_one_takes_everything():
     assert not any(b.controller.endswith("bins") for b in full.blocks() if b.task == "KickOffShot")
 
 
+def test_where_a_seed_draws_what_its_worlds_share_episodes_are_spread_over_seeds():
+    spread = KnowledgePlan(("KickOffShot2v2",), ("default",), ("memory",), episodes=25, seed=3).blocks()
+    assert [(b.first, b.count, b.seed) for b in spread] == [(3 * k, 3, 3 + k) for k in range(8)] + [(24, 1, 11)]
+    (alone,) = KnowledgePlan(("Goalie",), ("default",), ("memory",), episodes=25, seed=3).blocks()
+    assert (alone.first, alone.count, alone.seed) == (0, 25, 3)
+
+
 def test_the_striker_runs_on_oracles_too():
     result = play_block(Block("KickOffShot", "ball late 2/foresight", 0, 4, 1))
     assert sum(result.success) >= 3

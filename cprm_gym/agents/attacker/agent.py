@@ -22,6 +22,7 @@ from ...architecture.cprm import CPRM
 from ...architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ...envs.controller import Observation
 from ...envs.tasks import Task
+from ...simulator.state import ViewWidth
 from ..body import DEFAULT, Body, number
 from ..play import SoccerAgent
 from ..skills.advance import advance
@@ -35,8 +36,7 @@ LOST = 8
 """Cycles without a sight of the ball after which he looks round."""
 MATE_SEEN = 10
 """Cycles without a sight of the team-mate after which he looks round for him before a set play: he may have been placed elsewhere."""
-SURE_OF_BALL = 3.0
-"""Cycles for which a ball in reach is trusted to be there."""
+NARROW, NORMAL = int(ViewWidth.NARROW), int(ViewWidth.NORMAL)
 OFF_PLACE = 2.0
 """Metres off his place at which he goes there."""
 OFF_AXIS = 50.0
@@ -60,7 +60,7 @@ _INPUTS = {
     "shot_distance": "goal.distance", "shot_direction": "goal.direction_deg", "shot_room": "shot.room", "shot_speed": "shot.speed",
     "way_distance": "way.distance", "way_direction": "way.direction_deg", "way_speed": "way.speed", "way_worth": "way.worth",
     "pass_distance": "pass.distance", "pass_direction": "pass.direction_deg", "pass_speed": "pass.speed", "pass_room": "pass.room",
-    "pass_worth": "pass.worth", "line": "line.x", "gaze": "gaze.direction_deg", "approach": "ball.approach",
+    "pass_worth": "pass.worth", "line": "line.x", "gaze": "gaze.direction_deg", "narrow": "gaze.narrow", "approach": "ball.approach",
     "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
 }  # fmt: skip
 
@@ -71,9 +71,10 @@ def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace,
         # before a set play of his own the ball lies where it was last seen
         Math("lost", f"1 if ball_age > {LOST} and not ours else 0"),
         Math("may", "1 if playing or ours else 0"),
-        Math("reach", f"1 if ball_distance < {body.within(SURE)} and (ours or ball_age < {SURE_OF_BALL}) and may else 0"),
+        Math("reach", f"1 if ball_distance < {body.within(SURE)} and (ours or ball_age < {number(c.trust)}) and may else 0"),
         Math("seeks", f"1 if ours and reach and mate_age > {MATE_SEEN} else 0"),
-        Math("eyes", "0 if seeks else gaze"),
+        Math("eyes", "0 if seeks or lost else gaze"),
+        Math("cone", f"{NARROW} if narrow and not seeks and not lost else {NORMAL}"),
         Math("beyond", "1 if me_x > max(line, 0) + 0.2 else 0"),
         Math("chase", f"1 if may and not lost and not offside and me_time <= mate_time + {number(c.yielding)} else 0"),
         Math("off_place", "hypot(support_x - me_x, support_y - me_y)"),
@@ -95,6 +96,7 @@ def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace,
         Math("give_distance", "mate_distance if ours else pass_distance"),
         Math("give_direction", "mate_direction if ours else pass_direction"),
         Math("mates", f"1 if mate_gap < {number(body.within(SURE) + c.tolerance)} and mate_age < 6 and ball_age < 6 and not reach else 0"),
+        Math("his_ball", f"1 if mate_gap < {CLOSE} and mate_time < me_time and mate_age < {OFFSIDE_AGE} and not reach else 0"),
         Math("released", "1 if mate_gap < 2 or approach > 0.2 else 0"),
         Math("search_moment", body.turn("60")),
         Math("face_moment", body.turn("ball_direction")),
@@ -127,14 +129,19 @@ def _transitions(passes: int) -> tuple[Transition, ...]:
                    priority=7),
         Transition("leave_meet", (), ("meet.abort",), tests={"meet.ongoing": 1},
                    inhibitors={"meet.abort": 1, "meet.begin": 1, "plan": MEET}, priority=7),
+        Transition("have_it", (), ("meet.abort",), tests={"meet.ongoing": 1, "plan": HAVE},
+                   inhibitors={"meet.abort": 1, "meet.begin": 1, "meet.at_ball": 1, "plan": SEARCH}, priority=7),
         Transition("look_for_it", (), ("meet.abort",), tests={"meet.ongoing": 1, "plan": SEARCH},
                    inhibitors={"meet.abort": 1, "meet.begin": 1}, priority=7),
         # the neck
         Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="eyes")),
+        Transition("narrow_or_widen", ("viewing",), ("viewing",), delay=1, emits=Command("change_view", width="cone")),
         *_possession(passes),
     )  # fmt: skip
 
 
+CLOSE, OFFSIDE_AGE = 2.5, 12
+"""Metres from the ball, and cycles since he was seen, within which the team-mate is taken to have it where offside is judged."""
 PATIENCE = 60
 """Cycles after which a set play is taken to be over."""
 
@@ -151,8 +158,8 @@ def _possession(passes: int) -> tuple[Transition, ...]:
         # an opponent at the ball kicks it too
         Transition("taken_from_me", ("mine",), ("nobodys",), tests={"theirs": 1}, priority=9),
         Transition("taken_from_him", ("his",), ("nobodys",), tests={"theirs": 1}, priority=9),
-        Transition("be_offside", (), ("offside",), tests={"mates": 1, "beyond": 1}, inhibitors=("offside", "theirs"), priority=9),
-        Transition("be_onside", ("offside",), (), tests={"mates": 1}, inhibitors={"beyond": 1}, priority=9),
+        Transition("be_offside", (), ("offside",), tests={"his_ball": 1, "beyond": 1}, inhibitors=("offside", "theirs"), priority=9),
+        Transition("be_onside", ("offside",), (), tests={"his_ball": 1}, inhibitors={"beyond": 1}, priority=9),
         Transition("put_onside", ("offside",), (), tests={"theirs": 1}, priority=9),
     )
 
@@ -193,7 +200,7 @@ def attacker_net(passes: int = 0, body: Body = DEFAULT, constants: AttackerConst
     return PetriNet(
         "attacker" if passes == 0 else "combining_attacker",
         places=(
-            Place("looking", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
+            Place("looking", capacity=1, tokens=1), Place("viewing", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
             *(Place(name, capacity=1) for name in ("acted", "with_ball", "taking", "hands_off", "mine", "his", "offside")),
             Place("nobodys", capacity=1, tokens=1), *((Place("swaps", capacity=passes),) if passes else ()),
             *(Input(name, observes=observes) for name, observes in _INPUTS.items()),
@@ -249,7 +256,7 @@ class AttackerAgent(SoccerAgent):
         judged_by, self._motion = terms(body, c, keeper - 1), Motion(opponents)
         super().__init__(
             attacker_cprm(passes, body, c),
-            lambda observation: attacker_percepts(observation, judged_by, self._motion, mates, c.stale),
+            lambda observation: attacker_percepts(observation, judged_by, self._motion, mates, c.stale, c.focus),
             needs=("memory",),
             body=body,
         )

@@ -74,3 +74,7 @@ class AttackerConstants(Constants):
     """Metres that somebody may seem to be off the ball who has it."""
     stale: float = between(6.0, 2.0, 30.0)
     """Cycles without a sight of somebody after which he is looked at."""
+    trust: float = between(3.0, 1.0, 15.0)
+    """Cycles without a sight of the ball for which one in reach is taken to be there."""
+    focus: float = between(15.0, 0.0, 60.0)
+    """Metres from the ball within which he looks at it with the narrow cone, which sees every cycle."""

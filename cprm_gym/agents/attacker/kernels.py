@@ -164,14 +164,17 @@ def shot(ball, power, rivals, age, c):
         v0 = min(v0, c.ball_speed)
         if dx < 0.5 or v0 < 1.0 or rolled(v0, LONGEST, c) < length:
             continue
+        miss = max(0.0, c.spread * length - (c.goal_half - abs(y)) * dx / length)
+        cost = c.closer * length + c.corner * miss + 0.01 * abs(y)
         room, s, v = EMPTY, 0.0, v0
         for t in range(1, LONGEST):
             s, v = s + v, v * c.decay
             if s > length:
                 break
             room = min(room, gap_at(ball[0] + s * dx / length, ball[1] + s * dy / length, t, rivals, age, c))
-        miss = max(0.0, c.spread * length - (c.goal_half - abs(y)) * dx / length)
-        room = min(room, c.enough) - c.closer * length - c.corner * miss - 0.01 * abs(y)
+            if min(room, c.enough) - cost <= best:
+                break
+        room = min(room, c.enough) - cost
         if room > best:
             best_y, best_speed, best = y, v0, room
     return best_y, best_speed, best
@@ -262,6 +265,8 @@ def give(ball, power, mates, mate_age, line, rivals, age, c, out):
                     s, v = s + v, v * c.decay
                     x, y = ball[0] + s * ux, ball[1] + s * uy
                     room = min(room, gap_at(x, y, t, rivals, age, c))
+                    if room - c.safe + c.progress * v0 + 0.15 * c.enough < out[3]:
+                        break
                     if math.hypot(x - mx, y - my) - c.reach <= c.pace * max(0.0, t - c.mate_start):
                         met = t
                         break
@@ -288,6 +293,7 @@ def support(ball_x, ball_y, me, line, rivals, age, c, out):
             length = max(0.1, math.hypot(x - ball_x, y - ball_y))
             if length < 5.0:
                 continue
+            cost = c.lazy * math.hypot(x - me[0], y - me[1]) + 0.04 * goal_way(x, y, c) + 0.03 * abs(length - c.apart)
             v0 = min(c.kick_speed, 0.8 + (1.0 - c.decay) * length)
             room, s, v = EMPTY, 0.0, v0
             for t in range(1, LONGEST):
@@ -295,9 +301,9 @@ def support(ball_x, ball_y, me, line, rivals, age, c, out):
                 if s > length:
                     break
                 room = min(room, gap_at(ball_x + s * (x - ball_x) / length, ball_y + s * (y - ball_y) / length, t, rivals, age, c))
-            value = (
-                min(room, c.enough) - c.lazy * math.hypot(x - me[0], y - me[1]) - 0.04 * goal_way(x, y, c) - 0.03 * abs(length - c.apart)
-            )
+                if min(room, c.enough) - cost <= best:
+                    break
+            value = min(room, c.enough) - cost
             if value > best:
                 best = value
                 out[0], out[1] = x, y

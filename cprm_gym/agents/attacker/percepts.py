@@ -15,7 +15,7 @@ from ..body import Body
 from ..percepts import Percepts, field_percepts
 from ..skills.kick import SURE
 from .constants import AttackerConstants
-from .kernels import Terms, judge
+from .kernels import FORGOTTEN, Terms, judge
 
 NEAR = 2.5
 """Metres from the ball within which passes and pushes are judged."""
@@ -63,6 +63,7 @@ class Motion:
 
     def __init__(self, opponents: int) -> None:
         self.opponents = opponents
+        self.clock = np.zeros(0, np.int64)
         self._seen = self._moved = np.zeros((0, opponents, 2))
         self._since = np.zeros((0, opponents))
 
@@ -71,7 +72,9 @@ class Motion:
         if worlds is None or len(self._seen) != count:
             self._seen, self._moved = np.zeros((count, self.opponents, 2)), np.zeros((count, self.opponents, 2))
             self._since = np.full((count, self.opponents), FORGET)
+            self.clock = np.zeros(count, np.int64)
         else:
+            self.clock[worlds] = 0
             self._moved[worlds], self._since[worlds] = 0.0, FORGET
 
     def follow(self, place: np.ndarray, age: np.ndarray) -> np.ndarray:
@@ -85,6 +88,7 @@ class Motion:
             Cycles since they were seen.
         """
         self._since += 1.0
+        self.clock += 1
         news = age <= np.minimum(age.min(axis=1, keepdims=True, initial=RECENT), RECENT)
         step = (place - self._seen) / self._since[..., None]
         fast = np.hypot(step[..., 0], step[..., 1])
@@ -104,7 +108,9 @@ KEPT = 0.3
 """Share of the old motion that is kept."""
 
 
-def attacker_percepts(observation: Observation, judged_by: Terms, motion: Motion, mates: int = 1, stale: float = 6.0) -> Percepts:
+def attacker_percepts(
+    observation: Observation, judged_by: Terms, motion: Motion, mates: int = 1, stale: float = 6.0, focus: float = 0.0
+) -> Percepts:
     """What an attacker perceives.
 
     Parameters
@@ -160,11 +166,15 @@ def attacker_percepts(observation: Observation, judged_by: Terms, motion: Motion
     percepts["goal.direction_deg"] = towards(HALF_LENGTH, percepts["shot.y"])
     percepts["mate.ball_gap"] = np.hypot(percepts["mate.x"] - percepts["ball.x"], percepts["mate.y"] - percepts["ball.y"])
     percepts["gaze.direction_deg"] = _gaze(
-        percepts, places, ages, rivals[..., :2], rival_age, stale, towards(percepts["ball.x"], percepts["ball.y"])
+        percepts, places, ages, rivals[..., :2], rival_age, stale, towards(percepts["ball.x"], percepts["ball.y"]), motion.clock
     )
+    percepts["gaze.narrow"] = (percepts["gaze.at_ball"] > 0) & (percepts["ball.reckoned_distance"] < focus)
+    percepts["gaze.narrow"] = percepts["gaze.narrow"].astype(np.float64)
     return percepts
 
 
+ASIDE, SIDE = 80.0, 6
+"""Degrees from the body at which he looks for who was never seen, and cycles after which he does on the other side."""
 AIM = 10.0
 """Metres from the ball to the point at which a push or pass is aimed."""
 
@@ -174,8 +184,9 @@ def _degrees(angle: np.ndarray) -> np.ndarray:
 
 
 def _gaze(
-    percepts: Percepts, mates: np.ndarray, mate_age: np.ndarray, rivals: np.ndarray, rival_age: np.ndarray, stale: float, ball: np.ndarray
-) -> np.ndarray:
+    percepts: Percepts, mates: np.ndarray, mate_age: np.ndarray, rivals: np.ndarray, rival_age: np.ndarray, stale: float,
+    ball: np.ndarray, clock: np.ndarray,
+) -> np.ndarray:  # fmt: skip
     """Degrees from the body to look at: the ball, or who was not seen for the longest while the ball is known well enough."""
     who, ages = np.concatenate([mates, rivals], axis=1), np.concatenate([mate_age, rival_age], axis=1)
     away = np.hypot(who[..., 0] - percepts["me.x"][:, None], who[..., 1] - percepts["me.y"][:, None])
@@ -183,5 +194,10 @@ def _gaze(
     oldest, rows = ages.argmax(axis=1), np.arange(len(ages))
     dx, dy = who[rows, oldest, 0] - percepts["me.x"], who[rows, oldest, 1] - percepts["me.y"]
     other = _degrees(np.arctan2(dy, dx) - np.radians(percepts["me.facing_deg"]))
-    free = (ages[rows, oldest] >= stale) & (percepts["ball.age"] <= 1.0) & (np.abs(other) < 150.0)
-    return np.where(free, other, np.where(percepts["ball.age"] < 15.0, ball, 0.0))
+    sees = percepts["ball.age"] <= 1.0
+    free = (ages[rows, oldest] >= stale) & sees & (np.abs(other) < 150.0)
+    # the team-mate who was never seen, or not for long, can be anywhere: to one side and the other in turn
+    missed = sees & ~free & (mate_age >= FORGOTTEN).any(axis=1)
+    percepts["gaze.at_ball"] = (~free & ~missed & (percepts["ball.age"] < 15.0)).astype(np.float64)
+    aside = np.where(clock % (2 * SIDE) < SIDE, ASIDE, -ASIDE)
+    return np.where(missed, aside, np.where(free, other, np.where(percepts["ball.age"] < 15.0, ball, 0.0)))

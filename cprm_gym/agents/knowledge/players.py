@@ -56,6 +56,8 @@ class Player:
         CPU time of 1000 episodes on `RIVAL`, about, from which a suite tells its own beforehand.
     options : mapping of str to object
         Fields of the task that differ where he is tuned and measured: how strong the others are.
+    seeds : int
+        Over how many seeds a suite spreads his episodes: more than 1 where a seed draws what all its worlds share.
     """
 
     make: Callable[[Task, str, Any], Controller]
@@ -64,6 +66,7 @@ class Player:
     study: str = ""
     seconds: float = 20.0
     options: Mapping[str, Any] = field(default_factory=dict)
+    seeds: int = 1
 
     def study_for(self, tier: str, senses: Senses | None = None) -> Study | None:
         """The study whose numbers he plays with on a tier, in senses (`studies.best_study`); None if there is none."""
@@ -124,9 +127,15 @@ PLAYERS: dict[str, Player] = {
     "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=6.0),
     "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=7.0),
     "LostAndFound": Player(finder, FinderConstants, seconds=2.0),
-    "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0),
+    # at a kick-off the second field player of a side becomes of the first of the types that the seed has drawn
+    "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0, seeds=10),
     "KickOffShot2v2": Player(
-        attacker.make_controller, AttackerConstants, study="attacker_kick_off", seconds=25.0, options={"others": ("medium", "weak")}
+        attacker.make_controller,
+        AttackerConstants,
+        study="attacker_kick_off",
+        seconds=15.0,
+        options={"others": ("medium", "weak")},
+        seeds=10,
     ),
     **{
         task: Player(attacker.make_controller, AttackerConstants, study="attacker_pair", seconds=seconds, options=options)
