@@ -53,6 +53,10 @@ def test_the_model_is_a_file_like_any_other(senses):
 def test_it_knows_the_ball_better_than_the_tracker(senses):
     belief, tracker = (ball_error(tier, senses, 40, 31) for tier in ("belief", "tracker"))
     assert belief.capped < tracker.capped
+    mean, low, high = belief.less(tracker)
+    assert low < mean < high
+    assert mean < 0.0
+    assert belief.worlds.shape == (40,)
     assert np.isnan(belief.log_density) if senses.late_ball else belief.log_density > tracker.log_density + 0.2
 
 
