@@ -1,7 +1,8 @@
-"""Recovery measured: the passing pair and the striker with and without their recovery parts, and with a watchdog instead (dissertation
-ch. 4).
+"""Recovery measured: the passing pair, the striker and attackers against opponents with and without their recovery parts, and with a
+watchdog instead (dissertation ch. 4).
 
-``python -m cprm_gym.benchmark.recovery --episodes 1000`` prints the pair's table, with ``--task KickOffShot`` the striker's.
+``python -m cprm_gym.benchmark.recovery --episodes 1000`` prints the pair's table, with ``--task KickOffShot`` the striker's, with ``--task
+PassAndAdvance2v1`` that of a pair against an opponent.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from ..agents.body import Body
+from ..agents.knowledge.players import PLAYERS
 from ..agents.passer import make_controller
 from ..agents.percepts import field_percepts
 from ..agents.play import SoccerAgent
@@ -92,10 +94,39 @@ def striker_without(task: Task, agent: str) -> SoccerAgent:
     return SoccerAgent(replace(cprm, net=once), field_percepts, needs=("memory",), body=body)
 
 
+SECOND_TRIES = {
+    "sweep", "look_for_it", "forget_it", "not_taken", "no_longer_taken",
+    *(f"{kick}_{outcome}" for kick in ("shoot", "push", "give") for outcome in ("failed", "aborted")),
+}  # fmt: skip
+"""The attacker's transitions after something went wrong: a lost ball is looked for, a kick that failed is followed by another decision."""
+
+
+def attacker_on(task: Task, agent: str) -> SoccerAgent:
+    """The attacker with the numbers tuned for what he knows here."""
+    player = PLAYERS[task.name]
+    made = player.make(task, agent, player.numbers("memory"))
+    assert isinstance(made, SoccerAgent)
+    return made
+
+
+def attacker_without(task: Task, agent: str) -> SoccerAgent:
+    """The attacker for whom nothing goes wrong."""
+    made = attacker_on(task, agent)
+    net = made.cprm.net
+    made.cprm = replace(made.cprm, net=replace(net, transitions=tuple(t for t in net.transitions if t.name not in SECOND_TRIES)))
+    return made
+
+
+ATTACKERS: dict[str, Factory] = {
+    "recovering": attacker_on, "without": attacker_without, "watchdog": lambda task, agent: Watchdog(attacker_without(task, agent)),
+}  # fmt: skip
+
 RIVALS: dict[str, dict[str, Factory]] = {
     "PassAndAdvance": {"recovering": make_controller, "without": partial(make_controller, recovering=False), "watchdog": with_watchdog},
     "KickOffShot": {"recovering": make_striker, "without": striker_without,
                     "watchdog": lambda task, agent: Watchdog(striker_without(task, agent))},
+    "PassAndAdvance2v1": ATTACKERS,
+    "KickOffShot2v2": ATTACKERS,
 }  # fmt: skip
 """What is compared in a task: the net with its recovery parts, without them, and without them but watched."""
 
@@ -228,7 +259,7 @@ def main() -> None:
         help="one disturbance, several times for more; undisturbed always",
     )
     options = parser.parse_args()
-    task, rivals = make_task(options.task), options.rivals
+    task, rivals = make_task(options.task, **(PLAYERS[options.task].options if options.task in PLAYERS else {})), options.rivals
     print(f"{task.name}, {options.episodes} episodes, seed {options.seed}; success with its Wilson interval (95 %)")
     print(f"{'disturbance':18}" + "".join(f"{rival:24}" for rival in rivals), end="")
     print("ball again:" + "".join(f"{rival:>12}" for rival in rivals) + "  cycles:" + "".join(f"{rival:>12}" for rival in rivals))

@@ -92,7 +92,7 @@ def test_a_coming_ball_aborts_the_advance_and_begins_to_receive():
     for f in fired:
         for k, name in enumerate(f):
             if name == "hold":
-                assert "advance.stop_ready" in f[k : k + 4] or "advance.stop_acted" in f[k : k + 4]
+                assert "advance.stop" in f[k : k + 4]
 
 
 def test_a_pass_whose_ball_is_stopped_at_once_has_failed_and_is_made_again():

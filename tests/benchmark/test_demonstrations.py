@@ -27,7 +27,7 @@ def test_every_demonstration_names_arms_and_senses_that_there_are():
         assert one.model not in one.floors
         assert one.episodes >= (10_000 if 0 < min(floor for floor in one.floors.values() if floor) <= 2 else 2000), name
         for arm in one.arms:
-            assert isinstance(one.numbers(arm), ARMS[arm].constants)
+            assert isinstance(one.numbers(arm), ARMS[arm].constants(one.task))
 
 
 def test_all_play_with_the_same_numbers_where_nobody_was_tuned_for_the_senses():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -136,9 +136,7 @@ def variants(episodes: int) -> None:
     """Rates of the goalie with his model as it is, with nobody attended to, and with inference in every 2nd, 5th and 10th cycle alone."""
 
     def make(attended: int, period: int) -> Any:
-        agent = GoalieAgent(2, attended)
-        agent.cprm = replace(agent.cprm, period=period)
-        return agent
+        return GoalieAgent(2, attended, t_b=period)
 
     found = {}
     for name, attended, period in (("as it is", 2, 1), ("nobody attended", 0, 1), *((f"t_B = {k}", 2, k) for k in (2, 5, 10))):

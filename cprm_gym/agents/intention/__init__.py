@@ -4,7 +4,7 @@
 (dissertation §2.3.5; ``docs/knowledge.md`` says what it is worth).
 """
 
-from .goalie import IntentionConstants, IntentionGoalie
+from .goalie import AttackedIntentionConstants, IntentionConstants, IntentionGoalie
 from .model import DUE, LINE, MODES, Intention, intention_model, learned
 from .situation import FEATURES, TOUCHES, VIEW
 from .tier import IntentionTier, Rule, Told
@@ -17,6 +17,7 @@ __all__ = [
     "MODES",
     "TOUCHES",
     "VIEW",
+    "AttackedIntentionConstants",
     "Intention",
     "IntentionConstants",
     "IntentionGoalie",

@@ -16,10 +16,10 @@ from ...architecture.cprm import CPRM
 from ...architecture.petri import Input, Math
 from ...envs.controller import Observation
 from ..body import DEFAULT, Body, number
-from ..goalie import FAR, GOAL_X, ReckoningGoalie, goalie_net
+from ..goalie import FAR, GOAL_X, SECOND, ReckoningGoalie, goalie_net
 from ..percepts import Percepts
 from ..play import SoccerAgent
-from ..skills.constants import GoalieConstants, between
+from ..skills.constants import AttackedConstants, GoalieConstants, between
 from .tier import Told
 
 
@@ -37,6 +37,13 @@ class IntentionConstants(GoalieConstants):
     """Share of the expected line's distance from the middle that is believed."""
     pace: float = between(1.0, 0.7, 1.3)
     """Share of the expected speed that is believed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AttackedIntentionConstants(AttackedConstants, IntentionConstants):
+    """Of the goalie who faces several attackers and expects their shots."""
+
+    whose: ClassVar[str] = "goalie_attacked_intention"
 
 
 INTENDED = (
@@ -62,7 +69,7 @@ def expecting(c: IntentionConstants) -> tuple[Math, ...]:
 @functools.lru_cache(maxsize=64)
 def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants(), focus: bool = False) -> CPRM:
     """The net on what is known and expected."""
-    seen = (*INTENDED, *expecting(constants))
+    seen = (*INTENDED, *expecting(constants), *(SECOND if isinstance(constants, AttackedConstants) else ()))
     net = goalie_net(seen, attended=0, name="goalie_intention", body=body, constants=constants, focus=focus)
     return CPRM("goalie_intention", net=net)
 

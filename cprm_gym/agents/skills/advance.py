@@ -4,7 +4,7 @@ begin --> [start] --> ongoing + ready
 ready & there ------> [arrive] --> arrived
 ready & off course -> [turn] ----> acted
 ready & on course --> [dash] ----> acted
-abort --------------> [stop] ----> aborted           the safe state: he stands still
+abort --------------> [stop] ----> aborted           the safe state: he stands still; set arcs empty the inside (Fig. 4.5)
 
 o--.            he turns back on course only when he is off it by more than a margin that grows near the place
     `--> x      and dashes as hard as the way that is left and his stamina allow
@@ -45,7 +45,8 @@ def advance(body: Body) -> PetriNet:
                  f"{body.dash(1.0)} if stamina > {body.stamina(FRESH)} else {body.dash(0.5)})"),
         ),
         transitions=(
-            *standard_transitions(),
+            *(t for t in standard_transitions() if not t.name.startswith("stop_")),
+            Transition("stop", ("abort", "ongoing"), ("aborted",), sets={"ready": 0, "acted": 0}, priority=9),
             Transition("arrive", ("ready", "ongoing"), ("arrived",), inhibitors={"distance": THERE}, priority=7),
             Transition("turn", ("ready",), ("acted",), tests={"off_course": COURSE}, emits=Command("turn", moment="moment"), priority=3),
             Transition("dash", ("ready",), ("acted",), inhibitors={"off_course": COURSE},

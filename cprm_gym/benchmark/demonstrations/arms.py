@@ -8,14 +8,17 @@ from typing import Any
 
 from ...agents.body import Body
 from ...agents.goalie import GoalieAgent, ReckoningGoalie
-from ...agents.intention import IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
+from ...agents.intention import AttackedIntentionConstants, IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
 from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.players import PLAYERS
 from ...agents.knowledge.registry import make_tier
 from ...agents.knowledge.tiers import Informed
 from ...agents.knowledge.tracker import Tracker
-from ...agents.skills.constants import GoalieConstants
+from ...agents.skills.constants import AttackedConstants, GoalieConstants
+from ...envs.controller import Controller
 from ...envs.players.senses import Senses
 from ...envs.tasks import Task
+from .looking import NARROW, PATTERNS, FixedLooks, Pattern
 
 Factory = Callable[[Task, str], Informed]
 
@@ -35,21 +38,25 @@ class Arm:
         Options of `IntentionTier`.
     options : mapping
         Of the goalie: how he looks (``focus``); of one with a model of his own also ``reflexes``, ``t_b`` and ``latency``.
+    looks : Pattern, optional
+        Which his eyes follow instead; of an arm that expects nothing.
     """
 
     tier: str
     expects: str = ""
     lesion: Mapping[str, bool] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    looks: Pattern | None = None
 
-    @property
-    def constants(self) -> type[GoalieConstants]:
-        """What his numbers are."""
-        return IntentionConstants if self.expects else GoalieConstants
+    def constants(self, task: str = "Goalie") -> type[GoalieConstants]:
+        """What his numbers are in a task: against several attackers there are more."""
+        alone, several = (IntentionConstants, AttackedIntentionConstants) if self.expects else (GoalieConstants, AttackedConstants)
+        return alone if task == "Goalie" else several
 
-    def begin(self) -> GoalieConstants:
+    def begin(self, task: str = "Goalie") -> GoalieConstants:
         """The numbers at which his tuning begins: those tuned for ``memory`` at default senses, the same for all."""
-        return self.constants.of(GoalieConstants.tuned("memory").to_dict())
+        tuned = GoalieConstants.tuned("memory") if task == "Goalie" else AttackedConstants.tuned("memory", PLAYERS[task].study)
+        return self.constants(task).of(tuned.to_dict())
 
     def on(self, senses: Senses, constants: GoalieConstants, play: str = "shooter") -> Factory:
         """A factory of his controllers.
@@ -67,7 +74,9 @@ class Arm:
             if self.tier == "own":
                 return Informed(GoalieAgent(opponents, body=body, constants=constants, **self.options), make_tier("memory", task, agent))
             if not self.expects:
-                return Informed(ReckoningGoalie(opponents, body, constants, **self.options), make_tier(self.tier, task, agent, senses))
+                goalie: Controller = ReckoningGoalie(opponents, body, constants, **self.options)
+                goalie = goalie if self.looks is None else FixedLooks(goalie, self.looks)
+                return Informed(goalie, make_tier(self.tier, task, agent, senses))
             inner = BeliefTier(senses, body) if self.tier == "belief" else Tracker(senses, body)
             assert isinstance(constants, IntentionConstants)
             options: dict[str, Any] = {**self.lesion, "rule": Rule() if self.expects == "rule" else None}
@@ -84,6 +93,7 @@ ARMS: dict[str, Arm] = {
     "tracker": Arm("tracker"),
     "belief": Arm("belief"),
     "rule": Arm("tracker", "rule"),
+    "rule on belief": Arm("belief", "rule"),
     "model": Arm("tracker", "model"),
     "model on belief": Arm("belief", "model"),
     "without attention": Arm("tracker", "model", {"attended": False}),
@@ -94,6 +104,9 @@ ARMS: dict[str, Arm] = {
     "slow": Arm("own", options={**_EYES, "t_b": 5, "latency": 5}),
     "slow, no reflexes": Arm("own", options={**_EYES, "t_b": 5, "latency": 5, "reflexes": "none"}),
     "no model": Arm("frozen", options={"focus": True}),
+    "looking": Arm("tracker", options={"focus": True}),
+    "eyes on the ball, narrow": Arm("tracker", looks=NARROW),
+    **{name: Arm("tracker", looks=pattern) for name, pattern in PATTERNS.items()},
 }  # fmt: skip
-"""Name -> who plays. ``rule`` is the hand rule "expect the shot", with the model's line; those from ``at once`` on have the goalie's own
-model, ``no model`` nothing but what the eye told last."""
+"""Name -> who plays. ``rule`` is the hand rule "expect the shot", with the model's line; ``at once`` and ``slow`` have the goalie's own
+model, ``no model`` nothing but what the eye told last; after them those who differ in how they look."""

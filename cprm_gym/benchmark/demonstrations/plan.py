@@ -70,14 +70,21 @@ class Demonstration:
     def numbers(self, arm: str) -> GoalieConstants:
         """What an arm plays with: of its own study here, or, at default senses, of that of its tier; else those where tuning begins."""
         chosen = ARMS[arm]
-        whose = self.model if chosen.lesion else arm
-        if whose in chosen.constants.studied(self.study):
-            return chosen.constants.tuned(whose, self.study)
-        if not chosen.expects and chosen.tier in GoalieConstants.studied() and (self.senses == "default" or chosen.tier == "state"):
+        whose, kind = self.model if chosen.lesion else arm, chosen.constants(self.task)
+        if whose in kind.studied(self.study):
+            return kind.tuned(whose, self.study)
+        if (
+            self.task == "Goalie"
+            and not chosen.expects
+            and chosen.tier in GoalieConstants.studied()
+            and (self.senses == "default" or chosen.tier == "state")
+        ):
             return GoalieConstants.tuned(chosen.tier)
-        return chosen.begin()
+        return chosen.begin(self.task)
 
 
+BEST_PATTERN = "ahead, wide"
+"""The best for these goalies, in worlds that no measurement meets (``python -m cprm_gym.benchmark.demonstrations.patterns``)."""
 _NOISY: dict[str, Any] = {"model": "model on belief", "more": ("rule", "state"), "episodes": 2000}
 _GAINS = {"memory": 2.0, "tracker": 2.0, "rule": 0.0}
 DEMONSTRATIONS: dict[str, Demonstration] = {
@@ -89,8 +96,23 @@ DEMONSTRATIONS: dict[str, Demonstration] = {
     "C .6": Demonstration("six looks of ten are lost", "lost .6", _GAINS),
     "D": Demonstration("an eye with a clock of its own", "asynchronous", {"memory": 6.0, "tracker": 6.0, "rule": 0.0}, episodes=2000),
     "E": Demonstration("the server's own senses", "default", _GAINS),
+    **{
+        f"G {task[6:]}": Demonstration(
+            f"{task}: what is watched, who has the ball, what he has in mind", "default",
+            {"without attention": 3.0, "without possession": 3.0, "without memory": 3.0}, task=task, play="attackers",
+            more=("tracker", "memory", "state"), episodes=2000,
+        )
+        for task in ("Goalie2v1", "Goalie3v2")
+    },
     "I": Demonstration("inference every five cycles, five cycles late", "default", {"at once": -10.0, "slow, no reflexes": 25.0},
                        model="slow", more=("no model", "memory", "state"), episodes=2000),
+    **{
+        f"J {task[6:] or 'alone'}": Demonstration(
+            f"{task}: eyes that look where something is to be seen", "default", {BEST_PATTERN: 2.0}, model="looking", task=task,
+            more=("tracker", "eyes on the ball, narrow", "state"),
+        )
+        for task in ("Goalie", "Goalie2v1")
+    },
 }  # fmt: skip
 """Name -> demonstration."""
 

@@ -45,11 +45,11 @@ class ArmSearch:
     @property
     def constants(self) -> type[Constants]:
         """What is tuned."""
-        return ARMS[self.arm].constants
+        return ARMS[self.arm].constants(DEMONSTRATIONS[self.demonstration].task)
 
     def begin(self) -> GoalieConstants:
         """Where it begins."""
-        return ARMS[self.arm].begin()
+        return ARMS[self.arm].begin(DEMONSTRATIONS[self.demonstration].task)
 
     def score(self, constants: Constants, generation: int) -> float:
         """Share of a generation's worlds that are saved."""
