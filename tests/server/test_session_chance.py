@@ -100,5 +100,6 @@ def test_the_clock_of_a_shoot_out_is_noise():
         assert (replay.in_vain == []) == (end >= wanted[-1][0])
         said = [[word for _, word in of if "taken" not in word] for of in (wanted, got)]
         assert said[1] == said[0][: len(said[1])]
-        assert len(said[0]) - len(said[1]) <= (2 if end > wanted[-1][0] else 0)  # the recording ends before ours does
+        # what comes after the end of the recording: the last miss, the draw, the end
+        assert len(said[0]) - len(said[1]) <= (3 if end > wanted[-1][0] else 0)
     assert sorted(ends) == [-1, 0, 1]
