@@ -21,6 +21,7 @@ from cprm_gym.architecture.prm import (
     Mixture,
     Model,
     Noise,
+    Prior,
     PRMClass,
     Real,
     Relation,
@@ -199,6 +200,22 @@ def test_merging_tells_its_loss_and_stays_near():
         apart.append(abs(a.read("a.x") - b.read("a.x"))[0])
     assert 0.0 < lost < 0.5
     assert max(apart) < 0.05
+
+
+def test_modes_that_make_no_difference_take_no_room_and_leave_kalmans_filter():
+    """Eight modes of a reading are labels of one normal: what they were a slice ago is needed no more, and nothing is lost by it."""
+    modes, chances = Labels(tuple("abcdefgh")), np.arange(1.0, 9.0) / 36.0
+    x, v, _ = tracked().attributes
+    mode = Attribute("mode", modes, Prior(tuple(chances)))
+    z = Attribute("z", Real("m"), Switch("mode", dict.fromkeys("abcdefgh", Noise("x", sd=0.5))), ("x", "mode"))
+    filter = Filter(world(PRMClass("P", (x, v, mode, z))), engine="mixture", components=8, merge=1e-9)
+    readings = np.random.default_rng(8).normal(size=12)
+    for reading, (mean, cov) in zip(readings, kalman(readings)[0]):
+        answer = filter.step({"a.z": reading})
+        close(answer.read("a.x")[0], mean[0])
+        close(answer.read("a.x", "variance")[0], cov[0, 0])
+        close(answer["a.mode"][0], chances)
+        close(answer.loss[0], 0.0)
 
 
 def test_model_on_fine_bins_agrees():
