@@ -23,6 +23,7 @@ from ..model.model import Model
 from ..model.resolved import all_rules
 from .engines.engine import Engine
 from .engines.noise_learning import refitted
+from .engines.unfolding import Unfolded, fold, renamed, unfold, with_hidden
 from .evidence import read_hard
 from .filter import Filter, make_engine
 
@@ -171,8 +172,10 @@ def em(
         Beginnings of the keys to learn; default all.
     engine : {"exact", "mixture"} or Engine
         With ``"mixture"`` real numbers stay such: of each `Noise`, also in a `Switch`, an offset of the mean and a scale of the deviation
-        are learned, and tables as ever; a `Mixture`, a `Uniform` and a `Chance` of real numbers stay as they are. All of an episode is
-        believed together, so its cost grows with the cube of its length: cut long ones.
+        are learned, and tables as ever. Of a `Mixture` that is the whole CPD of a class's number the weights are learned, whose counts have
+        the key of the CPD with ``"parts"`` behind it, and of its parts what is learned of them alone. Other mixtures, a `Uniform` and a
+        `Chance` of real numbers stay as they are. All of an episode is believed together, so its cost grows with the cube of its length:
+        cut long ones.
 
     Returns
     -------
@@ -189,9 +192,13 @@ def em(
     wanted = _keys(only)
     data = _episodes(episodes)
     likelihoods: list[float] = []
-    if not make_engine(engine, None, 2.0**31, {}).continuous:
+    unfolded: tuple[Unfolded, ...] = ()
+    if make_engine(engine, None, 2.0**31, {}).continuous:
+        model, unfolded = unfold(world.model)
+        wanted = with_hidden(wanted, unfolded)
+    else:
         world = world.binned()
-    model = world.model
+        model = world.model
     tally = _Tally()
     kept: tuple[Hashable, ...] = ()
     for _ in range(iterations):
@@ -201,7 +208,11 @@ def em(
         model = model.with_cpds(learned)
         if len(likelihoods) > 1 and likelihoods[-1] - likelihoods[-2] < tolerance:
             break
-    return Fit(model, tuple(likelihoods), tally.counts, kept)
+    if not unfolded:
+        return Fit(model, tuple(likelihoods), tally.counts, kept)
+    names = {key: renamed(key, unfolded) for key in (*tally.counts, *kept)}
+    counts = {name: tally.counts[key] for key, name in names.items() if name is not None and key in tally.counts}
+    return Fit(fold(model, unfolded), tuple(likelihoods), counts, tuple(n for key in kept if (n := names[key]) is not None))
 
 
 def _expect(world: Grounding, episodes: Sequence[Episode], engine: str | Engine) -> tuple[_Tally, float]:

@@ -2,9 +2,28 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from cprm_gym.architecture.prm import BOOL, Attribute, Given, Grounding, Model, Noise, PRMClass, Real, Switch, Table, em
+from cprm_gym.architecture.prm import (
+    BOOL,
+    Add,
+    Attribute,
+    Given,
+    Grounding,
+    Mixture,
+    Model,
+    Noise,
+    PRMClass,
+    Real,
+    Relation,
+    Switch,
+    Table,
+    Uniform,
+    em,
+)
+from cprm_gym.architecture.prm.inference.engines.mixture import MixtureEngine
 from cprm_gym.architecture.prm.inference.engines.noise_learning import moved, scaled, unscented
+from cprm_gym.architecture.prm.inference.engines.unfolding import unfold
 from cprm_gym.architecture.prm.inference.learning import Episode
 
 
@@ -153,3 +172,77 @@ def test_points_have_the_moments_they_stand_for():
     np.testing.assert_allclose(np.einsum("p,npd->nd", shares, points), means, atol=1e-12)
     off = points - means[:, None]
     np.testing.assert_allclose(np.einsum("p,npi,npj->nij", shares, off, off), covs, atol=1e-12)
+
+
+def test_weights_and_parts_of_a_mixture_are_those_of_mixture_em_by_hand():
+    """A number that is read, of two normals and a uniform: responsibilities and one update by numpy."""
+    rng = np.random.default_rng(11)
+    x = np.where(rng.random(200) < 0.3, rng.normal(4.0, 0.5, 200), rng.normal(0.0, 1.0, 200))
+    x[::20] = rng.uniform(-10.0, 10.0, 10)
+    weights, normals = (0.5, 0.3, 0.2), ((0.5, 1.5), (3.0, 1.0))
+    parts = [Noise(str(m), sd=s) for m, s in normals]
+    made = world(Attribute("x", Real("m", -10.0, 10.0), Mixture(*zip(weights, (*parts, Uniform())))))
+    fit = em(made, [Episode(({"a.x": x},), batch=200)], iterations=1, engine="mixture")
+    density = np.stack([w * stats.norm.pdf(x, m, s) for w, (m, s) in zip(weights, normals)] + [np.full(200, weights[2] / 20.0)])
+    share = density / density.sum(axis=0)
+    learned = noise(fit.model, "x")
+    assert [w for w, _ in learned.parts] == pytest.approx(share.sum(axis=1) / 200, abs=1e-9)
+    for k in range(2):
+        mean = (share[k] * x).sum() / share[k].sum()
+        assert float(learned.parts[k][1].mean) == pytest.approx(mean, abs=1e-9)
+        assert learned.parts[k][1].sd == pytest.approx(np.sqrt((share[k] * (x - mean) ** 2).sum() / share[k].sum()), abs=1e-9)
+    assert learned.parts[2][1] == Uniform()
+    assert fit.counts["class", "A", "x", "cpd", "parts"] == pytest.approx(share.sum(axis=1), abs=1e-9)
+    assert fit.log_likelihoods[0] == pytest.approx(np.log(density.sum(axis=0)).sum(), abs=1e-8)
+    assert [a.name for a in fit.model.classes[0].attributes] == ["x"]
+
+
+def test_outliers_of_a_sensor_come_out_again_and_other_cpds_stay_where_they_are():
+    """A wandering number read by a sensor of which one reading of five is far off: the weight and both deviations, from readings alone."""
+    rng = np.random.default_rng(12)
+    runs, steps = 40, 10
+    x = np.cumsum(0.3 * rng.normal(size=(steps, runs)), axis=0)
+    off = rng.random((steps, runs)) < 0.2
+    z = x + np.where(off, 4.0, 0.4) * rng.normal(size=(steps, runs))
+    sensor = Mixture((0.5, Noise("x", sd=0.6)), (0.5, Noise("x", sd=2.5)))
+    made = world(
+        Attribute("x", Real("m"), Noise("prev.x", sd=0.3), ("prev.x",), initial=Noise("0", sd=0.3)),
+        Attribute("z", Real("m"), sensor, ("x",)),
+    )
+    data = Episode(tuple({"a.z": row} for row in z), batch=runs)
+    fit = em(made, [data], iterations=8, engine=MixtureEngine(24), only=[("class", "A", "z")])
+    (weight, near), (_, far) = noise(fit.model, "z").parts
+    assert weight == pytest.approx(1.0 - off.mean(), abs=0.06)
+    assert near.sd == pytest.approx(0.4, rel=0.15)
+    assert far.sd == pytest.approx(4.0, rel=0.25)
+    assert noise(fit.model, "x") == Noise("prev.x", sd=0.3)
+    assert fit.log_likelihoods[-1] > fit.log_likelihoods[0]
+    fixed = em(made, [data], iterations=1, engine=MixtureEngine(24), only=[("class", "A", "x")])
+    assert noise(fixed.model, "z") == sensor
+    assert ("class", "A", "z", "cpd", "parts") in fixed.kept
+
+
+def test_a_beginning_that_is_a_mixture_learns_from_first_slices_alone_and_names_do_not_clash():
+    rng = np.random.default_rng(13)
+    x = np.where(rng.random(300) < 0.7, rng.normal(5.0, 1.0, 300), rng.normal(-5.0, 1.0, 300))
+    start = Mixture((0.5, Noise("5", sd=1.0)), (0.5, Noise("-5", sd=1.0)))
+    made = world(
+        Attribute("x_initial_is", BOOL, Table({(): (0.4, 0.6)})),
+        Attribute("x", Real("m"), Noise("prev.x", sd=1.0), ("prev.x",), initial=start),
+    )
+    steps = ({"a.x": x}, {"a.x": x + rng.normal(size=300)}, {"a.x": x})
+    fit = em(made, [Episode(steps, batch=300)], iterations=1, engine="mixture", only=[("class", "A", "x", "initial")])
+    high, low = noise(fit.model, "x", "initial").parts
+    assert high[0] == pytest.approx((x > 0).mean(), abs=1e-6)
+    assert [float(high[1].mean), float(low[1].mean)] == pytest.approx([x[x > 0].mean(), x[x < 0].mean()], abs=1e-6)
+    assert noise(fit.model, "x_initial_is") == made.model.classes[0].attributes[0].cpd
+    assert noise(fit.model, "x") == Noise("prev.x", sd=1.0)
+    assert fit.counts["class", "A", "x", "initial", "parts"].sum() == pytest.approx(300)
+
+
+def test_a_mixture_to_which_a_relation_adds_parents_stays_as_it_is():
+    """What is added counts on the parents that there are, in their order."""
+    item = PRMClass("A", (Attribute("x", Real("m"), Mixture((0.5, Noise("0", sd=1.0)), (0.5, Noise("1", sd=1.0)))),))
+    near = Relation("near", {"b": "A", "c": "A"}, (Add("b.x", ("prev.c.x",), Noise("prev.c.x", sd=1.0)),))
+    assert [u.key for u in unfold(Model("test", (item,)))[1]] == [("class", "A", "x", "cpd")]
+    assert unfold(Model("test", (item,), (near,)))[1] == ()
