@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,7 +16,7 @@ from ...benchmark.registry import controller_entries
 from ...benchmark.statistics import wilson_interval
 from ...envs.tasks import TASKS
 from ...errors import CprmError, unknown_name
-from ...wrappers.disturbances import DISTURBANCES
+from ...wrappers.disturbances import DISTURBANCES, Disturbance
 from ..running.setup import Setup
 from ..watching.session import Session
 from .episodes import Episode, play_episodes
@@ -60,7 +61,7 @@ class RunRoom:
             "tasks": list(TASKS),
             "played": sorted(AGENTS),
             "controllers": list(controller_entries()),
-            "disturbances": {name: (type(d).__doc__ or "").partition("\n")[0] for name, d in DISTURBANCES.items()},
+            "disturbances": {name: _described(d) for name, d in DISTURBANCES.items()},
             "nets": sorted(self.nets()),
             "models": sorted(self.models()),
             "shipped": sorted(shipped_nets()),
@@ -182,3 +183,9 @@ class RunRoom:
         self._stop.set()
         if self._thread is not None:
             self._thread.join(3.0)
+
+
+def _described(disturbance: Disturbance) -> str:
+    """What it does, with its sizes."""
+    line = (type(disturbance).__doc__ or "").partition("\n")[0]
+    return re.sub(r"`(\w+)`", lambda found: str(getattr(disturbance, found[1], found[1])), line)

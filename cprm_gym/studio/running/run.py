@@ -330,10 +330,3 @@ class Run:
     def change(self, change: Change) -> None:
         """Change something by hand, from this cycle on (`changes.Hands`)."""
         self.hands.take(change)
-
-    def same_again(self, changes: Iterable[Change] = (), **different: Any) -> Run:
-        """Another run of the same setup, with these changes by hand, in the same cycle if it lasts so long."""
-        other = Run(replace(self.setup, **different))
-        other.hands.log = list(changes)
-        other.go_to(self.cycle)
-        return other

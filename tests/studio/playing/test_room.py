@@ -43,6 +43,7 @@ def test_an_episode_is_watched_as_it_was_chosen(session):
     assert room.watch("Goalie", seed=3, world=2, disturbance="blind spell")["world"] == 2
     assert session.open()["run"]["disturbance"] == "blind spell"
     assert room.choices()["setup"]["seed"] == 3
+    assert room.choices()["disturbances"]["blind spell"].startswith("Nobody sees anything for 20 cycles")
 
 
 def test_the_opened_net_plays_instead_of_the_one_that_ships(session):

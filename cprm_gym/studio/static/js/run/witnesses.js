@@ -36,7 +36,7 @@ export class Witnesses {
     const plan = await this.call("run.plan", { net: this.net.value });
     if (plan) this.canvas.show(plan);
     this.list.replaceChildren(el("table", { class: "rows" }, el("tbody", {}, ...found.verdicts.map((v, i) => el("tr", { class: v.holds === false ? "fails" : "" }, el("td", {}, SIGN[v.holds]), el("td", {}, v.name), el("td", { class: "soft" }, v.part),
-      el("td", {}, v.run.length ? el("button", { class: "link", "data-verdict": i, onclick: () => this.play(v) }, `${v.run.length} steps`) : ""), el("td", { class: "soft" }, v.why))))),
+      el("td", {}, v.run.length ? el("button", { class: "link", "data-verdict": i, onclick: () => this.play(v) }, `${v.run.length} ${v.run.length === 1 ? "step" : "steps"}`) : ""), el("td", { class: "soft" }, v.why))))),
       ...found.notes.map((note) => el("p", { class: "soft" }, note)));
     this.play({ run: [] });
   }
