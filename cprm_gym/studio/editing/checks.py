@@ -17,7 +17,7 @@ from ...architecture.analysis.timed.state_space import explore_timed
 from ...architecture.petri import PetriNet, compile_net
 from ...errors import CprmError
 
-SECONDS = 10.0
+SECONDS = 5.0
 """What one check may take; what is not known by then is said to be unknown."""
 SETTLE = 0.4
 """Seconds without a change after which checks begin."""

@@ -325,7 +325,7 @@ class Desk:
             if part == "net" and op.get("op") in ("move", "add_place", "add_transition", "embed", "all"):
                 self._fix_positions(held.document, op, quantities)
             held.document.apply(op, part)
-            return self._after(id)
+            return self._after(id, str(op.get("in", "")))
 
     def _fix_positions(self, document: Document, op: Mapping[str, Any], quantities: bool) -> None:
         """When something is put by hand, everything else of its definition stays where the automatic layout had put it."""
@@ -364,10 +364,10 @@ class Desk:
             document.put(form_of(value), what)
             return self._after(id)
 
-    def _after(self, id: str) -> dict[str, Any]:
+    def _after(self, id: str, changed: str = "") -> dict[str, Any]:
         held = self._held(id)
         self.files.keep_draft(held.source, held.document, held.stamp)
-        self._ask_checks(id)
+        self._ask_checks(id, changed)
         self.publish("edit.changed", {"id": id, "revision": held.document.revision})
         return self.read(id)
 
@@ -422,20 +422,20 @@ class Desk:
 
     # -- checks ---------------------------------------------------------------------------------------------------------------------
 
-    def _ask_checks(self, id: str) -> None:
+    def _ask_checks(self, id: str, first: str = "") -> None:
         document = self._held(id).document
         if document.net is None:
             return
         try:
-            nets = {key: document.definition(key) for key in reversed(document.net["definitions"])}
+            outermost_first = list(document.definitions().items())[::-1]
         except CprmError:
             return
-        self._checker.ask(id, document.revision, nets)
+        self._checker.ask(id, document.revision, dict(sorted(outermost_first, key=lambda item: item[0] != first)))
 
-    def check(self, id: str) -> dict[str, Any]:
-        """Check a document's nets again; answers come as events ``edit.checked``."""
+    def check(self, id: str, first: str = "") -> dict[str, Any]:
+        """Check a document's nets again, one of them before the others; answers come as events ``edit.checked``."""
         with self._lock:
-            self._ask_checks(id)
+            self._ask_checks(id, first)
             return {"asked": True}
 
     def _checked(self, id: str, revision: int, definition: str, findings: Any) -> None:

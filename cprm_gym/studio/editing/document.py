@@ -16,7 +16,7 @@ from ...architecture.cprm.files import FORMAT as CPRM_FORMAT
 from ...architecture.cprm.files import cprm_from_json, cprm_to_json
 from ...architecture.petri import PetriNet
 from ...architecture.petri.files.json import FORMAT as NET_FORMAT
-from ...architecture.petri.files.json import net_from_dict, net_to_dict
+from ...architecture.petri.files.json import net_from_dict, net_to_dict, nets_from_dict
 from ...architecture.petri.files.positions import Positions, positions_from_layout, with_positions
 from ...architecture.prm import Grounding, Model, model_from_json, model_to_json, world_from_json, world_to_json
 from ...architecture.prm.interchange.json import FORMAT as MODEL_FORMAT
@@ -194,6 +194,10 @@ class Document:
         if self.net is None:
             raise FormatError(f"{self.name} has no net")
         return net_from_dict(self.net, key)
+
+    def definitions(self) -> dict[str, PetriNet]:
+        """All its nets, by the keys of their definitions."""
+        return {} if self.net is None else nets_from_dict(self.net)
 
     def model_value(self) -> Model:
         """Its model."""

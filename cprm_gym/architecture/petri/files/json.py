@@ -141,6 +141,25 @@ def net_from_dict(data: object, net: str | None = None) -> PetriNet:
     NetError
         Where it is not of that form, or describes a net that is not valid; the message says where.
     """
+    nets = nets_from_dict(data)
+    assert isinstance(data, dict)
+    wanted = data.get("net") if net is None else net
+    if not isinstance(wanted, str) or wanted not in nets:
+        where = "'net' names" if net is None else "no net"
+        raise NetError(
+            f"{where} {shown(wanted)}, which is not defined.{did_you_mean(str(wanted)[:80], nets)} Defined: {', '.join(nets) or 'none'}"
+        )
+    return nets[wanted]
+
+
+def nets_from_dict(data: object) -> dict[str, PetriNet]:
+    """Every net that a JSON form defines, by the keys of the definitions, inner ones first.
+
+    Raises
+    ------
+    NetError
+        As `net_from_dict`.
+    """
     top = _mapping(data, "the file", _TOP_KEYS)
     if top.get("format") != FORMAT:
         raise NetError(f"not a net: 'format' is {shown(top.get('format'))}, expected {FORMAT!r}")
@@ -158,13 +177,7 @@ def net_from_dict(data: object, net: str | None = None) -> PetriNet:
     nets: dict[str, PetriNet] = {}
     for key in order:
         nets[key] = _net(key, written[key], nets)
-    wanted = top.get("net") if net is None else net
-    if not isinstance(wanted, str) or wanted not in nets:
-        where = "'net' names" if net is None else "no net"
-        raise NetError(
-            f"{where} {shown(wanted)}, which is not defined.{did_you_mean(str(wanted)[:80], nets)} Defined: {', '.join(nets) or 'none'}"
-        )
-    return nets[wanted]
+    return nets
 
 
 _TOP_KEYS = ("format", "version", "net", "definitions", "layout")

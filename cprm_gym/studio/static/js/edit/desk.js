@@ -66,7 +66,7 @@ export class EditDesk extends EventTarget {
 
   async show(id) {
     this.take(await this.call("read", { id }));
-    await this.call("check", { id });
+    await this.call("check", { id, first: this.front ?? "" });
   }
 
   async reread() {

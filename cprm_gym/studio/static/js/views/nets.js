@@ -188,6 +188,7 @@ class NetsView {
     }
     if (!net.definitions[this.chosen]) this.chosen = net.net;
     memory.set("edit.definition", this.chosen);
+    this.desk.front = this.chosen;
     if (this.game.on) await this.game.end();
     await this.draw({ keep: this.drawn === `${this.desk.current.id} ${this.chosen}` });
     this.listDocuments();
@@ -223,7 +224,8 @@ class NetsView {
     this.unfolded.clear();
     this.canvas.select([], false);
     await this.changed();
-    if (part) this.select([part]);
+    if (!this.desk.findingsOf(key).length) this.desk.call("check", { id: this.desk.current.id, first: key }).catch(() => {});
+    if (part) await this.select([part]);
   }
 
   uses(outer, inner) {
