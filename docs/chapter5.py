@@ -20,7 +20,9 @@ from cprm_gym.errors import CprmError
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
-BLOCK = re.compile(r"(<!-- (claims|guide|played|found|picture|notes|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(
+    r"(<!-- (claims|guide|played|found|picture|notes|rows|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL
+)
 PICTURES = {
     "table": (12, "Success by task and controller"),
     "senses": (8, "Success by tier of knowledge over noise, lost looks and delay"),
@@ -106,13 +108,29 @@ def notes(data: dict[str, Any], name: str) -> str:
     return "\n\n".join(note for one in data["experiments"] if one["name"] == name for note in one["notes"])
 
 
+def rows(data: dict[str, Any], name: str) -> str:
+    """The tables of an experiment; of what was said of a method only whether anything was."""
+    found = [t for one in data["experiments"] if one["name"] == name for t in one["tables"] if t["rows"]]
+    short = [[[re.sub(r"^(yes|no): .*", r"\1", cell, flags=re.DOTALL) for cell in row] for row in t["rows"]] for t in found]
+    return "\n\n".join(table(t["head"], cells) for t, cells in zip(found, short))
+
+
 def decided(data: dict[str, Any], name: str) -> str:
     """Who is better than whom."""
     better = [text for one in data["experiments"] if one["name"] == name for text in one["better"]]
     return ("Decided:\n\n" + "\n".join(f"* {text}" for text in better)).replace(" > ", " &gt; ") if better else ""
 
 
-MADE = {"claims": claims, "guide": guide, "played": played, "found": found, "picture": picture, "notes": notes, "decided": decided}
+MADE = {
+    "claims": claims,
+    "guide": guide,
+    "played": played,
+    "found": found,
+    "picture": picture,
+    "notes": notes,
+    "rows": rows,
+    "decided": decided,
+}
 
 
 def with_parts(text: str, data: dict[str, Any]) -> str:

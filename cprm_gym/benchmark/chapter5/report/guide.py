@@ -63,8 +63,11 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
         undecided = any(f.verdict == UNDECIDED for f in told.findings)
         return None if undecided else ("Senses are poor", "dead reckoning (memory)", "neither tracker nor belief was ahead of it.")
     best = max(ahead, key=lambda c: c.difference)
-    conditions = list(dict.fromkeys(f"{c.task}, {c.condition}" for c in ahead))
-    shown = listed(conditions[:6]) + (f" and {len(conditions) - 6} more" if len(conditions) > 6 else "")
+    where: dict[str, list[str]] = {}
+    for c in ahead:
+        where.setdefault(c.task, [])
+        where[c.task] += [c.condition] if c.condition not in where[c.task] else []
+    shown = listed([f"{task} ({', '.join(names)})" for task, names in where.items()])
     return ("Senses are poor", "a better tier of knowledge under the same structure: tracker or belief",
             f"decidedly ahead of dead reckoning in {shown}; most {100 * best.difference:+.0f} points "
             f"({best.first.split(ON)[1]}, {best.task}, {best.condition}). "
