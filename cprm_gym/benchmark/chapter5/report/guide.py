@@ -45,7 +45,7 @@ def _ordinary(results: Results, told: Told | None) -> Advice | None:
 
 def _memory(results: Results) -> Advice | None:
     plain, net, internal = (results.played("Hike", DEFAULT, name) for name in ("belief_region", "cprm", INTERNAL))
-    if plain is None or net is None:
+    if plain is None or net is None or plain.rate()[2] >= net.rate()[1]:
         return None
     more = ""
     if internal is not None:
@@ -70,8 +70,7 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
     shown = listed([f"{task} ({', '.join(names)})" for task, names in where.items()])
     return ("Senses are poor", "a better tier of knowledge under the same structure: tracker or belief",
             f"decidedly ahead of dead reckoning in {shown}; most {100 * best.difference:+.0f} points "
-            f"({best.first.split(ON)[1]}, {best.task}, {best.condition}). "
-            "What is known moves success more than how the behaviour is written.")  # fmt: skip
+            f"({best.first.split(ON)[1]}, {best.task}, {best.condition}).")  # fmt: skip
 
 
 def _decided(told: Told | None, claim: str) -> list[Finding]:
@@ -94,7 +93,7 @@ def _many(results: Results) -> Advice | None:
     if not ks:
         return None
     machine, net = (results.fact(CONCURRENCY, str(ks[-1]), form) for form in ("product machine", "net"))
-    if machine is None or net is None:
+    if machine is None or net is None or machine["lines"] <= net["lines"]:
         return None
     return ("Several things are done at once", "a net, or machines side by side; not one machine",
             f"{ks[-1]} skills: {machine['transitions']:,} rules as one machine, {net['transitions']} transitions as a net.")  # fmt: skip
@@ -115,5 +114,6 @@ def _cheap(results: Results, told: Told | None) -> Advice | None:
     if not costs:
         return None
     shown = ", ".join(f"{name} {min(v):.0f} to {max(v):.0f}" for name, v in costs.items())
-    return ("Decisions have to be cheap", "fsm, code or subsumption on dead reckoning",
+    cheapest = sorted(costs, key=lambda name: max(costs[name]))[:3]
+    return ("Decisions have to be cheap", f"{listed(cheapest)}: the cheapest at their dearest",
             f"us a decision over the tasks: {shown}. A cycle has 100,000.")  # fmt: skip
