@@ -155,6 +155,35 @@ def test_a_file_that_changed_meanwhile_is_asked_about(orient, tmp_path):
     assert load_net(tmp_path / "orient.json").place("turns").capacity == 30
 
 
+def test_two_pages_show_the_same_document(serve, open_page, tmp_path):
+    save_net(ORIENT, tmp_path / "orient.json")
+    address = serve(file="orient.json").address
+    one, other = open_page(address), open_page(address)
+    for page in (one, other):
+        page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    click(one, "turn")
+    commit(one, "name", "swing")
+    other.wait_for_selector('.netcanvas .node[data-key="swing"]')
+    click(other, "swing")
+    commit(other, "priority", "4")
+    one.locator('.node[data-key="swing"] .detail', has_text="priority 4").wait_for()
+
+
+def test_changes_outlive_the_studio(serve, open_page, tmp_path):
+    save_net(ORIENT, tmp_path / "orient.json")
+    first = serve(file="orient.json")
+    page = open_page(first.address)
+    page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    click(page, "turn")
+    commit(page, "name", "swing")
+    page.get_by_text("changed; a draft is kept").wait_for()
+    first.close()
+    page = open_page(serve(file="orient.json").address)
+    page.wait_for_selector('.netcanvas .node[data-key="swing"]')
+    page.get_by_text("changed; a draft is kept").wait_for()
+    assert load_net(tmp_path / "orient.json") == ORIENT
+
+
 def test_the_token_game_is_played_by_hand(orient):
     page = orient
     page.locator("[data-do=play]").click()
