@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -54,12 +55,13 @@ def watch(
             settings = header.parameters(), header.player_parameters(), header.types()
             writer = stack.enter_context(GameLogWriter(record, *settings, teams=("", "")))
             frames = recorded(frames, writer)
-        count = 0
+        seen = itertools.count()
+        numbered = (frame for frame, _ in zip(frames, seen))
         try:
-            count = show(frames, header, window, 0.0 if live else speed, every)
+            show(numbered, header, window, 0.0 if live else speed, every)
         except KeyboardInterrupt:
             typer.echo("interrupted")
-    typer.echo(f"{count} frames" + (f", wrote {record}" if record is not None else ""))
+    typer.echo(f"{next(seen)} frames" + (f", wrote {record}" if record is not None else ""))
 
 
 def recorded(frames: Iterator[Frame], writer: Any) -> Iterator[Frame]:
@@ -75,8 +77,8 @@ def recorded(frames: Iterator[Frame], writer: Any) -> Iterator[Frame]:
         yield frame
 
 
-def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: float, every: int) -> int:
-    """Show frames until they end or the watcher has seen enough; how many were shown. A live match (speed 0) sets its own pace."""
+def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: float, every: int) -> None:
+    """Show frames until they end or the watcher has seen enough. A live match (speed 0) sets its own pace."""
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
@@ -85,12 +87,11 @@ def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: fl
     from .keys import Keys, Pace
     from .pictures import world_of
 
-    console, pace, count = Console(), Pace(speed or 1.0), 0
+    console, pace = Console(), Pace(speed or 1.0)
     viewer = Viewer("human", fps=1000, goal_width=header.parameters().goal_width) if window else None
     with Keys() as keys, ExitStack() as stack:
         live = stack.enter_context(Live(console=console, auto_refresh=False)) if console.is_terminal and viewer is None else None
-        for frame in frames:
-            count += 1
+        for count, frame in enumerate(frames):
             names = f"{frame.left.name or 'null'} - {frame.right.name or 'null'}"
             if viewer is not None:
                 viewer.draw(world_of(frame)[0])
@@ -98,7 +99,7 @@ def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: fl
                 live.update(
                     Text(f"{names}  x{pace.speed:g}\n{text_picture(world_of(frame)[0], min(106, console.width - 2))}"), refresh=True
                 )
-            elif count % every == 1 or every == 1:
+            elif count % every == 0:
                 typer.echo(f"{names}\n{text_picture(world_of(frame)[0])}")
             if live is not None or viewer is not None:
                 pace.press(keys.pressed(pace.seconds if speed else 0.0))
@@ -108,7 +109,6 @@ def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: fl
                 break
     if viewer is not None:
         viewer.close()
-    return count
 
 
 def convert(

@@ -51,6 +51,16 @@ def test_a_log_is_watched_converted_and_counted(log, tmp_path):
     assert (tmp_path / "heat.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_who_stops_watching_is_told_how_much_he_has_seen(log, monkeypatch):
+    def stopped(frames, *_):
+        for _ in range(3):
+            next(frames)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cprm_gym.viewing.command.show", stopped)
+    assert run("watch", log).stdout.split("\n")[:2] == ["interrupted", "3 frames"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
