@@ -37,13 +37,14 @@ class ModelsView {
     this.undo = button("↶", "undo", () => this.desk.ask("undo"), "undo");
     this.redo = button("↷", "redo", () => this.desk.ask("redo"), "redo");
     this.modes = { table: button("Table", "the CPD of what is selected", () => this.setMode("table"), "table"), graph: button("Graph and query", "the ground net; click variables to observe them (g)", () => this.setMode("graph"), "graph") };
-    const exporting = el("select", { "aria-label": "export", onchange: () => {
+    const exporting = el("select", { "aria-label": "file", onchange: () => {
       const form = exporting.value;
       exporting.value = "";
-      if (form) download(this.desk, form);
-    } }, el("option", { value: "" }, "Export…"), el("option", { value: "json" }, "JSON"), el("option", { value: "python" }, "Python"));
+      if (form === "as") save(this.desk, { under: true });
+      else if (form) download(this.desk, form);
+    } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), el("option", { value: "json" }, "Export JSON"), el("option", { value: "python" }, "Export Python"));
     this.state = el("span", { class: "soft", role: "status" });
-    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "model" }, this.modes.table, this.modes.graph, this.undo, this.redo, button("Learn…", "learn the CPDs from a log of readings", () => this.learn(), "learn"), el("span", { class: "room" }), this.state, button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), button("Save as…", "save under another name", () => save(this.desk, { under: true }), "saveas"), exporting);
+    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "model" }, this.modes.table, this.modes.graph, this.undo, this.redo, button("Learn…", "learn the CPDs from a log of readings", () => this.learn(), "learn"), el("span", { class: "room" }), this.state, button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
     this.problem = el("div", { class: "problem bad", role: "status" });
     this.centre = el("div", { class: "panel centre" });
     this.form = el("div", { class: "panel form", "aria-label": "what is selected" });

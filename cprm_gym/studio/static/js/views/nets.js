@@ -284,8 +284,9 @@ class NetsView {
     return name;
   }
 
-  /** Where a new part stands: in the middle of what is seen, beside others. */
+  /** Where a new part stands: in the middle of what is seen, beside others; where nothing was put by hand, the layout finds a place. */
   spot() {
+    if (!this.desk.net.layout?.[this.chosen]) return undefined;
     const { width, height } = this.canvas.element.getBoundingClientRect();
     const { x, y, k } = this.canvas.view;
     const at = [Math.round((width / 2 - x) / k), Math.round((height / 2 - y) / k)];
@@ -424,7 +425,8 @@ class NetsView {
       used.add(name);
       names.set(part.name, name);
     }
-    const moved = (name) => (at[name] ? at[name].map((v) => Math.round(v + 40)) : undefined);
+    const fixed = this.desk.net.layout?.[this.chosen];
+    const moved = (name) => (fixed && at[name] ? at[name].map((v) => Math.round(v + 40)) : undefined);
     const arcs = (of = {}) => Object.fromEntries(Object.entries(of).filter(([place]) => places.some((p) => p.name === place) || there.has(place)).map(([place, weight]) => [places.some((p) => p.name === place) ? names.get(place) : place, weight]));
     const copied = (t) => ({ ...t, name: names.get(t.name), ...Object.fromEntries(["inputs", "outputs", "tests", "inhibitors", "sets"].filter((key) => t[key]).map((key) => [key, arcs(t[key])])) });
     const ops = [...places.map((p) => ({ op: "add_place", in: this.chosen, place: { ...p, name: names.get(p.name) }, at: moved(p.name) })), ...transitions.map((t) => ({ op: "add_transition", in: this.chosen, transition: copied(t), at: moved(t.name) }))];
