@@ -69,7 +69,7 @@ class Studio:
         self.debugger = Debugger(self.session, breakpoint_file(file))
         self.calls.add("watch", self.debugger.calls())
         self.calls.add("watch", Comparison(self.session).calls())
-        self.playing = RunRoom(self.session, self.edited_nets, lambda: self.desk.models(), results)
+        self.playing = RunRoom(self.session, self.edited_nets, lambda: self.desk.models(), results, state_folder() / "run.json")
         self.calls.add("run", self.playing.calls())
         self.desk = Desk(publish, Path.cwd())
         self.calls.add("edit", self.desk.calls())
@@ -111,5 +111,10 @@ def breakpoint_file(file: str | None) -> Path:
     if file is not None and Path(file).is_file():
         path = Path(file)
         return path.with_name(f"{path.stem}.breakpoints.json")
+    return state_folder() / "breakpoints.json"
+
+
+def state_folder() -> Path:
+    """Where what belongs to nobody's file is kept from one start to the next."""
     state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    return Path(state) / "cprm_gym" / "breakpoints.json"
+    return Path(state) / "cprm_gym"

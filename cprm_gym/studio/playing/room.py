@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import threading
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from ...agents.catalogue import shipped_nets
@@ -15,8 +17,9 @@ from ...architecture.prm import Model
 from ...benchmark.registry import controller_entries
 from ...benchmark.statistics import wilson_interval
 from ...envs.tasks import TASKS
-from ...errors import CprmError, unknown_name
+from ...errors import CprmError, FormatError, unknown_name
 from ...wrappers.disturbances import DISTURBANCES, Disturbance
+from ..running.kept_run import KeptRun, keep_run, read_run
 from ..running.setup import Setup
 from ..watching.session import Session
 from .episodes import Episode, play_episodes
@@ -39,10 +42,18 @@ class RunRoom:
         The nets and models that were opened or edited, by name.
     results : Results, optional
         That were opened.
+    kept : Path, optional
+        File in which the run that is watched is kept, to go on with it after the server has ended.
     """
 
-    def __init__(self, session: Session, nets: Nets, models: Models, results: Results | None = None) -> None:
+    def __init__(self, session: Session, nets: Nets, models: Models, results: Results | None = None, kept: Path | None = None) -> None:
         self.session, self.nets, self.models, self.results = session, nets, models, results
+        self.last: KeptRun | None = None
+        """The run of the last time."""
+        if kept is not None:
+            with contextlib.suppress(FormatError):  # none, or one of another version
+                self.last = read_run(kept)
+            session.stood.append(lambda run: keep_run(kept, run))
         self._episodes: list[Episode] = []
         self._setup: Setup | None = None
         self._wanted = 0
@@ -53,7 +64,7 @@ class RunRoom:
     def calls(self) -> Mapping[str, Callable[..., Any]]:
         """The room ``run``."""
         return {"choices": self.choices, "watch": self.watch, "episodes": self.episodes, "stop": self.stop, "played": self.played,
-                "results": self.table, "replay": self.replay, "analyze": self.analyze, "plan": self.plan}  # fmt: skip
+                "go_on": self.go_on, "results": self.table, "replay": self.replay, "analyze": self.analyze, "plan": self.plan}  # fmt: skip
 
     def choices(self) -> dict[str, Any]:
         """What can be chosen."""
@@ -67,6 +78,7 @@ class RunRoom:
             "shipped": sorted(shipped_nets()),
             "setup": None if self.session.setup is None else self.session.setup.said(),
             "results": self.results is not None,
+            "last": None if self.last is None else self.last.said(),
         }
 
     def _made(self, task: str, controller: str, seed: int, world: int, disturbance: str | None, nets: Names, models: Names) -> Setup:
@@ -84,6 +96,19 @@ class RunRoom:
     ) -> dict[str, Any]:  # fmt: skip
         """Watch an episode."""
         self.session.begin(self._made(task, controller, seed, world, disturbance, nets, models))
+        return self.session.about()
+
+    def go_on(self) -> dict[str, Any]:
+        """Watch the run of the last time, where it stood and as it was changed.
+
+        Raises
+        ------
+        CprmError
+            When there is none, or it was played with edited nets or models that are not open.
+        """
+        if self.last is None:
+            raise CprmError("no run was kept")
+        self.session.begin(self.last.made(self.nets(), self.models()), self.last.changes, self.last.cycle)
         return self.session.about()
 
     # ------------------------------------------------------------------ many episodes

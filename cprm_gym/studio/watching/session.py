@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ...errors import CprmError, ParameterError, unknown_name
+from ..running.changes import Change
 from ..running.frames import Message, frame
 from ..running.recording import Recording
 from ..running.run import Run
@@ -53,6 +54,8 @@ class Session:
         """Each is asked after a cycle whether the run stops there, and says why."""
         self.begun: list[Callable[[Run], object]] = []
         """Told of a run that has been made."""
+        self.stood: list[Callable[[Run], object]] = []
+        """Told of a run that stands somewhere, paused."""
         self.extras: list[Callable[[Run, Message], object]] = []
         """Each may add something to a frame."""
 
@@ -157,17 +160,19 @@ class Session:
 
     # ------------------------------------------------------------------ inside
 
-    def begin(self, setup: Setup) -> None:
-        """Make another run the one that is watched."""
+    def begin(self, setup: Setup, changes: Iterable[Change] = (), cycle: int = 0) -> None:
+        """Make another run the one that is watched, with what was changed by hand in it, up to a cycle."""
         self._playing.clear()
         with self._lock:
             run = Run(setup)
+            run.hands.log = list(changes)
             self.setup, self.run, self.recording = setup, run, None
             self._frames.clear()
             self.shown = [name for name in self.shown if name in run.agents] or list(run.agents[:1])
             for told in self.begun:
                 told(run)
             self._note()
+            run.go_to(cycle, lambda _: self._note())
         self.publish("run", {"run": self.about()})
 
     def look_at(self, recording: Recording) -> None:
@@ -246,6 +251,9 @@ class Session:
 
     def _tell(self, passing: bool = False) -> Message:
         now = self._now()
+        if self.run is not None and self.recording is None and not passing:
+            for told in self.stood:
+                told(self.run)
         passed = [brief(self._frames[c], self.shown) for c in self._untold[-LOG:] if c in self._frames]
         self._untold.clear()
         if passed:
@@ -294,6 +302,9 @@ class Session:
         self._playing.clear()
         if self._thread is not None:
             self._thread.join(2.0)
+        if self.run is not None and self.recording is None:
+            for told in self.stood:
+                told(self.run)
 
 
 def brief(made: Message, shown: list[str]) -> Message:

@@ -67,6 +67,11 @@ class RunView {
     this.form.replaceChildren(el("h2", {}, "What is played"), field("task", this.fields.task), field("controller", this.fields.controller), field("disturbance", this.fields.disturbance), this.about,
       field("seed", this.fields.seed), field("world", this.fields.world), this.nets, el("button", { class: "main", "data-do": "watch" }, "watch this episode"),
       field("episodes", this.fields.count), el("button", { type: "button", "data-do": "episodes", onclick: () => this.play() }, "play them all"));
+    const { last } = this.choices;
+    if (last) {
+      const text = `${last.task}, seed ${last.seed}${last.world ? `, world ${last.world}` : ""}, cycle ${last.cycle}${last.changes ? `, ${last.changes} changed by hand` : ""}`;
+      this.form.append(el("p", { class: "soft" }, `The last time: ${text}.`), el("button", { type: "button", "data-do": "go-on", onclick: () => this.#open("run.go_on") }, "go on with it"));
+    }
     this.#nets();
   }
 
@@ -88,7 +93,7 @@ class RunView {
     return [...this.nets.querySelectorAll(`[data-${kind}]:checked`)].map((box) => box.value);
   }
 
-  async #open(name, given) {
+  async #open(name, given = {}) {
     this.studio.note("making the run …");
     if (await this.call(name, given)) this.studio.go("watch");
   }
