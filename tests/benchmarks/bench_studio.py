@@ -11,6 +11,7 @@ import json
 import os
 import resource
 import shutil
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -199,7 +200,8 @@ def main() -> None:
     options = parser.parse_args()
     path = shutil.which("chromium") or shutil.which("google-chrome")
     print(json.dumps({"load": os.getloadavg(), "cpus": os.cpu_count()}))
-    with sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        os.environ["XDG_STATE_HOME"] = folder
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
 
         def open_page(address: str) -> Page:
