@@ -539,6 +539,8 @@ def test_in_the_table_all_of_a_task_have_the_same_worlds():
     assert [row[2] for row in report.told[0].tables[0].rows] == ["4", "4"]
     assert report.results.played("Hike", "default", "fsm").n == 6
     assert "10 episodes, 4 to 6 in a cell" in report.episodes()
+    planned = len({one.cell for one in plan.wanted()})
+    assert report.told[0].notes[-1].startswith(f"{planned - 2} of {planned} cells planned were not played, in GoToBall, Goalie,")
 
 
 def test_where_the_metric_is_the_duration_seconds_are_told_and_cycles_compared():

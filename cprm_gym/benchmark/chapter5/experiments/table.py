@@ -74,7 +74,7 @@ def tell(results: Results, size: Size) -> Told:
     comparisons = tuple(compare(pairs))
     head = ("task", "player", "n", "success %, Wilson 95 %; or seconds", "median cycles to success", "reward", "us a decision")
     told = Told("table", TITLE, QUESTION, (Table("All of it", head, tuple(rows)),), tuple(panels), comparisons)
-    return Told(**{**vars(told), "findings": _findings(results, told, size), "notes": _notes(results, size)})
+    return Told(**{**vars(told), "findings": _findings(results, told, size), "notes": _notes(size)})
 
 
 def _pairs(results: Results, task: str) -> list[Pair]:
@@ -136,14 +136,11 @@ def _has_net(compared: list[Comparison], task: str) -> bool:
     return any(c.first == NET and c.task == task for c in compared)
 
 
-def _notes(results: Results, size: Size) -> tuple[str, ...]:
-    missing = [task for task in tasks(size) if all(results.played(task, DEFAULT, player) is None for player in players(task))]
+def _notes(size: Size) -> tuple[str, ...]:
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
     notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too; it stands "
              "where cprm has a model of its own, and is else the same. The goalie's cprm has the numbers set by hand, his net those "
              "tuned for dead reckoning."]  # fmt: skip
-    if missing:
-        notes.append(f"Planned, but not played: {listed(missing)}.")
     if alone:
         notes.append(f"No CPRM plays {listed(alone)}; nothing of ours is compared there.")
     notes += [f"{name} did not play: the package {package} is not installed." for name, package in not_installed().items()]

@@ -71,19 +71,25 @@ def tell(results: Results, size: Size) -> Told:
 
 def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     signs = {(c.task, c.condition, c.first, c.second): (c.better == c.first) - (c.better == c.second) for c in comparisons}
-    turned, kept = [], 0
+    turned, kept, same, home_decided = 0, 0, 0, 0
     for (task, where, first, second), sign in signs.items():
         home = signs.get((task, DEFAULT, first, second))
         if where == DEFAULT or home is None:
             continue
         kept += home * sign >= 0
-        turned += [f"{first} against {second} in {task}, {where}"] if home * sign < 0 else []
+        turned += home * sign < 0
+        home_decided += home != 0
+        same += home * sign > 0
     tuned = [c for c in comparisons if c.second == UNTUNED and c.first == NET and c.condition != DEFAULT]
     if not kept and not turned:
         return ()
-    decided = [c for c in comparisons if c.better]
-    verdict = UNDECIDED if not decided else HOLDS if not turned else IN_PART if kept else FAILS
-    text = f"Of {kept + len(turned)} comparisons in other worlds {len(turned)} are decided the other way than at home."
+    enough = 0 < home_decided <= 2 * same
+    verdict = (HOLDS if enough else UNDECIDED) if not turned else IN_PART if kept else FAILS
+    text = (
+        f"Of {kept + turned} comparisons in other worlds {turned} are decided the other way than at home; of the "
+        f"{home_decided} that are decided "
+        f"at home {same} are so there, too."
+    )
     if tuned:
         ahead, behind = sum(c.better == c.first for c in tuned), sum(c.better == c.second for c in tuned)
         least = min(tuned, key=lambda c: c.difference)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from ....files import write_atomically
 from ...plan import BlockResult
 from ..claims import CLAIMS
 from ..experiments import EXPERIMENTS
-from ..pieces import UNKNOWN, Told, sentence
+from ..pieces import UNKNOWN, Told, listed, sentence
 from ..plan import SUITE, Chapter5Plan
 from ..results import Results
 from .about import machine
@@ -131,10 +131,20 @@ def _told(one: Told) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _with_gaps(told: Told, results: Results, plan: Chapter5Plan) -> Told:
+    """With a note of what was planned and is not there."""
+    cells = {one.cell for one in EXPERIMENTS[told.name].wanted(plan.size)}
+    missing = [cell for cell in cells if cell not in results.cells or results.cells[cell].error]
+    if not missing:
+        return told
+    tasks = sorted({cell.task for cell in missing})
+    return replace(told, notes=(*told.notes, f"{len(missing)} of {len(cells)} cells planned were not played, in {listed(tasks)}."))
+
+
 def summarise(plan: Chapter5Plan, results: Iterable[BlockResult], command: str = "") -> Chapter5Report:
     """The report of the results there are."""
     played: Sequence[BlockResult] = list(results)
     found = Results(played)
-    told = tuple(EXPERIMENTS[name].tell(found, plan.size) for name in plan.experiments)
+    told = tuple(_with_gaps(EXPERIMENTS[name].tell(found, plan.size), found, plan) for name in plan.experiments)
     complete = {r.block for r in played if r.error is None} == set(plan.blocks())
     return Chapter5Report(plan, found, told, tuple(guide(found, list(told))), complete, command)
