@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from ...agents.percepts import ball_percepts
 from ...agents.play import SoccerAgent
-from ...architecture.analysis.bounded.learning import intervals_from_counts
-from ...architecture.analysis.bounded.value_iteration import bounds_over_time
+from ...architecture.analysis.bounded.regular import path_bounds
 from ...architecture.analysis.bounds import Bounds
 from ...architecture.analysis.budget import Budget
 from ...architecture.analysis.markov.chain import MarkovChain
@@ -195,7 +194,7 @@ def try_methods(
     factory = make or load_controller(name)
     taught, fresh = _play(factory, task, episodes, seed), _play(factory, task, episodes, seed + 1_000_003)
     counts = {o: fresh.outcomes.count(o) for o in OUTCOMES}
-    chain, seen, outcomes, start = closed_loop(taught)
+    chain, *_ = closed_loop(taught)
     cycles = task.max_cycles
     p = float(outcomes_over_time(chain, cycles).by("success")[-1])
     tried = Tried(name, counts, taught.remembers, p, chain.n)
@@ -204,9 +203,8 @@ def try_methods(
     add(Found("episodes, with intervals", True, f"success {counts['success'] / episodes:.3f} {_both(real)}"))
     add(Found("what it remembers", bool(taught.remembers), taught.remembers or "nothing that can be seen from outside"))
     add(Found("Markov chain, closed loop", True, f"success {p:.3f} in {chain.n} states; {_aside(p, real)}"))
-    low, high = (float(curve[-1]) for curve in bounds_over_time(intervals_from_counts(seen, outcomes, start, confidence=confidence,
-                                                                                     unseen=True), "success", cycles))  # fmt: skip
-    add(Found("bounds of that chain", high - low < 0.5, f"success {_both(Bounds(low, high))}"))
+    bounds = path_bounds(_ended(taught), _ended(fresh), ("success", "failure"), confidence).probabilities["success"]
+    add(Found("bounds of that chain", bounds.width < 0.5, f"success {_both(bounds)}"))
     what = "failure" if taught.outcomes.count("failure") else "success"
     if taught.outcomes.count(what):
         run, share = conditional(chain, what).likeliest_run()
@@ -226,6 +224,11 @@ def try_methods(
     modules = sorted(net.net.modules)
     add(Found("contracts and proofs", bool(modules), f"of its modules: {', '.join(modules)}" if modules else "it has no modules"))
     return tried
+
+
+def _ended(played: _Episodes) -> list[list[Hashable]]:
+    """Paths with how they ended; one that ran out of time ends where it was."""
+    return [path + ([] if outcome == "out of time" else [outcome]) for path, outcome in zip(played.paths, played.outcomes)]
 
 
 def _both(bounds: Bounds) -> str:

@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ....errors import ModelError
 from ..bounds import Bounds
 from ..sampling.intervals import clopper_pearson, upper_limit
 from .interval_chain import IntervalChain
@@ -234,3 +235,57 @@ def counted(runs: Sequence[Path]) -> dict[tuple[Hashable, Told], dict[Hashable, 
 def shared_confidence(confidence: float) -> float:
     """With which each of the two statements of each division holds, so that all do with the given one."""
     return 1.0 - (1.0 - confidence) / (2 * len(OFTEN))
+
+
+def path_bounds(
+    first: Sequence[Sequence[Hashable]], later: Sequence[Sequence[Hashable]], outcomes: Sequence[Hashable], confidence: float = 0.95
+) -> RegularBounds:
+    """Bounds of how runs end that are known as the states which they went through.
+
+    Parameters
+    ----------
+    first, later : sequence of paths
+        The runs that say what is regular, and those that had no part in that. A path ends with one of `outcomes` where the run ended, else
+        with any other state: a later one that did not end counts as having left.
+    outcomes : sequence of hashable
+        Known by their texts in the answer.
+    confidence : float
+
+    Raises
+    ------
+    ModelError
+        For no runs, or a path without states.
+    """
+    if not first or not later or not all(map(len, (*first, *later))):
+        raise ModelError(f"regular bounds: needs runs of both kinds, each with a state; got {len(first)} and {len(later)}")
+    ends = set(outcomes)
+    told: list[list[tuple[Hashable, Told]]] = [[(s, None if s in ends else ()) for s in path] for path in (*first, *later)]
+    counts, begins = counted(told[: len(first)]), dict[Hashable, int]()
+    for path in first:
+        begins[path[0]] = begins.get(path[0], 0) + 1
+    found = RegularBounds(len(later))
+    for often in OFTEN:
+        regular = Regular(counts, begins, told[len(first) :], often, shared_confidence(confidence))
+        if found.useful(regular.division):
+            found.take(_chain_of(regular, outcomes), regular.division, [str(o) for o in outcomes], None)
+    return found
+
+
+def _chain_of(regular: Regular, outcomes: Sequence[Hashable]) -> IntervalChain:
+    """The chain of regular rows alone, with a state before it from which nature picks where it begins."""
+    place: dict[Hashable, int] = {o: k for k, o in enumerate(outcomes)}
+    left = len(place)
+    place |= {cell: left + 1 + k for k, (cell, _) in enumerate(regular.rows)}
+    rows: list[dict[int, tuple[float, float]]] = [{} for _ in range(left + 1)]
+
+    def row(chances: Mapping[Hashable, Bounds]) -> dict[int, tuple[float, float]]:
+        merged: dict[int, tuple[float, float]] = {}
+        for then, b in chances.items():
+            low, high = merged.get(place.get(then, left), (0.0, 0.0))
+            merged[place.get(then, left)] = (low + b.low, min(1.0, high + b.high))
+        return merged
+
+    rows += [row({then: b for then, (_, b) in regular.row(key).items()}) for key in regular.rows]
+    rows.append(row(regular.start()))
+    ends = {str(o): [k] for k, o in enumerate(outcomes)} | {LEFT: [left]}
+    return IntervalChain.from_rows(rows, ends, len(rows) - 1)

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cprm_gym.architecture.analysis.bounded.regular import LEFT, Division, Regular, RegularBounds, counted
+from cprm_gym.architecture.analysis.bounded.regular import LEFT, Division, Regular, RegularBounds, counted, path_bounds
 from cprm_gym.architecture.analysis.bounded.value_iteration import interval_bounds
 from cprm_gym.architecture.analysis.budget import Budget
 from cprm_gym.architecture.analysis.markov.absorption import absorption
@@ -182,3 +182,23 @@ def test_a_division_that_leaves_too_much_is_not_looked_at():
     assert found.useful(Division(3, 2, 3, 5, 0.09))
     assert not found.useful(Division(10, 1, 2, 100, 1.0))
     assert LEFT == "unseen"
+
+
+def test_bounds_of_runs_that_are_known_by_their_states_alone():
+    exact = absorption(truth()).probability("home").value
+    rng = np.random.default_rng(9)
+    chain, paths = truth(), []
+    for _ in range(800):
+        at, path = int(rng.choice([4, 6])), []
+        while 0 < at < CELLS - 1:
+            path.append(at)
+            row = slice(chain.offsets[at], chain.offsets[at + 1])
+            at = int(rng.choice(chain.targets[row], p=chain.chances[row]))
+        paths.append([*path, "home" if at else "lost"])
+    found = path_bounds(paths[:400], paths[400:], ("home", "lost")).probabilities
+    assert found["home"].holds(exact)
+    assert found["home"].width < 0.35
+    cut = [path[:-1] for path in paths[400:]]
+    assert path_bounds(paths[:400], cut, ("home", "lost")).probabilities["home"] == (0.0, 1.0)
+    with pytest.raises(ModelError, match="runs of both kinds"):
+        path_bounds(paths, [], ("home",))
