@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.benchmark.behaviours.straying import Pass, StrayingBall, plain, split
+from cprm_gym.benchmark.behaviours.straying import Pass, StrayingBall, StrayingPass, counted, plain, split, split_passes
 from cprm_gym.simulator.parameters import ServerParameters
 
 
@@ -48,6 +48,31 @@ def test_a_copy_goes_on_with_luck_of_its_own():
     assert (worlds.sim.world["pos"][1] == worlds.sim.world["pos"][2]).all()
     worlds.advance(np.ones(3, bool))
     assert (worlds.sim.world["pos"][1] != worlds.sim.world["pos"][2]).any()
+
+
+def test_a_copy_of_a_pass_knows_where_the_kick_sent_it():
+    worlds, everywhere = StrayingPass(3), np.ones(3, bool)
+    worlds.begin(4)
+    while np.isnan(worlds.sent[0]):
+        worlds.advance(everywhere)
+    worlds.advance(everywhere)
+    strayed, kept = worlds.strayed()[0], worlds.keep(0)
+    assert strayed != 0.0
+    worlds.put(1, kept, 11)
+    worlds.put(2, kept, 12)
+    assert (worlds.strayed()[1:] == strayed).all()
+    for _ in range(4):
+        worlds.advance(everywhere)
+    assert worlds.strayed()[1] != worlds.strayed()[2]
+
+
+def test_passes_of_a_net_are_split_without_bias():
+    """Strayed by more than 0.9 m: some four in a hundred."""
+    seen = counted(StrayingPass(500, 0.9), 1500, 8, 500)
+    rate = seen.failures / seen.runs
+    assert 0.02 < rate < 0.08
+    found = split_passes(80, 4, seed=3, reach=0.9)
+    assert abs(found.value - rate) <= 4 * (found.deviation**2 + rate / seen.runs) ** 0.5
 
 
 @pytest.mark.slow

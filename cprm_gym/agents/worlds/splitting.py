@@ -76,10 +76,18 @@ class SplitStage:
 
     def advance(self, active: NDArray[np.bool_]) -> None:
         """One cycle; those that have ended play on unheeded."""
+        self.act()
+        self.cycles += active
+        self.judge(active)
+
+    def act(self) -> None:
+        """Players act, and the world goes on by a cycle."""
         core = self.stage.core
         actions = [agent.act({k: v[:, at] for k, v in core.observation.items()}) for at, agent in enumerate(self._agents)]
         core.step({k: np.stack([np.asarray(a[k]) for a in actions], axis=1) for k in actions[0]})
-        self.cycles += active
+
+    def judge(self, active: NDArray[np.bool_]) -> None:
+        """Which of the active have ended, and which of these have come to the outcome (`over`, `came`)."""
         for outcome, place in self.stage.cast.outcomes.items():
             fresh = active & ~self.over & (self.stage._read(place) > 0)
             self.over |= fresh
@@ -96,7 +104,7 @@ class SplitStage:
         """(W,) Whether each has ended."""
         return self.over
 
-    def keep(self, world: int) -> _Kept:
+    def keep(self, world: int) -> Any:
         """The world, and what its agents remember."""
         rows = slice(world, world + 1)
         agents = []
@@ -105,7 +113,7 @@ class SplitStage:
             agents.append((agent.controller.executor.snapshot(rows), float(agent._turned[world]), int(agent.controller._cycle[world])))
         return _Kept(self.stage.core.save_state(world), agents, int(self.cycles[world]))
 
-    def put(self, world: int, kept: _Kept, fresh: int) -> None:
+    def put(self, world: int, kept: Any, fresh: int) -> None:
         """Both again, with luck of their own from now on."""
         core = self.stage.core
         core.load_state(kept.state, np.array([world]))
