@@ -4,10 +4,11 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from cprm_gym.agents import striker
 from cprm_gym.benchmark import recovery
-from cprm_gym.benchmark.recovery import LOOP, RIVALS, Watchdog, measure
+from cprm_gym.benchmark.recovery import LOOP, RIVALS, SECOND_TRIES, Watchdog, measure
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.state import CommandKind
@@ -59,6 +60,16 @@ def test_the_striker_without_his_loop_is_left_standing_and_beginning_at_the_kick
     assert plain.success.mean() + 0.2 <= whole.success.mean()
     assert plain.success.mean() <= watched.success.mean() <= whole.success.mean()
     assert {t.name for t in striker.STRIKER.net.transitions} >= LOOP
+
+
+@pytest.mark.parametrize("name", ["PassAndAdvance2v1", "KickOffShot2v2"])
+def test_the_attacker_without_second_tries_lacks_them_and_nothing_else(name):
+    task = make_task(name)
+    whole, without = (RIVALS[name][rival](task, "left_1").cprm.net for rival in ("recovering", "without"))
+    left = {t.name for t in without.transitions}
+    assert {t.name for t in whole.transitions} - left == SECOND_TRIES
+    assert without.places == whole.places
+    assert isinstance(RIVALS[name]["watchdog"](task, "left_1"), Watchdog)
 
 
 def test_the_undisturbed_row_is_always_printed(monkeypatch, capsys):
