@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...agents.play import SoccerAgent
 from ...envs.controller import check_action
 from ...envs.core import SoccerCore
 from ...envs.tasks import Status
 from ...errors import ParameterError
 from ...wrappers.disturbances import DISTURBANCES, Disturber
+from ..running.memory import agent_in
 from ..running.run import make_players, needs_of
 from ..running.setup import Setup
 
@@ -70,9 +70,8 @@ def play_episodes(setup: Setup, count: int, going: Callable[[], bool] = lambda: 
 def _batch(setup: Setup, first: int, worlds: int, going: Callable[[], bool]) -> list[Episode] | None:
     task = setup.made()
     players = make_players(setup, task)
-    for player in players:
-        if isinstance(player, SoccerAgent):
-            player.options["trace"] = False
+    for inner in filter(None, map(agent_in, players)):
+        inner.options["trace"] = False
     core = SoccerCore(task, worlds, seed=setup.seed, first_world=first, include=("memory", *needs_of(players)))
     for agent, player in zip(core.agents, players):
         connect = getattr(player, "connect", None)

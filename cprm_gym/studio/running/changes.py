@@ -9,14 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...agents.play import SoccerAgent
 from ...architecture.petri import Place, instances
 from ...envs.controller import Controller
 from ...envs.core import SoccerCore, player_number
 from ...envs.pitch import FARTHEST
 from ...errors import ParameterError, unknown_name
 from ...wrappers.disturbances import NO_SIGHT
-from .memory import runner_of
+from .memory import agent_in, runner_of
 
 LONGEST = 10_000
 """Cycles for which something may be forced."""
@@ -132,7 +131,7 @@ class Hands:
 
     def _check(self, change: Change, player: Any) -> None:
         runner = runner_of(player)
-        if runner is None or not isinstance(player, SoccerAgent):
+        if runner is None:
             raise ParameterError(f"change {change.kind!r}: {change.whom} does not play with a net of ours")
         if change.kind == "force" and change.name not in runner._percepts:
             raise unknown_name("percept", change.name, runner._percepts)
@@ -186,24 +185,24 @@ class Hands:
         """While a player decides: what he is made to read, and what his model is not told."""
         player, agent, cycle = self.players[i], self.core.agents[i], self.cycle
         mine = [c for c in self.log if c.whom == agent and c.kind in ("force", "lose") and c.cycle < cycle <= c.cycle + c.cycles]
-        runner = runner_of(player)
-        if not mine or runner is None or not isinstance(player, SoccerAgent):
+        inner, runner = agent_in(player), runner_of(player)
+        if not mine or runner is None or inner is None:
             yield
             return
         forced = {c.name: c.values[0] for c in mine if c.kind == "force"}
-        percepts = player.percepts
+        percepts = inner.percepts
 
         def changed(observation: Any) -> Any:
             found = percepts(observation)
             found.update({name: np.full(1, value) for name, value in forced.items() if name in found})
             return found
 
-        player.percepts = changed
+        inner.percepts = changed
         runner.withheld = frozenset(c.name for c in mine if c.kind == "lose")
         try:
             yield
         finally:
-            player.percepts = percepts
+            inner.percepts = percepts
             runner.withheld = frozenset()
 
 

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from ...agents.demos import _object_number, believed_ball, held
-from ...agents.play import SoccerAgent
 from ...architecture.cprm import CPRMRunner
 from ...architecture.petri import ObjectPlace
 from ...envs.rendering import CONE
 from ...simulator.state import CommandKind, PlayMode
-from .memory import runner_of
+from .memory import agent_in, runner_of
 from .run import Run
 
 MOST_SHOWN = 24
@@ -136,14 +135,15 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
     if posterior is not None:
         names = [name for name in (read_variables(runner) if asked is None else asked) if name in variables(runner)]
         message["beliefs"] = {name: distribution(runner, name) for name in names[:MOST_SHOWN]}
-    if isinstance(player, SoccerAgent):
+    inner = agent_in(player)
+    if inner is not None:
         side, own = float(run.core.sides[i]), int(run.core.players[i])
-        if "memory" in run.core.observation and player.controller is runner:
-            points = believed_ball(player, {key: value[:, i] for key, value in run.core.observation.items()})[-POINTS:]
+        if "memory" in run.core.observation:
+            points = believed_ball(inner, {key: value[:, i] for key, value in run.core.observation.items()})[-POINTS:]
             if len(points) == 1 or points[0, 2] < FLAT:  # of a flat belief, any few cells would be as good
                 message["ball"] = [[number(x * side, 2), number(y * side, 2), number(w, 2)] for x, y, w in points.tolist()]
         message["spots"] = spots(runner, side, own)
-        message["marks"] = {str(k): text for k, text in held(player, own).items()} if player.controller is runner else {}
+        message["marks"] = {str(k): text for k, text in held(inner, own).items()}
     return message
 
 

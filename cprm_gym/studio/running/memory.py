@@ -97,10 +97,13 @@ def _put(owner: Any, kept: dict[str, Any]) -> None:
         setattr(owner, name, copy.copy(value))
 
 
+def agent_in(player: Controller) -> SoccerAgent | None:
+    """Who plays with a CPRM in a player, who may be one on a tier of knowledge; None for other kinds."""
+    inner = player if isinstance(player, SoccerAgent) else getattr(player, "controller", None)
+    return inner if isinstance(inner, SoccerAgent) else None
+
+
 def runner_of(player: Controller) -> CPRMRunner | None:
     """What runs a player's net and model; None for players of other kinds."""
-    inner = getattr(player, "controller", None)
-    if isinstance(inner, CPRMRunner):
-        return inner
-    deeper = getattr(inner, "controller", None)
-    return deeper if isinstance(deeper, CPRMRunner) else None
+    agent = agent_in(player)
+    return None if agent is None else agent.controller

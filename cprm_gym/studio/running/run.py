@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...agents.play import SoccerAgent
 from ...architecture.prm import Grounding
 from ...architecture.prm.inference.engines.exact import ExactEngine
 from ...envs.controller import Action, Controller, check_action
@@ -19,7 +18,7 @@ from ...envs.tasks import Status, Task
 from ...errors import CprmError, ParameterError
 from ...wrappers.disturbances import DISTURBANCES, Disturber
 from .changes import Change, Hands
-from .memory import Remembered, can_keep, keep, put, runner_of
+from .memory import Remembered, agent_in, can_keep, keep, put, runner_of
 from .setup import Setup
 
 TROUBLE = "TROUBLE"
@@ -48,9 +47,7 @@ def make_players(setup: Setup, task: Task) -> list[Controller]:
     players: list[Controller] = [setup.player(task, name) for name in select_agents(task.controlled, task.left, task.right)]
     shared: dict[Any, dict[str, Any]] = {}
     used: set[str] = set()
-    for player in players:
-        if not isinstance(player, SoccerAgent):
-            continue
+    for player in filter(None, map(agent_in, players)):
         player.options["trace"] = True
         net = setup.nets.get(player.cprm.net.name)
         if net is not None:

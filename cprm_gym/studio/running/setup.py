@@ -8,7 +8,7 @@ from typing import Any
 
 from ...architecture.petri import PetriNet
 from ...architecture.prm import Model
-from ...benchmark.registry import controller_entries, load_controller
+from ...benchmark.registry import load_controller
 from ...envs.controller import Controller
 from ...envs.tasks import TASKS, Task, make_task
 from ...errors import ParameterError, unknown_name
@@ -39,7 +39,7 @@ class Setup:
 
     Raises
     ------
-    UnknownName, ParameterError
+    UnknownName, ParameterError, ControllerError
     """
 
     task: str
@@ -55,8 +55,8 @@ class Setup:
         """Refuse what there is not."""
         if self.task not in TASKS:
             raise unknown_name("task", self.task, TASKS)
-        if self.controller and self.controller not in controller_entries():
-            raise unknown_name("controller", self.controller, controller_entries())
+        if self.controller:
+            load_controller(self.controller)
         if self.disturbance is not None and self.disturbance not in DISTURBANCES:
             raise unknown_name("disturbance", self.disturbance, DISTURBANCES)
         for name in ("seed", "world"):

@@ -67,6 +67,17 @@ def test_players_of_other_kinds_are_played_anew():
     assert seen(run) == there
 
 
+def test_a_player_on_a_tier_of_knowledge_is_looked_into_as_well():
+    run = Run(Setup("Goalie", "cprm:tier=belief", seed=2))
+    run.go_to(2)
+    inner = seen(run)["agents"]["left_1"]
+    assert inner["fired"]
+    assert inner["ball"]
+    run.change(Change(2, "force", "left_1", "body.stamina", (1234.0,)))
+    run.advance()
+    assert seen(run)["agents"]["left_1"]["percepts"]["body.stamina"] == 1234
+
+
 def test_the_ball_put_elsewhere_is_there_after_the_next_step(goalie):
     goalie.go_to(3)
     goalie.change(Change(3, "ball", values=(-20.0, 5.0)))

@@ -34,11 +34,12 @@ class Watch {
 
   #build(root) {
     const button = (name, text, title, onclick) => el("button", { "data-do": name, title, "aria-label": title, onclick }, text);
+    this.there = el("p", { class: "soft there", hidden: true });
     this.trouble = el("p", { class: "bad trouble", hidden: true, "data-show": "trouble" });
     this.field = new Field((number, x, y) => this.change({ kind: number === 0 ? "ball" : "player", whom: number === 0 ? "" : nameOf(number), values: number === 0 ? [x, y, 0, 0] : [x, y] }));
     this.play = button("play", "play", "play or pause (Space)", () => this.toggle());
     this.play.classList.add("main");
-    this.slider = el("input", { type: "range", min: 0, max: 0, value: 0, "aria-label": "cycle", oninput: () => this.look(Number(this.slider.value)) });
+    this.slider = el("input", { type: "range", min: 0, max: 0, value: 0, "aria-label": "cycle", list: "differences", oninput: () => this.look(Number(this.slider.value)) });
     this.at = el("output", { class: "mono", "data-show": "cycle" });
     this.resume = button("resume", "go on from here", "make this cycle the one in which the run stands (Enter)", () => this.goOn());
     this.speed = choose(SPEEDS, "10", (value) => this.call("watch.speed", { cycles: Number(value) }), { "aria-label": "speed" });
@@ -58,12 +59,12 @@ class Watch {
     const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
     this.bar = el("div", { class: "bar timeline" },
       button("start", "|◀", "back to the first cycle (Home)", () => this.look(this.state.cycles[0])), button("back", "◀", "one cycle back (←)", () => this.look(this.frame.cycle - 1)),
-      this.play, button("step", "▶", "one cycle on (→)", () => this.forth()), this.slider, this.at, this.resume,
+      this.ticks = el("datalist", { id: "differences" }), this.play, button("step", "▶", "one cycle on (→)", () => this.forth()), this.slider, this.at, this.resume,
       button("firing-back", "◂", "one firing back (,)", () => this.fire(-1)), this.firing, button("firing", "▸", "one firing on (.)", () => this.fire(1)), this.speed, this.agents,
       el("span", { class: "room" }), this.compare);
     this.empty = el("div", { class: "empty" });
     this.body = el("div", { class: "watch" },
-      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.trouble, this.difference),
+      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.trouble, this.there, this.difference),
       el("div", { class: "panel" }, this.net.element),
       this.#tabbed(this.tabs, "left"), this.#tabbed(this.panels, "right"));
     root.append(el("div", { class: "watch-view" }, this.bar, this.body, this.empty));
@@ -279,6 +280,10 @@ class Watch {
     const first = frame.other?.first;
     this.difference.hidden = !frame.other;
     this.difference.onclick = () => first && this.look(first.cycle);
+    this.ticks.replaceChildren(...(first ? [el("option", { value: first.cycle })] : []));
+    this.there.hidden = !frame.other;
+    const other = frame.other?.agents?.[this.agent];
+    this.there.textContent = frame.other ? `there: ${frame.other.commands?.[this.agent] || "no command"}${other?.fired?.length ? `; fired ${other.fired.join(", ")}` : ""}${frame.other.over ? `; ${frame.other.status.replaceAll("_", " ").toLowerCase()}` : ""}` : "";
     this.difference.textContent = frame.other ? (first ? `first difference in cycle ${first.cycle}: ${first.what.slice(0, 3).join("; ")}${first.what.length > 3 ? " …" : ""}` : "no difference so far") : "";
     if (!this.comparing) this.compare.value = frame.other ? this.beside ?? "same" : "";
   }
