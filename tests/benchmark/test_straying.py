@@ -87,3 +87,53 @@ def test_one_in_a_hundred_thousand_to_20_percent_in_a_twentieth_of_the_cycles():
     cycles = found.steps_for(0.2)
     per_run = plain(4000, kick=kick).cycles / 4000
     assert per_run / rate / 0.2**2 > 20 * cycles
+
+
+def kicks(runs, seed):
+    """(k, 6) Place and velocity of the ball and place of the team-mate, seen from where passes of the net begin to roll."""
+    worlds, found = StrayingPass(500), []
+    for block in range(runs // 500):
+        worlds.begin(seed + block)
+        going = np.ones(500, bool)
+        while going.any():
+            before = np.isnan(worlds.sent)
+            worlds.advance(going)
+            world = worlds.stage.core.sim.world
+            sends = before & ~np.isnan(worlds.sent)
+            found.append(np.hstack((world["pos"][sends, 0], world["vel"][sends, 0], world["pos"][sends, 2])))
+            going &= ~worlds.ended()
+    return np.concatenate(found)
+
+
+def side(at, v, mate):
+    """Metres to the right of the team-mate at which a ball comes by that nothing disturbs."""
+    gap = mate - at
+    return (gap[:, 0] * v[:, 1] - gap[:, 1] * v[:, 0]) / np.hypot(*v.T)
+
+
+def by_noise_alone(begun, copies, reach, seed):
+    """How often the noise of the manual carries passes that are sent so too far from their line, copies of each."""
+    p, rng = ServerParameters(), np.random.default_rng(seed)
+    failed = 0
+    for _ in range(copies):
+        at, v, mate = begun[:, :2], begun[:, 2:4], begun[:, 4:]
+        sent, done = side(at, v, mate), np.zeros(len(at), bool)
+        for _ in range(60):
+            size, angle = np.hypot(*v.T) * p.ball_rand * rng.random(len(at)), rng.uniform(-np.pi, np.pi, len(at))
+            v = v + size[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+            at, v = at + v, v * p.ball_decay
+            by, rests = ((mate - at) * v).sum(axis=1) <= 0.0, np.hypot(*v.T) <= 0.1
+            failed += int((~done & by & ~rests & (np.abs(side(at, v, mate) - sent) > reach)).sum())
+            done |= (np.hypot(*(mate - at).T) < 1.2) | by | rests
+    return failed / copies / len(begun)
+
+
+@pytest.mark.slow
+def test_a_pass_of_a_net_that_strays_once_in_a_hundred_thousand_takes_a_twentieth_of_the_cycles():
+    """`pytest -m slow tests/benchmark/test_straying.py`."""
+    found = split_passes(800, 5, seed=0, reach=2.3)
+    rate = by_noise_alone(kicks(2000, 50), 2000, 2.3, 1)
+    assert 3e-6 < rate < 3e-5
+    assert abs(found.value - rate) <= 3 * (found.deviation**2 + rate / 4e6) ** 0.5
+    each = counted(StrayingPass(500), 1000, 3, 500)
+    assert each.cycles / each.runs / rate / 0.2**2 > 20 * found.steps_for(0.2)
