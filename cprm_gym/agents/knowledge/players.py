@@ -124,9 +124,9 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 PLAYERS: dict[str, Player] = {
     "Goalie": Player(goalie, GoalieConstants, tuple(TIERS), seconds=2.0),
-    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=6.0),
-    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=7.0),
-    "LostAndFound": Player(finder, FinderConstants, seconds=2.0),
+    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=2.5),
+    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=5.0),
+    "LostAndFound": Player(finder, FinderConstants, seconds=1.0),
     # at a kick-off the second field player of a side becomes of the first of the types that the seed has drawn
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0, seeds=10),
     "KickOffShot2v2": Player(
@@ -140,9 +140,9 @@ PLAYERS: dict[str, Player] = {
     **{
         task: Player(attacker.make_controller, AttackerConstants, study="attacker_pair", seconds=seconds, options=options)
         for task, seconds, options in (
-            ("PassAndAdvance2v1", 35.0, {}),
-            ("PassAndAdvance2v2", 40.0, {"others": ("hold", "weak")}),
-            ("PassAndAdvance2v3", 45.0, {"others": ("hold", "weak")}),
+            ("PassAndAdvance2v1", 20.0, {}),
+            ("PassAndAdvance2v2", 22.0, {"others": ("hold", "weak")}),
+            ("PassAndAdvance2v3", 25.0, {"others": ("hold", "weak")}),
         )
     },
 }
