@@ -22,7 +22,7 @@ SECONDS = {"PassAndAdvance": 50.0, "PassAndAdvance2v1": 35.0, "PassAndAdvance2v2
 OTHER = 3.0
 DEARER = {"reflexes": 6.0, "belief": 3.0, "cprm": 3.0, "belief_region": 3.0, "tracker": 1.5}
 """By what a player's name holds: how much dearer than the cheap ones."""
-FACT_SECONDS = {ANALYSIS: 30.0, CONCURRENCY: 5.0}
+FACT_SECONDS = {ANALYSIS: 3.0, CONCURRENCY: 1.0}
 
 
 @dataclass(frozen=True)
