@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, DELAYS, LOST, NOISES, VIEWS
-from ..pieces import HOLDS, Curves, Finding, Point, Series, Table, Told, listed, numbers, percent, verdict_of
+from ..pieces import Curves, Finding, Point, Series, Table, Told, listed, numbers, percent, verdict_of
 from ..players import NET, ON, TIERS_SHOWN
 from ..results import Results
 
@@ -85,7 +85,7 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
         return ()
     ahead = [c for c in comparisons if c.better == c.first]
     behind = [c for c in comparisons if c.better == c.second]
-    verdict = HOLDS if ahead and not behind else verdict_of(len(ahead), comparisons)
+    verdict = verdict_of(len(ahead), comparisons)
     parts = []
     for task in dict.fromkeys(c.task for c in comparisons):
         noisy = [c for c in ahead if c.task == task and c.condition.startswith("noise")]
