@@ -104,6 +104,28 @@ def test_one_firing_after_the_other(serve, open_page):
     at(page, "1 of 2")
 
 
+def test_keys_that_come_faster_than_answers_are_all_heard(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+
+    def press(*keys):
+        page.evaluate("(keys) => keys.forEach((key) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true })))", keys)
+
+    press(*["ArrowRight"] * 5)
+    at(page, 5)
+    press(*["ArrowLeft"] * 3)
+    at(page, "2 of 5")
+    fired = [len(served.studio.debugger.firings("left_1", cycle)) for cycle in (2, 3)]
+    assert min(fired) > 1
+    press(*["."] * (fired[0] + 2))
+    page.wait_for_function("(t) => document.querySelector('[data-show=firing]').textContent.startsWith(t)", arg=f"1 of {fired[1]}")
+    at(page, "3 of 5")
+    press(",", ",", "End", "ArrowLeft")
+    at(page, "4 of 5")
+    press("Enter", "ArrowRight", "ArrowRight", "ArrowLeft")
+    at(page, "5 of 6")
+    assert served.studio.session.run.cycle == 6
+
+
 def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
     served, page = opened(serve, open_page, demo="goalie", seed=2)
     page.keyboard.press("ArrowRight")

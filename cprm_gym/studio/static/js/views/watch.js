@@ -19,12 +19,13 @@ class Watch {
     this.live = null; // where the run stands
     this.firings = null; // of the shown cycle: {list, at}
     this.chosen = null;
+    this.turn = Promise.resolve(); // ends when all that was asked for by keys and buttons is done
     this.#build(root);
     const on = (event, listener) => this.connection.on(event, listener);
     on("frame", ({ frame, cycles }) => this.#arrived(frame, cycles));
     on("log", ({ passed }) => passed.forEach((line) => this.log.add(line)));
     on("state", ({ state }) => this.#said(state));
-    on("run", () => this.open());
+    on("run", () => this.openAgain());
     on("stopped", ({ cycle, why }) => this.studio.note(`stopped in cycle ${cycle}: ${why.join("; ")}`));
     on("trouble", ({ error }) => this.studio.note(error, "error"));
     on("breakpoints", ({ breakpoints }) => this.#broken(breakpoints));
@@ -37,11 +38,11 @@ class Watch {
     this.there = el("p", { class: "soft there", hidden: true });
     this.trouble = el("p", { class: "bad trouble", hidden: true, "data-show": "trouble" });
     this.field = new Field((number, x, y) => this.change({ kind: number === 0 ? "ball" : "player", whom: number === 0 ? "" : nameOf(number), values: number === 0 ? [x, y, 0, 0] : [x, y] }));
-    this.play = button("play", "play", "play or pause (Space)", () => this.toggle());
+    this.play = button("play", "play", "play or pause (Space)", () => this.inTurn(() => this.toggle()));
     this.play.classList.add("main");
-    this.slider = el("input", { type: "range", min: 0, max: 0, value: 0, "aria-label": "cycle", list: "differences", oninput: () => this.look(Number(this.slider.value)) });
+    this.slider = el("input", { type: "range", min: 0, max: 0, value: 0, "aria-label": "cycle", list: "differences", oninput: () => this.#slide() });
     this.at = el("output", { class: "mono", "data-show": "cycle" });
-    this.resume = button("resume", "go on from here", "make this cycle the one in which the run stands (Enter)", () => this.goOn());
+    this.resume = button("resume", "go on from here", "make this cycle the one in which the run stands (Enter)", () => this.inTurn(() => this.goOn()));
     this.speed = choose(SPEEDS, "10", (value) => this.call("watch.speed", { cycles: Number(value) }), { "aria-label": "speed" });
     this.agents = el("div", { class: "agents", role: "group", "aria-label": "agents shown in full" });
     this.firing = el("output", { class: "mono soft", "data-show": "firing" });
@@ -51,16 +52,16 @@ class Watch {
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
     this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part) });
     this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
-    this.log = new Log((cycle) => this.look(cycle));
+    this.log = new Log((cycle) => this.inTurn(() => this.look(cycle)));
     this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
     this.numbers = new Numbers();
     this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers]];
     this.panels = [["ask", "Why?", this.ask], ["breaks", "Breakpoints", this.breaks], ["log", "Log", this.log], ["hands", "Change", this.hands]];
     const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
     this.bar = el("div", { class: "bar timeline" },
-      button("start", "|◀", "back to the first cycle (Home)", () => this.look(this.state.cycles[0])), button("back", "◀", "one cycle back (←)", () => this.look(this.frame.cycle - 1)),
-      this.ticks = el("datalist", { id: "differences" }), this.play, button("step", "▶", "one cycle on (→)", () => this.forth()), this.slider, this.at, this.resume,
-      button("firing-back", "◂", "one firing back (,)", () => this.fire(-1)), this.firing, button("firing", "▸", "one firing on (.)", () => this.fire(1)), this.speed, this.agents,
+      button("start", "|◀", "back to the first cycle (Home)", () => this.inTurn(() => this.look(this.state.cycles[0]))), button("back", "◀", "one cycle back (←)", () => this.inTurn(() => this.look(this.frame.cycle - 1))),
+      this.ticks = el("datalist", { id: "differences" }), this.play, button("step", "▶", "one cycle on (→)", () => this.inTurn(() => this.forth())), this.slider, this.at, this.resume,
+      button("firing-back", "◂", "one firing back (,)", () => this.inTurn(() => this.fire(-1))), this.firing, button("firing", "▸", "one firing on (.)", () => this.inTurn(() => this.fire(1))), this.speed, this.agents,
       el("span", { class: "room" }), this.compare);
     this.empty = el("div", { class: "empty" });
     this.body = el("div", { class: "watch" },
@@ -115,6 +116,10 @@ class Watch {
       this.studio.note(error.message, "error");
       return null;
     }
+  }
+
+  openAgain() {
+    return this.#inTurn(() => this.open());
   }
 
   async open() {
@@ -279,7 +284,7 @@ class Watch {
     this.trouble.textContent = frame.trouble ?? "";
     const first = frame.other?.first;
     this.difference.hidden = !frame.other;
-    this.difference.onclick = () => first && this.look(first.cycle);
+    this.difference.onclick = () => first && this.inTurn(() => this.look(first.cycle));
     this.ticks.replaceChildren(...(first ? [el("option", { value: first.cycle })] : []));
     this.there.hidden = !frame.other;
     const other = frame.other?.agents?.[this.agent];
@@ -318,6 +323,29 @@ class Watch {
     return this.live && this.frame && this.frame.cycle !== this.live.cycle;
   }
 
+  /** Do something when all that was asked for before is done: what it does depends on where that led, and no key is lost. */
+  inTurn(doing) {
+    return this.#inTurn(() => (this.frame ? doing() : null));
+  }
+
+  #inTurn(doing) {
+    const done = this.turn.then(doing);
+    this.turn = done.catch(() => {});
+    return done;
+  }
+
+  /** Look at where the slider is: while it is dragged, at the places that the server can keep up with. */
+  #slide() {
+    const waits = this.wanted !== undefined;
+    this.wanted = Number(this.slider.value);
+    if (waits) return null;
+    return this.#inTurn(() => {
+      const { wanted } = this;
+      this.wanted = undefined;
+      return this.frame ? this.look(wanted) : null;
+    });
+  }
+
   async look(cycle) {
     const [low, high] = this.state.cycles;
     const wanted = Math.max(low, Math.min(high, cycle));
@@ -331,9 +359,7 @@ class Watch {
   }
 
   async goOn() {
-    const { cycle } = this.frame;
-    this.live = null;
-    const frame = await this.call("watch.go", { cycle });
+    const frame = await this.call("watch.go", { cycle: this.frame.cycle });
     if (!frame) return;
     this.live = frame;
     this.#show(frame);
@@ -358,8 +384,10 @@ class Watch {
   }
 
   async #fetch(at) {
-    const list = await this.call("watch.firings", { agent: this.agent, cycle: this.frame.cycle });
-    this.firings = list ? { list, at: Math.min(at, list.length) } : null;
+    const { agent, frame } = this;
+    const list = await this.call("watch.firings", { agent, cycle: frame.cycle });
+    const still = list && agent === this.agent && frame.cycle === this.frame?.cycle;
+    this.firings = still ? { list, at: Math.min(at, list.length) } : null;
   }
 
   choose(key) {
@@ -412,10 +440,11 @@ class Watch {
     this.#broken(await this.connection.call("watch.break", { net: this.inside?.net ?? "", kind, what, on }));
   }
 
-  async change(given, told = false) {
-    if (this.#past()) await this.goOn();
-    if (told) return this.connection.call("watch.change", given);
-    return this.call("watch.change", given);
+  change(given, told = false) {
+    return this.inTurn(async () => {
+      if (this.#past()) await this.goOn();
+      return told ? this.connection.call("watch.change", given) : this.call("watch.change", given);
+    });
   }
 
   edit(part) {
@@ -428,9 +457,11 @@ class Watch {
 
   keys() {
     return [
-      [" ", "play or pause", () => this.toggle()], ["ArrowRight", "one cycle on", () => this.forth()], ["ArrowLeft", "one cycle back", () => this.look(this.frame.cycle - 1)],
-      ["Home", "the first cycle", () => this.look(this.state.cycles[0])], ["End", "where the run stands", () => this.look(this.live.cycle)],
-      ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
+      ...[
+        [" ", "play or pause", () => this.toggle()], ["ArrowRight", "one cycle on", () => this.forth()], ["ArrowLeft", "one cycle back", () => this.look(this.frame.cycle - 1)],
+        ["Home", "the first cycle", () => this.look(this.state.cycles[0])], ["End", "where the run stands", () => this.look(this.live.cycle)],
+        ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
+      ].map(([key, what, doing]) => [key, what, () => this.inTurn(doing)]),
       ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
       ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
       ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],
@@ -443,7 +474,7 @@ export default {
   title: "Watch",
   create(root, studio) {
     const watch = new Watch(root, studio);
-    studio.connection.on("connection", ({ state }) => state === "open" && watch.run && watch.open());
-    return { show: () => (watch.run ? undefined : watch.open()), keys: watch.keys() };
+    studio.connection.on("connection", ({ state }) => state === "open" && watch.run && watch.openAgain());
+    return { show: () => (watch.run ? undefined : watch.openAgain()), keys: watch.keys() };
   },
 };
