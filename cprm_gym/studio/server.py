@@ -102,6 +102,32 @@ def to_text(message: Any) -> str:
     return json.dumps(message, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
 
 
+def from_text(text: str) -> Any:
+    """What a message says.
+
+    Raises
+    ------
+    ValueError
+        When it is not JSON, or holds halves of characters, which could neither be sent to other pages nor be written to a file.
+    RecursionError
+        When it is nested too deeply.
+    """
+    message = json.loads(text)
+    if "\\ud" in text.lower():  # an escape that may be half a character
+        json.dumps(message, ensure_ascii=False).encode()
+    return message
+
+
+def found(path: str) -> Path | None:
+    """A file of the page, or None when there is none of that name."""
+    try:
+        file = (STATIC / path).resolve()
+        known = STATIC.resolve() in file.parents and file.suffix in TYPES and file.is_file()
+    except (OSError, ValueError):  # too long for a name, or no name at all
+        return None
+    return file if known else None
+
+
 def make_app(calls: Calls, pages: Pages, token: str, hosts: tuple[str, ...]) -> Any:
     """The ASGI application.
 
@@ -134,20 +160,21 @@ def make_app(calls: Calls, pages: Pages, token: str, hosts: tuple[str, ...]) -> 
         return responses.HTMLResponse((STATIC / name).read_text("utf-8"), 200 if name == "index.html" else 403, headers)
 
     async def static(request: Any) -> Any:
-        file = (STATIC / request.path_params["path"]).resolve()
-        host = request.headers.get("host", "") in hosts
-        if not host or STATIC.resolve() not in file.parents or file.suffix not in TYPES or not file.is_file():
+        file = found(request.path_params["path"]) if request.headers.get("host", "") in hosts else None
+        if file is None:
             return responses.PlainTextResponse("there is no such file", 404)
         return responses.Response(file.read_bytes(), media_type=TYPES[file.suffix], headers={"Cache-Control": "no-cache"})
 
     async def answer(page: Page, text: str) -> None:
         number = None
         try:
-            message = json.loads(text)
-            number, name, given = message["id"], message["call"], message.get("with", {})
-            if not isinstance(name, str) or not isinstance(given, dict):
+            message = from_text(text)
+            name, given = message["call"], message.get("with", {})
+            if isinstance(message["id"], (int, str)):
+                number = message["id"]
+            if number is None or not isinstance(name, str) or not isinstance(given, dict):
                 raise TypeError
-        except (ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError, RecursionError):
             page.send(to_text({"re": number, "error": "a message is {id, call, with}", "kind": "FormatError"}))
             return
         try:

@@ -48,7 +48,8 @@ def test_the_page_is_given_to_who_knows_the_token(serve):
 def test_files_come_from_the_folder_of_the_page_alone(serve):
     served = serve()
     assert fetched(served.port, "/static/js/main.js")[0] == 200
-    for path in ("/static/../server.py", "/static/%2e%2e/server.py", "/static/js/../../command.py", "/static/js", "/static/none.js"):
+    for path in ("/static/../server.py", "/static/%2e%2e/server.py", "/static/js/../../command.py", "/static/js", "/static/none.js",
+                 "/static/a%00b.js", f"/static/{'a' * 5000}.js", "/static//etc/passwd"):  # fmt: skip
         assert fetched(served.port, path)[0] == 404
 
 
@@ -71,6 +72,10 @@ def test_what_a_call_does_wrong_is_answered_and_the_connection_stays(serve):
         assert json.loads(ws.recv(timeout=20))["kind"] == "FormatError"
         ws.send(json.dumps({"id": 5, "call": ["a"]}))
         assert json.loads(ws.recv(timeout=20))["kind"] == "FormatError"
+        halves = ('{"id": "\\ud800", "call": "studio.about"}', '{"id": 6, "call": "\\uD800.about"}')
+        for broken in ("[" * 100_000, '{"id": NaN, "call": "studio.about"}', '{"id": 1e999, "call": "studio.about"}', *halves):
+            ws.send(broken)
+            assert json.loads(ws.recv(timeout=20))["kind"] == "FormatError"
         assert asked(ws, "studio.about", 9)["result"]["view"] == "run"
 
 

@@ -108,7 +108,9 @@ def test_keys_that_come_faster_than_answers_are_all_heard(serve, open_page):
     served, page = opened(serve, open_page, demo="goalie", seed=2)
 
     def press(*keys):
-        page.evaluate("(keys) => keys.forEach((key) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true })))", keys)
+        page.evaluate(
+            "(keys) => keys.forEach((key) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true })))", keys
+        )
 
     press(*["ArrowRight"] * 5)
     at(page, 5)
