@@ -149,6 +149,12 @@ def test_a_file_that_changed_meanwhile_is_asked_about(orient, tmp_path):
     (tmp_path / "orient.json").write_text(text)
     page.locator("[data-do=save]").first.click()
     page.get_by_text("was changed since it was opened").wait_for()
+    page.keyboard.press("Delete")
+    page.keyboard.press("Escape")
+    page.wait_for_selector("dialog.ask", state="detached")
+    assert page.locator('.node[data-key="turns"]').count() == 1
+    page.keyboard.press("Control+s")
+    page.get_by_text("was changed since it was opened").wait_for()
     assert (tmp_path / "orient.json").read_text() == text
     page.get_by_role("button", name="write over it").click()
     page.get_by_text("written: orient.json").wait_for()

@@ -93,7 +93,7 @@ addEventListener("mousedown", (event) => {
 });
 
 addEventListener("keydown", (event) => {
-  if (document.getElementById("keys").open || taken(event)) return;
+  if (document.querySelector("dialog[open]") || taken(event)) return; // an open dialog has the keys, Escape too
   const pressed = keyName(event);
   if (pressed === " " && event.target.closest("button, summary, [role=button]")) return;
   const found = [...(current?.keys ?? []), ...SHELL_KEYS].find(([key]) => key === pressed);
