@@ -238,8 +238,36 @@ def test_a_lost_connection_is_said_and_an_address_without_token_explains_itself(
     served.server.should_exit = True
     page.wait_for_selector("#link.lost")
     assert "no connection" in page.inner_text("#link")
+    for key in ("ArrowRight", ".", "ArrowRight"):
+        page.keyboard.press(key)
+    page.wait_for_selector("text=the connection is lost")
+    assert page.locator(".note").count() == 1
     page = open_page(serve().address.partition("?")[0])
     assert "lacks its token" in page.inner_text("main")
+
+
+def test_a_connection_lost_while_the_run_is_opened_is_made_again_and_opens_it(serve, open_page):
+    served, page = serve(demo="goalie", seed=2), open_page("about:blank")
+    cut = []
+
+    def between(socket):
+        server = socket.connect_to_server()
+
+        def passed(message):
+            if "watch.open" in message and not cut:
+                cut.append(message)
+                socket.close()
+            else:
+                server.send(message)
+
+        socket.on_message(passed)
+
+    page.route_web_socket("**/ws*", between)
+    page.goto(served.address)
+    page.wait_for_function("() => document.body.textContent.includes('It cannot be opened: the connection is lost')")
+    page.wait_for_selector(".netcanvas .node")
+    at(page, 0)
+    assert len(cut) == 1
 
 
 def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):

@@ -22,6 +22,7 @@ let current = null;
 function note(text, kind = "good") {
   const line = el("div", { class: `note ${kind}` }, text, el("button", { "aria-label": "close", onclick: () => line.remove() }, "×"));
   const notes = document.getElementById("notes");
+  for (const other of [...notes.children]) if (other.textContent === line.textContent) other.remove(); // said again, it stands once
   notes.append(line);
   while (notes.children.length > 3) notes.firstChild.remove();
   if (kind !== "error") setTimeout(() => line.remove(), 4000);
@@ -137,7 +138,7 @@ theme(memory.get("dark", matchMedia("(prefers-color-scheme: dark)").matches));
 build();
 studio.connection.on("connection", ({ state }) => {
   const link = document.getElementById("link");
-  link.textContent = { open: "connected", lost: "no connection: the studio has ended, or starts again", connecting: "connecting" }[state];
+  link.textContent = { open: "connected", lost: "no connection: the studio has ended; a new start prints a new address", connecting: "connecting" }[state];
   link.className = state;
   if (state === "open") begin();
 });

@@ -126,9 +126,11 @@ class Watch {
     const opening = this.frame === null;
     if (opening) this.#blank("Opening: nets and models are compiled, which takes some seconds the first time.");
     let opened;
+    this.failed = false;
     try {
       opened = await this.connection.call("watch.open");
     } catch (error) {
+      this.failed = true; // tried again with the next connection
       this.#blank(`It cannot be opened: ${error.message}`);
       return;
     }
@@ -474,7 +476,7 @@ export default {
   title: "Watch",
   create(root, studio) {
     const watch = new Watch(root, studio);
-    studio.connection.on("connection", ({ state }) => state === "open" && watch.run && watch.openAgain());
+    studio.connection.on("connection", ({ state }) => state === "open" && (watch.run || watch.failed) && watch.openAgain());
     return { show: () => (watch.run ? undefined : watch.openAgain()), keys: watch.keys() };
   },
 };
