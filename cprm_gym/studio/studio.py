@@ -22,6 +22,7 @@ from .playing.room import RunRoom
 from .running.recording import Recording
 from .running.setup import Setup
 from .watching.comparison import Comparison
+from .watching.curves import Curves
 from .watching.debugger import Debugger
 from .watching.session import Session
 
@@ -69,6 +70,7 @@ class Studio:
         self.debugger = Debugger(self.session, breakpoint_file(file))
         self.calls.add("watch", self.debugger.calls())
         self.calls.add("watch", Comparison(self.session).calls())
+        self.calls.add("watch", Curves(self.session).calls())
         self.playing = RunRoom(self.session, self.edited_nets, lambda: self.desk.models(), results, state_folder() / "run.json")
         self.calls.add("run", self.playing.calls())
         self.desk = Desk(publish, Path.cwd())

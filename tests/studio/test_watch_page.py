@@ -285,3 +285,27 @@ def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):
     page.wait_for_selector("[data-do=episodes]", state="visible")
     page.keyboard.press("Alt+1")
     page.wait_for_selector(".field", state="visible")
+
+
+def test_curves_are_drawn_and_a_click_on_them_goes_to_that_cycle(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("g")
+    served.studio.session.step(40)
+    at(page, 40)
+    page.fill("[aria-label='expression of a curve']", "P(ball.x < -45)")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("[data-curve='P(ball.x < -45)']")
+    assert page.locator("[data-curve]").count() == 3
+    assert "(true " in page.inner_text("[data-curve='E(ball.x)']")
+    plot = page.locator(".plot .u-over").bounding_box()
+    page.mouse.click(plot["x"] + plot["width"] / 2, plot["y"] + plot["height"] / 2)
+    page.wait_for_function("() => /^cycle (19|20|21) of 40/.test(document.querySelector('[data-show=cycle]').textContent)")
+    page.fill("[aria-label='expression of a curve']", "nix")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".curves .bad:not([hidden])")
+    assert "neither a percept nor a place" in page.inner_text(".curves .bad")
+    page.click("[aria-label='remove the curve E(ball.y)']")
+    page.wait_for_function("() => document.querySelectorAll('[data-curve]').length === 2")
+    page.reload()
+    page.wait_for_selector("[data-curve='P(ball.x < -45)']")
+    assert page.locator("[data-curve]").count() == 2

@@ -287,6 +287,23 @@ class Run:
         finally:
             self._put(back, forget=False)
 
+    def visit(self, cycles: Iterable[int]) -> Iterator[int]:
+        """Stand in one cycle after the other, of those that are kept, and then again where it stood."""
+        now, moved = self.cycle, False
+        back = self._moments.get(now)
+        try:
+            for cycle in cycles:
+                there = self._moments.get(cycle)
+                if cycle != self.cycle:
+                    if there is None or back is None:
+                        continue
+                    self._put(there, forget=False)
+                    moved = True
+                yield cycle
+        finally:
+            if moved and back is not None:
+                self._put(back, forget=False)
+
     def without(self, i: int, lost: Iterable[Collection[str]], read: Callable[[], Any]) -> list[Any]:
         """What a player's belief would be in this cycle, had his model not been told some readings.
 

@@ -1,7 +1,8 @@
 """Where a run stops by itself: at a firing, a marked place, an expression or a belief; kept in a file beside the net.
 
-An expression is one of the language of nets over places and percepts, with two additions: ``P(ball.x < -40)``, the probability of a part
-of a variable's states, and ``E(ball.x)``, its expectation. ``cycle`` is the cycle.
+An expression is one of the language of nets over places and percepts, with additions: ``P(ball.x < -40)``, the probability of a part of a
+variable's states, ``E(ball.x)``, its expectation, and ``clock(t)``, how many cycles the clock of the transition ``t`` has counted, -1 while
+it does not run. ``cycle`` is the cycle.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from ..running.frames import marginal, moments, variables
 FORMAT, VERSION, LARGEST = "cprm_gym breakpoints", 1, 1 << 20
 MOST = 200
 """Breakpoints of a net."""
-_CALL = re.compile(r"\b([PE])\(\s*([A-Za-z_][\w.]*(?:\([\w,]*\)\.\w+)?)\s*(?:(<=|>=|==|<|>)\s*('[^']*'|-?[\w.+]+)\s*)?\)")
+_CALL = re.compile(r"\b([PE]|clock)\(\s*([A-Za-z_][\w.]*(?:\([\w,]*\)\.\w+)?)\s*(?:(<=|>=|==|<|>)\s*('[^']*'|-?[\w.+]+)\s*)?\)")
 _TERM = "belief_{}"
 
 
@@ -108,7 +109,7 @@ class Term:
         def named(found: re.Match[str]) -> str:
             kind, variable, relation, bound = found.groups()
             if (kind == "P") != (relation is not None):
-                raise ParameterError(f"{found[0]!r}: written as P(ball.x < -40) or E(ball.x)")
+                raise ParameterError(f"{found[0]!r}: written as P(ball.x < -40), E(ball.x) or clock(transition)")
             self.beliefs.append((kind, variable, relation or "", bound or ""))
             return _TERM.format(len(self.beliefs) - 1)
 
@@ -126,6 +127,11 @@ class Term:
                 cls._known.clear()
             cls._known[text] = cls(text)
         return cls._known[text]
+
+    @staticmethod
+    def name_of(k: int) -> str:
+        """By which the formula calls the k-th of ``beliefs``."""
+        return _TERM.format(k)
 
     def value(self, runner: CPRMRunner, cycle: int) -> float:
         """What it is now.
@@ -145,13 +151,19 @@ class Term:
 
 
 def believed(runner: CPRMRunner, kind: str, name: str, relation: str, bound: str) -> float:
-    """``P(name relation bound)``, or ``E(name)``.
+    """``P(name relation bound)``, ``E(name)``, or ``clock(name)``.
 
     Raises
     ------
     UnknownName, ParameterError
         When the model has no such variable, or it no such value.
     """
+    if kind == "clock":
+        net = runner.executor.net
+        timed = [t for t, delay in zip(net.transition_names, net.delay) if delay > 0]
+        if name not in timed:
+            raise unknown_name("timed transition", name, timed)
+        return float(runner.executor.clocks(name)[0].max(initial=-1))
     known = variables(runner)
     if name not in known:
         raise unknown_name("variable", name, known)

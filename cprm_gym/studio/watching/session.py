@@ -193,6 +193,10 @@ class Session:
         """Cycle -> frame of those that can be looked at again."""
         return self._frames
 
+    def keep(self, made: Message) -> None:
+        """Put back a frame to which something was added."""
+        self._frames.put(made)
+
     def there(self) -> Run:
         """The run.
 

@@ -2,6 +2,7 @@
 
 import { choose, el, memory } from "../dom.js";
 import { Beliefs } from "../watch/beliefs.js";
+import { Curves } from "../watch/curves.js";
 import { Field, nameOf } from "../watch/field.js";
 import { NetView } from "../watch/netview.js";
 import { Ask, Breaks, Hands, Log, Numbers } from "../watch/panels.js";
@@ -50,12 +51,13 @@ class Watch {
     this.difference = el("button", { class: "difference link", title: "show that cycle", "data-show": "difference" });
     this.beliefs = new Beliefs((variable) => this.moved(variable), (names) => this.showBeliefs(names));
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
-    this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part) });
+    this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part), curve: (text) => { this.tab("curves"); this.curves.add(text); } });
     this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
     this.log = new Log((cycle) => this.inTurn(() => this.look(cycle)));
     this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
     this.numbers = new Numbers();
-    this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers]];
+    this.curves = new Curves({ ask: (agent, what, cycles) => this.connection.call("watch.curves", { agent, what, cycles }), look: (cycle) => this.look(cycle) });
+    this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers], ["curves", "Curves", this.curves]];
     this.panels = [["ask", "Why?", this.ask], ["breaks", "Breakpoints", this.breaks], ["log", "Log", this.log], ["hands", "Change", this.hands]];
     const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
     this.bar = el("div", { class: "bar timeline" },
@@ -199,6 +201,7 @@ class Watch {
     this.chosen = null;
     this.ask.clear();
     this.beliefs.begin(this.inside);
+    this.curves.begin(this.agent, this.inside);
     this.hands.begin(this.agent, this.inside, this.run);
     await this.net.begin(this.agent, this.inside);
     return this.#draw();
@@ -278,6 +281,7 @@ class Watch {
     this.net.draw(inner, this.#breakKeys(), this.#atFiring(inner));
     if (this.#shows("beliefs")) this.beliefs.draw(inner);
     if (this.#shows("numbers")) this.numbers.draw(inner);
+    if (this.#shows("curves")) this.curves.draw(frame, this.state.cycles);
     if (this.#shows("breaks")) this.breaks.draw(this.breakpoints.nets[this.inside?.net] ?? [], this.breakpoints.file, (frame.hit ?? []).filter((h) => h.agent === this.agent));
     if (this.#shows("hands")) this.hands.draw(frame);
     const count = inner?.fired?.length ?? 0;
@@ -465,7 +469,7 @@ class Watch {
         ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
       ].map(([key, what, doing]) => [key, what, () => this.inTurn(doing)]),
       ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
-      ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
+      ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["g", "curves", () => this.tab("curves")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
       ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],
     ];
   }

@@ -8,8 +8,8 @@ const LOG = 300;
 
 /** The answer to "why not?" and "what moved it?". */
 export class Ask {
-  constructor({ ask, seek, breakAt, moved, edit }) {
-    this.act = { ask, seek, breakAt, moved, edit };
+  constructor({ ask, seek, breakAt, moved, edit, curve }) {
+    this.act = { ask, seek, breakAt, moved, edit, curve };
     this.element = el("div", { class: "ask" });
     this.clear();
   }
@@ -21,6 +21,10 @@ export class Ask {
 
   #edit(part) {
     return el("button", { "data-do": "edit", title: "to this part in the view Nets (E)", onclick: () => this.act.edit(part) }, "edit (E)");
+  }
+
+  #curve(text) {
+    return el("button", { title: "draw it over the last cycles, in Curves", onclick: () => this.act.curve(text) }, "curve");
   }
 
   wait(what) {
@@ -52,7 +56,7 @@ export class Ask {
     const variable = inside.reads[name];
     refill(this.element,
       el("div", { class: "bar" }, el("h3", {}, name), el("span", { class: "room" }),
-        el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)"), this.#edit(name)),
+        el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)"), this.#curve(name), this.#edit(name)),
       el("p", {}, name in inner.holds ? `holds ${inner.holds[name]}` : `holds ${inner.marking[name] ?? 0}`),
       variable ? el("p", {}, "reads the belief about ", el("button", { class: "link", onclick: () => this.act.moved(variable) }, variable)) : null,
     );
@@ -62,7 +66,7 @@ export class Ask {
     const mean = (m) => (m?.mean === undefined || m.mean === null ? "" : `${short(m.mean)} ± ${short(m.spread)}${unit}`);
     const most = Math.max(0.001, ...answer.evidence.map((e) => e.moved));
     refill(this.element,
-      el("h3", {}, `What moved ${answer.variable}`),
+      el("div", { class: "bar" }, el("h3", {}, `What moved ${answer.variable}`), el("span", { class: "room" }), unit !== null ? this.#curve(`E(${answer.variable})`) : null),
       el("p", { "data-show": "answer" }, answer.evidence.length
         ? `Without the readings of cycle ${answer.cycle}: ${mean(answer.before)}; with them: ${mean(answer.after)} (moved by ${short(answer.moved)} of 1).`
         : `No reading came in cycle ${answer.cycle}: the belief went on by itself.`),
