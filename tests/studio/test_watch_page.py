@@ -152,6 +152,10 @@ def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
     page.wait_for_function("() => document.querySelector('.hands li')?.textContent.includes('blind')")
     page.click("[data-do=undo]")
     page.wait_for_function("() => !document.querySelector('.hands li')")
+    page.fill("[data-field=cycles]", "")
+    page.click("[data-do=change]")
+    page.wait_for_selector("text=cycles: a number is needed")
+    assert page.locator(".hands li").count() == 0
     page.focus(".thing[data-number='0']")
     page.keyboard.press("ArrowUp")
     page.keyboard.press("Enter")
@@ -162,6 +166,10 @@ def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
     served = serve(demo="goalie", seed=2)
     page = open_page(f"{served.address}#run")
     page.wait_for_selector("[data-do=episodes]")
+    page.fill("[data-field=count]", "-3")
+    page.click("[data-do=episodes]")
+    assert page.locator("[data-field=count]:invalid").count() == 1
+    assert page.inner_text("[data-show=episodes]") == "No episodes yet."
     page.fill("[data-field=count]", "20")
     page.click("[data-do=episodes]")
     page.wait_for_function("() => document.querySelector('[data-show=episodes]').textContent.includes('of 20 succeeded')")

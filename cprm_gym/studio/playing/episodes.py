@@ -46,9 +46,9 @@ def play_episodes(setup: Setup, count: int, going: Callable[[], bool] = lambda: 
     going : callable
         Asked in every cycle; False ends it, and what is not finished is left out.
 
-    Yields
-    ------
-    list of Episode
+    Returns
+    -------
+    iterator of list of Episode
         Those that ended, in the order of their worlds.
 
     Raises
@@ -60,6 +60,10 @@ def play_episodes(setup: Setup, count: int, going: Callable[[], bool] = lambda: 
         raise ParameterError(f"episodes: 1 to {MOST}, got {count!r}")
     if not setup.controller:
         raise ParameterError("episodes are played by a controller; choose one")
+    return _batches(setup, count, going)
+
+
+def _batches(setup: Setup, count: int, going: Callable[[], bool]) -> Iterator[list[Episode]]:
     for first in range(setup.world, setup.world + count, TOGETHER):
         played = _batch(setup, first, min(TOGETHER, setup.world + count - first), going)
         if played is None:

@@ -136,6 +136,7 @@ class RunRoom:
             self._tell(False, error)
 
         self._thread = threading.Thread(target=play, name="studio episodes", daemon=True)
+        self._tell(True)  # before what the thread tells
         self._thread.start()
         return self.played()
 

@@ -110,6 +110,8 @@ class Hands:
         Raises
         ------
         UnknownName, ParameterError
+        NetError
+            For a marking that the place cannot hold.
         """
         if change.cycle != self.cycle:
             raise ParameterError(f"a change is made in the cycle where the run stands, {self.cycle}, not {change.cycle}")
@@ -147,6 +149,12 @@ class Hands:
             places = [p.name for p in runner.executor.net.net.places if isinstance(p, Place)]
             if change.name not in places:
                 raise unknown_name("place", change.name, places)
+        if change.kind in ("mark", "hold"):  # tried, so that what cannot be held is refused now and not when it takes effect
+            before = runner.executor.snapshot()
+            try:
+                runner.executor.write(change.name, change.values[0])
+            finally:
+                runner.executor.restore(before)
         if change.kind == "fail" and change.name not in (able := failing(runner.cprm.net)):
             raise unknown_name("module with an error port", change.name, able)
 

@@ -99,7 +99,7 @@ def test_many_episodes_are_told_as_they_end_and_failures_can_be_watched(session)
     assert [e["world"] for e in played["episodes"]] == list(range(24))
     assert played["low"] < played["success"] / 24 < played["high"]
     told = [content for event, content in session.told if event == "episodes"]
-    assert [len(content["episodes"]) for content in told] == [20, 24, 24]
+    assert [len(content["episodes"]) for content in told] == [0, 20, 24, 24]
     assert not told[-1]["going"]
     failure = next(e for e in played["episodes"] if not e["success"])
     room.watch("Goalie", seed=2, world=failure["world"])
@@ -110,7 +110,10 @@ def test_many_episodes_are_told_as_they_end_and_failures_can_be_watched(session)
 def test_episodes_are_stopped_and_a_wrong_number_is_refused(session):
     room = room_of(session)
     with pytest.raises(ParameterError, match="episodes: 1 to"):
-        next(play_episodes(Setup("Goalie"), 0))
+        play_episodes(Setup("Goalie"), 0)
+    with pytest.raises(ParameterError, match="episodes: 1 to"):
+        room.episodes("Goalie", -3)
+    assert not room.played()["going"]
     room.episodes("Goalie", 5000, seed=2)
     with pytest.raises(CprmError, match="being played"):
         room.episodes("Goalie", 5)

@@ -1,8 +1,9 @@
 """A run is the same whenever it is played, goes back to where it was, and is changed by hand."""
 
+import numpy as np
 import pytest
 
-from cprm_gym.errors import CprmError, ParameterError, UnknownName
+from cprm_gym.errors import CprmError, NetError, ParameterError, UnknownName
 from cprm_gym.studio.playing.episodes import play_episodes
 from cprm_gym.studio.running.changes import Change
 from cprm_gym.studio.running.frames import frame
@@ -146,6 +147,9 @@ def test_a_skill_that_fails_marks_its_error(goalie):
         (Change(0, "lose", "left_1", "ball.x"), UnknownName, "unknown reading 'ball.x'"),
         (Change(0, "hold", "left_1", "nobody", (1,)), UnknownName, "unknown object place 'nobody'"),
         (Change(0, "mark", "left_1", "ball_x", (1,)), UnknownName, "unknown place 'ball_x'"),
+        (Change(0, "mark", "left_1", "guard", (1e20,)), NetError, "place 'guard' holds 0 to 1 tokens"),
+        (Change(0, "mark", "left_1", "guard", (0.5,)), NetError, "place 'guard' holds whole numbers"),
+        (Change(0, "hold", "left_1", "watched_1", (7,)), NetError, "place 'watched_1' holds an object of"),
         (Change(0, "fail", "left_1", "none"), UnknownName, "unknown module with an error port 'none'"),
         (Change(0, "blind", "right_1"), UnknownName, "unknown agent 'right_1'"),
         (Change(0, "player", "left_7", values=(0, 0)), UnknownName, "unknown player 'left_7'"),
@@ -153,9 +157,12 @@ def test_a_skill_that_fails_marks_its_error(goalie):
     ],
 )
 def test_a_change_that_cannot_be_made_is_refused_when_it_is_asked_for(goalie, change, error, words):
+    runner = runner_of(goalie.players[0])
+    before = runner.executor.marking.copy()
     with pytest.raises(error, match=words):
         goalie.change(change)
     assert goalie.hands.log == []
+    np.testing.assert_array_equal(runner.executor.marking, before)
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ class RunView {
   #build() {
     const { tasks, controllers, disturbances, setup } = this.choices;
     const now = setup ?? { task: "Goalie", controller: "cprm", seed: 0, world: 0, disturbance: null };
-    const whole = (name, value, least = 0) => el("input", { type: "number", min: least, step: 1, value, "data-field": name });
+    const whole = (name, value, least = 0) => el("input", { type: "number", min: least, step: 1, required: true, value, "data-field": name });
     const field = (text, input) => el("label", {}, el("span", {}, text), input);
     this.fields = {
       task: choose(tasks, now.task, () => {}, { "data-field": "task" }),
@@ -102,10 +102,9 @@ class RunView {
     return this.#open("run.watch", given);
   }
 
+  /** The episodes begin; what is played comes as events. */
   async play() {
-    this.list.replaceChildren();
-    const played = await this.call("run.episodes", { ...this.#given(), count: Number(this.fields.count.value) });
-    if (played) this.#played({ ...played, going: true });
+    if (this.form.reportValidity()) await this.call("run.episodes", { ...this.#given(), count: Number(this.fields.count.value) });
   }
 
   #played(played) {
@@ -149,6 +148,6 @@ export default {
   title: "Run",
   create(root, studio) {
     const view = new RunView(root, studio);
-    return { show: () => view.show(), keys: [["p", "play the episodes", () => view.play()], ["o", "watch this episode", () => view.watch()]] };
+    return { show: () => view.show(), keys: [["p", "play the episodes", () => view.play()], ["o", "watch this episode", () => view.form.requestSubmit()]] };
   },
 };

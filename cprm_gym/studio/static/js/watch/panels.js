@@ -85,7 +85,7 @@ export class Breaks {
     this.list = el("div", { class: "breaks" });
     this.text = el("input", { class: "mono", placeholder: "P(ball.x < -45) > 0.8", "aria-label": "expression", size: 26, onkeydown: (e) => e.key === "Enter" && this.#add() });
     this.kind = choose([["when", "when"], ["fires", "transition fires"], ["marked", "place is marked"], ["ends", "the episode ends"]], "when", () => this.#kind(), { "aria-label": "kind of breakpoint" });
-    this.wrong = el("p", { class: "bad", hidden: true });
+    this.wrong = el("p", { class: "bad mono lines", hidden: true });
     this.where = el("p", { class: "soft" });
     this.element = el("div", { class: "breaks-panel" },
       el("div", { class: "bar" }, this.kind, this.text, el("button", { "data-do": "add-break", onclick: () => this.#add() }, "stop there")), this.wrong, this.list, this.where);
@@ -220,6 +220,8 @@ export class Hands {
 
   async #do() {
     const read = (name) => this.fields.querySelector(`[data-field=${name}]`)?.value;
+    const empty = [...this.fields.querySelectorAll("input[type=number]")].find((field) => field.value === "");
+    if (empty) return this.#refuse(`${empty.dataset.field}: a number is needed`);
     const kind = this.kind.value;
     const numbers = { ball: ["x", "y", "vx", "vy"], player: ["x", "y"], force: ["value"], mark: ["value"], hold: ["value"] }[kind] ?? [];
     const given = { kind, whom: kind === "ball" ? "" : kind === "player" ? read("whom") : this.agent, name: read("name") ?? "", values: numbers.map((n) => Number(read(n))), cycles: Number(read("cycles") ?? 1) };
@@ -227,9 +229,14 @@ export class Hands {
     try {
       await this.act.change(given);
     } catch (error) {
-      this.wrong.textContent = error.message;
-      this.wrong.hidden = false;
+      this.#refuse(error.message);
     }
+    return undefined;
+  }
+
+  #refuse(text) {
+    this.wrong.textContent = text;
+    this.wrong.hidden = false;
   }
 
   draw(frame) {
