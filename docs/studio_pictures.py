@@ -71,7 +71,7 @@ def edit(page: Page) -> None:
     page.keyboard.press("Enter")
     page.click("[data-do=edit]")
     field = page.locator("section[data-view=nets]").get_by_label("expression", exact=True)
-    field.fill(field.input_value().replace("+ 20", "- 20"))
+    field.fill(field.inner_text().replace("+ 20", "- 20"))
     field.press("Enter")
     page.wait_for_timeout(2500)
     take(page, "nets")

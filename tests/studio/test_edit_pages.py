@@ -67,13 +67,38 @@ def test_what_does_not_fit_is_said_beside_the_field_and_changes_nothing(orient):
     page = orient
     click(page, "off_axis")
     field = value(page, "expression")
-    before = field.input_value()
+    before = field.inner_text()
     field.fill("abs(bearing) + nothing")
     page.get_by_text("unknown place 'nothing'").wait_for()
+    assert page.inner_text(".mistake") == "nothing"
+    assert field.get_attribute("aria-invalid") == "true"
     field.press("Enter")
     page.get_by_text("unknown place 'nothing'").first.wait_for()
     field.press("Escape")
-    assert field.input_value() == before
+    assert field.inner_text() == before
+    assert page.locator(".mistake").count() == 0
+
+
+def test_an_expression_is_written_with_names_completed_by_keys_alone(orient):
+    page = orient
+    click(page, "off_axis")
+    field = value(page, "expression")
+    field.fill("2 * abs(")
+    page.keyboard.type("bea")
+    page.wait_for_selector(".cm-tooltip-autocomplete li:has-text('bearing')")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.keyboard.type(")")
+    assert field.inner_text() == "2 * abs(bearing)"
+    page.keyboard.press("Tab")
+    assert not field.evaluate("(e) => e === document.activeElement")
+    page.get_by_text("changed; a draft is kept").wait_for()
+    page.reload()
+    page.wait_for_selector('.netcanvas .node[data-key="turn"]')
+    if page.locator('.node[data-key="off_axis"]').count() == 0:
+        page.keyboard.press("q")
+    click(page, "off_axis")
+    assert value(page, "expression").inner_text() == "2 * abs(bearing)"
 
 
 def test_a_part_is_added_connected_and_taken_back_by_keys_alone(orient):

@@ -1,6 +1,7 @@
 // Fields of forms: what is wrong with an entry stands below it, and the entry stays as it was typed.
 
 import { el } from "../dom.js";
+import { expressionEditor } from "./expressioneditor.js";
 
 let count = 0;
 
@@ -48,39 +49,60 @@ export function field(label, value, commit, { type = "text", options = null, hin
   return row;
 }
 
-/** A field for an expression, checked by the server while it is typed; the caret shows the place of a mistake. */
-export function expressionField(label, value, commit, check, options = {}) {
-  const row = field(label, value, commit, { ...options, multiline: true });
-  const names = el("div", { class: "names soft" });
-  row.append(names);
-  row.input.classList.add("mono");
+/** A field for an expression, checked by the server while it is typed; a mistake is underlined where it stands. */
+export function expressionField(label, value, commit, check, { optional = false, hint = "" } = {}) {
+  const id = `f${(count += 1)}`;
+  const error = el("div", { class: "wrong", id: `${id}e`, role: "status" });
+  let was = String(value ?? "");
+  let now = was;
   let number = 0;
+  let timer;
+  let listed = null;
+  const say = (text, at) => {
+    error.textContent = text;
+    editor.mark(text ? at : null);
+  };
   const look = async () => {
     const mine = (number += 1);
-    const text = row.input.value;
-    if (options.optional && !text.trim()) {
-      row.error.textContent = "";
+    const text = editor.value;
+    if (optional && !text.trim()) {
+      say("", 0);
       return;
     }
     const answer = await check(text);
-    if (mine !== number) return;
-    row.input.toggleAttribute("aria-invalid", !answer.ok);
-    row.error.textContent = answer.ok ? "" : answer.error;
-    if (!answer.ok && answer.at <= text.length) row.error.append(el("pre", { class: "caret" }, `${text}\n${" ".repeat(answer.at)}^`));
-    const word = /[A-Za-z][\w.]*$/.exec(text.slice(0, row.input.selectionStart))?.[0] ?? "";
-    const near = word ? [...answer.known, ...answer.functions].filter((name) => name !== word && name.toLowerCase().includes(word.toLowerCase())).slice(0, 8) : [];
-    names.replaceChildren(...near.map((name) => el("button", { type: "button", tabindex: -1, onmousedown: (event) => {
-      event.preventDefault();
-      const at = row.input.selectionStart;
-      row.input.setRangeText(name, at - word.length, at, "end");
-      look();
-    } }, name)));
+    listed = answer;
+    if (mine === number) say(answer.ok ? "" : answer.error, answer.at);
   };
-  row.input.addEventListener("input", () => {
-    clearTimeout(row.timer);
-    row.timer = setTimeout(() => look().catch(() => {}), 120);
+  const done = async () => {
+    const given = editor.value;
+    if (given === now) return;
+    now = given; // Enter and leaving the field are one entry
+    const wrong = await commit(given);
+    if (!wrong) was = given;
+    if (editor.value !== given) return;
+    clearTimeout(timer);
+    if (!wrong) say("", 0);
+    else if (!error.textContent) say(wrong, 0);
+  };
+  const editor = expressionEditor({
+    label, describedby: `${id}e`, value: was, commit: done,
+    typed: () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => look().catch(() => {}), 120);
+    },
+    cancel: () => {
+      number += 1;
+      now = was;
+      if (editor.value !== was) editor.value = was;
+      clearTimeout(timer);
+      say("", 0);
+      editor.blur();
+    },
+    names: async () => listed ?? (listed = await check(editor.value || "0")),
   });
-  row.input.addEventListener("blur", () => names.replaceChildren());
+  const row = el("div", { class: "entry" }, el("label", { onclick: () => editor.focus() }, label), editor.element, error, hint ? el("div", { class: "soft hint" }, hint) : null);
+  row.input = editor;
+  row.error = error;
   return row;
 }
 
