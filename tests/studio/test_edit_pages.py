@@ -52,6 +52,40 @@ def test_a_net_is_changed_saved_and_not_lost_by_a_reload(orient, tmp_path):
     assert saved.transition("give_up").tests.keys() >= {"tries"}
 
 
+def test_what_is_being_typed_is_saved_and_not_lost_by_a_reload(orient, tmp_path):
+    page = orient
+    click(page, "turns")
+    value(page, "capacity").fill("19")
+    page.keyboard.press("Control+s")
+    page.get_by_text("written: orient.json").wait_for()
+    assert load_net(tmp_path / "orient.json").place("turns").capacity == 19
+    value(page, "capacity").fill("23")
+    page.reload()
+    page.get_by_text("≤ 23", exact=True).wait_for()
+    page.get_by_text("changed; a draft is kept").wait_for()
+
+
+def test_keys_that_come_faster_than_answers_are_all_heard(orient):
+    page = orient
+    nodes = page.locator(".netcanvas .node").count()
+
+    def press(*keys):
+        page.evaluate(
+            """(keys) => keys.forEach((key) => document.body.dispatchEvent(
+                new KeyboardEvent('keydown', { key, ctrlKey: 'zy'.includes(key), bubbles: true })))""",
+            keys,
+        )
+
+    def shown(count):
+        page.wait_for_function("(n) => document.querySelectorAll('.netcanvas .node').length === n", arg=count)
+
+    press("p", "p", "t", "t")
+    shown(nodes + 4)
+    press("z", "z", "z", "y", "z")
+    shown(nodes + 1)
+    assert page.locator(".note.error").count() == 0
+
+
 def test_quantities_are_hidden_until_they_are_asked_for_or_found(serve, open_page, tmp_path):
     save_net(ORIENT, tmp_path / "orient.json")
     page = open_page(serve(file="orient.json").address)

@@ -93,6 +93,9 @@ addEventListener("mousedown", (event) => {
   document.activeElement?.blur?.();
 });
 
+// what is being typed when the page is reloaded or closed is entered first
+addEventListener("beforeunload", () => document.activeElement?.blur?.());
+
 addEventListener("keydown", (event) => {
   if (document.querySelector("dialog[open]") || taken(event)) return; // an open dialog has the keys, Escape too
   const pressed = keyName(event);

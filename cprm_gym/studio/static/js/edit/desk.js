@@ -96,12 +96,20 @@ export class EditDesk extends EventTarget {
     return kind === "model" || kind === "world" ? data : kind === "cprm" ? data.model : null;
   }
 
-  /** Do an operation; gives "" or, when it is refused, why. Operations follow each other. */
+  /** Do something when all that was asked for before is done. */
+  inTurn(doing) {
+    const done = this.waiting.then(doing);
+    this.waiting = done.catch(() => {});
+    return done;
+  }
+
+  /** Do an operation, or what a function gives when its turn has come; gives "" or, when it is refused, why. */
   apply(op, part = "net") {
-    const done = this.waiting.then(async () => {
+    return this.inTurn(async () => {
       this.busy = true;
       try {
-        this.take(await this.call("apply", { id: this.current.id, op, part, revision: this.current.revision, quantities: this.quantities ?? true }));
+        const wanted = typeof op === "function" ? op() : op;
+        this.take(await this.call("apply", { id: this.current.id, op: wanted, part, revision: this.current.revision, quantities: this.quantities ?? true }));
         return "";
       } catch (error) {
         if (error.kind === "ParameterError" && /another page/.test(error.message)) await this.reread();
@@ -110,8 +118,6 @@ export class EditDesk extends EventTarget {
         this.busy = false;
       }
     });
-    this.waiting = done.catch(() => {});
-    return done;
   }
 
   /** The same, and what is wrong is said at the foot of the page. */
@@ -122,15 +128,17 @@ export class EditDesk extends EventTarget {
   }
 
   /** Ask the server for another state of the document: undo, redo, save, discard, take_file. */
-  async ask(name, given = {}) {
-    try {
-      const state = await this.call(name, { id: this.current.id, ...given });
-      this.take(state);
-      return state;
-    } catch (error) {
-      this.studio.note(error.message, "error");
-      return null;
-    }
+  ask(name, given = {}) {
+    return this.inTurn(async () => {
+      try {
+        const state = await this.call(name, { id: this.current.id, ...given });
+        this.take(state);
+        return state;
+      } catch (error) {
+        this.studio.note(error.message, "error");
+        return null;
+      }
+    });
   }
 
   /** Open something: open {path}, new {kind, name}, ship {name}. */

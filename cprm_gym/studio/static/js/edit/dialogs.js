@@ -52,8 +52,17 @@ export function pick(title, options, { empty = "there is none", hint = "" } = {}
   });
 }
 
+/** Take what stands in a field that is being typed in, as leaving it does; the focus stays. */
+export function enter() {
+  const field = document.activeElement;
+  if (!field?.matches("input, textarea")) return;
+  field.blur();
+  field.focus();
+}
+
 /** Save the document in front; asks for a name, and about a file that changed. */
 export async function save(desk, { under = false } = {}) {
+  enter();
   const state = desk.current;
   if (!state) return;
   let path = state.path;

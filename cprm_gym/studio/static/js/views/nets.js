@@ -303,9 +303,12 @@ class NetsView {
     }
     const isPlace = PLACES.some(([name]) => name === kind);
     if (QUANTITIES.includes(kind) && !this.desk.quantities) await this.showQuantities(true);
-    const name = this.free(isPlace ? kind : kind === "output" ? "command" : "transition");
-    const made = isPlace ? { op: "add_place", in: this.chosen, place: { kind, name, ...(NEEDED[kind] ?? {}) }, at }
-      : { op: "add_transition", in: this.chosen, transition: { name, ...(kind === "timed" || kind === "output" ? { delay: 1 } : {}), ...(kind === "output" ? { emits: { command: "turn", params: { moment: 0 } } } : {}) }, at };
+    let name;
+    const made = () => {
+      name = this.free(isPlace ? kind : kind === "output" ? "command" : "transition");
+      return isPlace ? { op: "add_place", in: this.chosen, place: { kind, name, ...(NEEDED[kind] ?? {}) }, at }
+        : { op: "add_transition", in: this.chosen, transition: { name, ...(kind === "timed" || kind === "output" ? { delay: 1 } : {}), ...(kind === "output" ? { emits: { command: "turn", params: { moment: 0 } } } : {}) }, at };
+    };
     if (await this.desk.try(made)) {
       await this.drawing();
       this.select([name]);
@@ -413,8 +416,21 @@ class NetsView {
   }
 
   async paste() {
-    const { places = [], transitions = [], at } = this.taken ?? {};
-    if (!places.length && !transitions.length) return;
+    if (!this.taken?.places.length && !this.taken?.transitions.length) return;
+    let names = [];
+    const made = () => {
+      const { ops, names: given } = this.pasted(this.taken);
+      names = given;
+      return { op: "all", ops, what: "paste" };
+    };
+    if (await this.desk.try(made)) {
+      await this.drawing();
+      this.select(names);
+    }
+  }
+
+  /** What adds copied parts to this net, and the names that they get here. */
+  pasted({ places, transitions, at }) {
     const own = this.desk.net.definitions[this.chosen];
     const used = new Set([...own.places, ...own.transitions].map((part) => part.name).concat(Object.keys(own.modules ?? {})));
     const there = new Set([...own.places.map((p) => p.name), ...Object.entries(own.modules ?? {}).flatMap(([i, target]) => portsOf(this.desk.net.definitions[target]).map((port) => `${i}.${port}`))]);
@@ -430,10 +446,7 @@ class NetsView {
     const arcs = (of = {}) => Object.fromEntries(Object.entries(of).filter(([place]) => places.some((p) => p.name === place) || there.has(place)).map(([place, weight]) => [places.some((p) => p.name === place) ? names.get(place) : place, weight]));
     const copied = (t) => ({ ...t, name: names.get(t.name), ...Object.fromEntries(["inputs", "outputs", "tests", "inhibitors", "sets"].filter((key) => t[key]).map((key) => [key, arcs(t[key])])) });
     const ops = [...places.map((p) => ({ op: "add_place", in: this.chosen, place: { ...p, name: names.get(p.name) }, at: moved(p.name) })), ...transitions.map((t) => ({ op: "add_transition", in: this.chosen, transition: copied(t), at: moved(t.name) }))];
-    if (await this.desk.try({ op: "all", ops, what: "paste" })) {
-      await this.drawing();
-      this.select([...names.values()]);
-    }
+    return { ops, names: [...names.values()] };
   }
 
   play() {
