@@ -39,8 +39,11 @@ def test_the_goalie_plays_is_paused_and_stepped(serve, open_page):
     at(page, there + 1)
     assert page.get_attribute(".thing[data-number='0']", "transform") != ball
     assert page.locator(".netcanvas .node.marked").count() > 0
+    page.focus("[aria-label=cycle]")
     page.keyboard.press("Home")
     at(page, f"0 of {there + 1}")
+    page.keyboard.press(".")
+    page.wait_for_function("() => document.querySelector('[data-show=firing]').textContent.startsWith('1 of')")
     assert page.get_attribute(".thing[data-number='0']", "transform") == ball
     page.click("[data-do=resume]")
     at(page, 0)
@@ -227,6 +230,10 @@ def test_a_log_is_played_and_looked_at_from_any_frame(serve, open_page, tmp_path
     at(page, f"{last} of 1")
     assert page.locator(".net-panel").is_hidden()
     assert "match.rcg" in page.inner_text("#what")
+    for key in (".", ",", "b", "e", "w", "c", "ArrowLeft"):  # a log has no net to be asked
+        page.keyboard.press(key)
+    at(page, f"{last - 1} of 1")
+    assert page.locator(".note.error").count() == 0
 
 
 def test_other_beliefs_are_shown_and_a_player_without_a_net_says_so(serve, open_page):

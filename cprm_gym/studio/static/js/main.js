@@ -78,11 +78,12 @@ export function keyName(event) {
   return [event.ctrlKey || event.metaKey ? "Ctrl+" : "", event.altKey ? "Alt+" : "", shifted ? "Shift+" : "", name].join("");
 }
 
-/** Whether a key belongs to the field that has the focus: lists take up and down alone, boxes the space. */
+/** Whether a key belongs to the field that has the focus: lists take all but left and right, sliders what moves them, boxes the space. */
 function taken(event) {
   const field = event.target.closest("input, textarea, select, [contenteditable]");
   if (!field || event.altKey || event.ctrlKey || event.metaKey) return false;
   if (field.matches("select")) return !["ArrowLeft", "ArrowRight"].includes(event.key);
+  if (field.matches("[type=range]")) return /^(Arrow|Home|End|Page)/.test(event.key);
   return field.matches("[type=checkbox]") ? event.key === " " : true;
 }
 

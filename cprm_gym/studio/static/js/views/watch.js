@@ -373,6 +373,7 @@ class Watch {
 
   /** One firing on or back; after the last comes the next cycle, before the first the one before. */
   async fire(by) {
+    if (!this.inside?.net) return;
     if (this.state.playing) await this.call("watch.pause");
     if (!this.firings) await this.#fetch(by > 0 ? 0 : Infinity);
     if (!this.firings) return;
