@@ -85,7 +85,8 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     least, most = min(watched, key=lambda c: c.difference), max(watched, key=lambda c: c.difference)
     text = (
         f"Against the same sequence with a watchdog, recovery is ahead in {len(ahead)} of {len(watched)} disturbances and behind in "
-        f"{len(behind)}: from {numbers(least)} ({least.task}, {least.condition}) to {numbers(most)} ({most.task}, {most.condition})."
+        f"{len(behind)}; the differences go from {numbers(least)} ({least.task}, {least.condition}) "
+        f"to {numbers(most)} ({most.task}, {most.condition})."
     )
     if others:
         won, lost = sum(c.better == c.first for c in others), sum(c.better == c.second for c in others)
