@@ -305,3 +305,19 @@ def test_an_unfinished_model_says_what_is_missing(serve, open_page, tmp_path):
     assert "Did you mean 'rain'" in page.locator(".problem:visible").inner_text()
     page.locator("[data-do=undo]:visible").click()
     page.wait_for_selector(".models .problem:not(:empty)", state="detached")
+
+
+def test_the_expression_of_a_model_is_checked_by_the_names_of_its_parents(serve, open_page):
+    page = open_page(serve(demo="goalie").address)
+    page.get_by_role("tab", name="Models").click()
+    page.locator(".side:visible .doc", has_text="seen_vx").click()
+    field = page.locator("section[data-view=models]").get_by_label("mean", exact=True)
+    assert field.inner_text() == "vx"
+    field.fill("0.9 * vz")
+    page.get_by_text("unknown parent 'vz'").wait_for()
+    assert page.inner_text(".mistake") == "vz"
+    field.fill("0.9 * vx")
+    page.wait_for_selector(".mistake", state="detached")
+    field.press("Enter")
+    page.wait_for_selector("section[data-view=models] [data-do=undo]:not([disabled])")
+    assert field.inner_text() == "0.9 * vx"

@@ -66,7 +66,7 @@ export class Ask {
     const mean = (m) => (m?.mean === undefined || m.mean === null ? "" : `${short(m.mean)} ± ${short(m.spread)}${unit}`);
     const most = Math.max(0.001, ...answer.evidence.map((e) => e.moved));
     refill(this.element,
-      el("div", { class: "bar" }, el("h3", {}, `What moved ${answer.variable}`), el("span", { class: "room" }), unit !== null ? this.#curve(`E(${answer.variable})`) : null),
+      el("div", { class: "bar" }, el("h3", {}, `What moved ${answer.variable}`), el("span", { class: "room" }), typeof answer.after?.mean === "number" ? this.#curve(`E(${answer.variable})`) : null),
       el("p", { "data-show": "answer" }, answer.evidence.length
         ? `Without the readings of cycle ${answer.cycle}: ${mean(answer.before)}; with them: ${mean(answer.after)} (moved by ${short(answer.moved)} of 1).`
         : `No reading came in cycle ${answer.cycle}: the belief went on by itself.`),
