@@ -191,7 +191,7 @@ def test_a_part_is_edited_from_where_it_was_asked_about_and_the_changed_net_play
     page.keyboard.press("Enter")
     page.click("[data-do=edit]")
     field = page.locator("section[data-view=nets]").get_by_label("expression", exact=True)
-    field.fill(field.input_value().replace("+ 20", "- 20"))
+    field.fill(field.inner_text().replace("+ 20", "- 20"))
     field.press("Enter")
     page.get_by_text("a draft is kept").wait_for()
     page.keyboard.press("Alt+4")

@@ -55,7 +55,7 @@ export function pick(title, options, { empty = "there is none", hint = "" } = {}
 /** Take what stands in a field that is being typed in, as leaving it does; the focus stays. */
 export function enter() {
   const field = document.activeElement;
-  if (!field?.matches("input, textarea")) return;
+  if (!field?.matches("input, textarea, [contenteditable=true]")) return;
   field.blur();
   field.focus();
 }
