@@ -135,6 +135,15 @@ def test_an_expression_is_written_with_names_completed_by_keys_alone(orient):
     assert value(page, "expression").inner_text() == "2 * abs(bearing)"
 
 
+def test_an_expression_that_is_being_typed_is_saved(orient, tmp_path):
+    page = orient
+    click(page, "off_axis")
+    value(page, "expression").fill("abs(bearing) / 2")
+    page.keyboard.press("Control+s")
+    page.get_by_text("written: orient.json").wait_for()
+    assert load_net(tmp_path / "orient.json").place("off_axis").expression == "abs(bearing) / 2"
+
+
 def test_a_part_is_added_connected_and_taken_back_by_keys_alone(orient):
     page = orient
     canvas = page.locator(".netcanvas").first
