@@ -163,6 +163,7 @@ def benchmark(
     from .benchmark.registry import with_options
     from .benchmark.report import summarise
     from .benchmark.runner import check_workers, run
+    from .client.remote import check_trainer
 
     with said_plainly():
         given: dict[str, Any] = {"episodes": episodes, "seed": seed, "backend": backend}
@@ -177,6 +178,8 @@ def benchmark(
         if not timeout > 0:
             raise CprmError(f"--timeout {timeout:g}: a number of seconds above 0 is needed")
         plan, folder = _resumed(resume, given) if resume is not None else (Plan(**given), None)
+        if plan.backend:
+            check_trainer(plan.backend)
         if folder is None:
             folder = _new_folder(output)
             plan.write(folder)

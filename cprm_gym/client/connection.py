@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import CprmError
+from .refusals import refusal
 
 LARGEST_DATAGRAM = 8192
 LAST_PORT = 65535
@@ -105,7 +106,7 @@ class Connection:
                 if found is None and wanted(answer):
                     found = answer
                 elif found is None and answer.startswith("(error ") and not answer.startswith("(error only_init"):
-                    raise CprmError(f"server {self.place} refuses {text}: {answer[7:-1]}")
+                    raise refusal(self.place, text, answer)
                 else:
                     tell(answer)
             if found is not None:

@@ -59,6 +59,22 @@ def server_place(backend: str) -> tuple[str, int, int]:
     return found["host"].strip("[]"), port, trainer
 
 
+def check_trainer(backend: str, seconds: float = 10.0) -> None:
+    """See whether a server answers that takes a trainer, before work is done for it; nobody connects.
+
+    Raises
+    ------
+    CprmError
+        When none answers within so many seconds, or it takes no trainer.
+    """
+    host, _, port = server_place(backend)
+    connection = Connection(host, port)
+    try:
+        connection.ask("(init (version 0))", lambda text: "without_coach_mode" not in text, seconds)
+    finally:
+        connection.close()
+
+
 class RemoteSimulator(PerceivedSimulator):
     """A match on a server, of whose trainer and players we are all.
 

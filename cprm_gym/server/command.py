@@ -38,7 +38,7 @@ def serve(
 ) -> None:
     """Serve a match over UDP: players, coaches, trainer and monitors of the RoboCup 2D soccer server can join."""
     from .core import Server
-    from .logs import MatchLogs, append_result, result_line
+    from .logs import MatchLogs, append_result, check_folder, result_line
     from .settings import Settings
     from .transport import Transport, run_in_real_time, run_synchronously
 
@@ -50,6 +50,8 @@ def serve(
         raise CprmError(f"--wait {wait:g}: seconds above 0 are needed")
     if results is not None:
         check_place(results, "--results")
+    if log is not None:
+        check_folder(log)
     words = [*port_words(port), *(parameters or ())]
     if automatic:
         words.append("server::auto_mode=true")

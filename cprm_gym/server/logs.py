@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 from ..errors import CprmError
+from ..files import check_place
 from ..simulator.gamelog.binary_writer import BinaryLogWriter
 from ..simulator.gamelog.commands import CommandLogWriter, LogLine
 from ..simulator.gamelog.frames import Frame
@@ -38,8 +39,7 @@ class MatchLogs:
         self._stadium = server.stadium
         self._parameters = server.settings.server
         self._folder = Path(folder)
-        if not self._folder.is_dir():
-            raise CprmError(f"--log {folder}: there is no such folder")
+        check_folder(self._folder)
         self._date = date or datetime.datetime.now()
         self._mode: PlayMode | None = None
         self._game: GameLogWriter | BinaryLogWriter | None = None
@@ -103,6 +103,19 @@ class MatchLogs:
             dated = f"{self._date.strftime(p.log_date_format)}" if p.text_log_dated else ""
             written.append(_rename(self._text_place, p.text_log_fixed_name if p.text_log_fixed else f"{dated}{stem}"))
         return written
+
+
+def check_folder(folder: Path) -> None:
+    """See whether logs can be written into a folder, before a match is opened for them.
+
+    Raises
+    ------
+    CprmError
+        When it is not there or nothing can be written there.
+    """
+    if not folder.is_dir():
+        raise CprmError(f"--log {folder}: there is no such folder")
+    check_place(folder / "incomplete.rcg", "--log")
 
 
 def _rename(place: Path, stem: str) -> Path:

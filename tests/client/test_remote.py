@@ -1,15 +1,19 @@
 """Environments on a server: the same spaces, rewards and infos; what happens there is what the trainer sees."""
 
 import itertools
+import socket
 import threading
 import time
 
 import gymnasium
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import cprm_gym  # noqa: F401
-from cprm_gym.client.remote import server_place
+from cprm_gym.cli import app
+from cprm_gym.client.connection import Connection
+from cprm_gym.client.remote import check_trainer, server_place
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.errors import CprmError, ParameterError
 from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time, run_synchronously
@@ -117,9 +121,47 @@ def test_what_cannot_be_is_said():
     assert server_place("udp://h") == ("h", 6000, 6001)
     with pytest.raises(ParameterError, match="a server plays 1 world, 2 were asked for"):
         SoccerCore("GoToBall", 2, backend="udp://h")
-    refused = pytest.raises(CprmError, match="connected_offline_coach_without_coach_mode")
-    with Field("server::synch_mode=true", fast=True) as field, refused:
-        SoccerCore("GoToBall", 1, backend=field.place)
+    with Field("server::synch_mode=true", fast=True) as field:
+        for attempt in (lambda: SoccerCore("GoToBall", 1, backend=field.place), lambda: check_trainer(field.place)):
+            with pytest.raises(CprmError, match="connected_offline_coach_without_coach_mode; start the server with server::coach=true"):
+                attempt()
+
+
+def test_a_benchmark_without_a_server_makes_nothing(field, tmp_path):
+    """One line and status 2, before the work; whether a server is there is asked without taking the trainer's seat."""
+    check_trainer(field.place)
+    assert field.server.stadium.trainer is None
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as nobody:
+        nobody.bind(("127.0.0.1", 0))
+        place = "udp://127.0.0.1:{0}/{0}".format(nobody.getsockname()[1])
+        with pytest.raises(CprmError, match=r"no answer from 127.0.0.1:.* within 0.2 s; is a server running there"):
+            check_trainer(place, seconds=0.2)
+    with Field("server::synch_mode=true", fast=True) as other:
+        command = [
+            "benchmark",
+            "--tasks",
+            "GoToBall",
+            "--controllers",
+            "fsm",
+            "--backend",
+            other.place,
+            "--output",
+            str(tmp_path / "results"),
+        ]
+        ended = CliRunner().invoke(app, command)
+    assert ended.exit_code == 2
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_refusal_says_what_to_do(field):
+    for name, place in ((b"Left", 9), (b"Right", 7)):
+        field.server.receive(Port.PLAYER, ("127.0.0.1", place), b"(init " + name + b")")
+    connection = Connection("127.0.0.1", field.transport.ports[0])
+    try:
+        with pytest.raises(CprmError, match=r"refuses .init Third.: no_more_team; two other teams are there; join under the name of one"):
+            connection.ask("(init Third)", lambda text: text.startswith("(init"), 10.0)
+    finally:
+        connection.close()
 
 
 def test_who_is_refused_leaves_no_seat_behind():

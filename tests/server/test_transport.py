@@ -11,7 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from cprm_gym.cli import app
 from cprm_gym.errors import CprmError
 from cprm_gym.server import Port, Server, Settings, Transport, run_in_real_time, run_synchronously
 from cprm_gym.server import transport as transport_module
@@ -241,6 +243,15 @@ def test_a_port_in_use_is_said():
         taken = transport.ports[0]
         with pytest.raises(CprmError, match=f"port {taken} of 127.0.0.1 cannot be used: .*choose other ports"):
             Transport(Server(), ports=(taken, 0, 0))
+
+
+def test_a_folder_for_logs_that_is_not_there_is_said_before_ports_are_opened(tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        words = [f"server::port={taken.getsockname()[1]}", "--log", str(tmp_path / "nowhere")]
+        ended = CliRunner().invoke(app, ["serve", *words])
+    assert ended.exit_code == 2
+    assert "there is no such folder" in ended.output
 
 
 def test_ctrl_c_ends_the_match_with_complete_logs(tmp_path):
