@@ -33,6 +33,7 @@ def take(page: Page, name: str) -> None:
 def watch(page: Page) -> None:
     """The goalie, stopped as he leaps."""
     page.wait_for_selector(".netcanvas .node", timeout=120_000)
+    page.wait_for_timeout(2000)
     page.fill("[type=search]", "leap")
     page.keyboard.press("Enter")
     page.click("[data-do=break]")
