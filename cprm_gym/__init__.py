@@ -1,6 +1,6 @@
 """cprm_gym: structured, concurrent, real-time action, and 2D soccer as Gymnasium and PettingZoo environments.
 
-Importing the package registers the environments (``gymnasium.make("cprm/GoToBall-v1")``) and loads nothing else: the names below are loaded
+Importing the package registers the environments (``gymnasium.make("cprm/GoToBall-v2")``) and loads nothing else: the names below are loaded
 when they are first used.
 
 ==================================================  ================================================================================
@@ -8,7 +8,7 @@ when they are first used.
 `Model`, `Filter`                                   write what is believed and keep it up to date (`cprm_gym.architecture.prm`)
 `CPRM`                                              both, coupled (`cprm_gym.architecture`)
 `load_net`, `analyze`, `check_contract`             read a net of any format; what it can do; whether a module keeps its contract
-`soccer_v1`, `make_task`                            PettingZoo environments; a task by name (`cprm_gym.envs`)
+`soccer_v2`, `make_task`                            PettingZoo environments; a task by name (`cprm_gym.envs`)
 `CprmError`                                         every error that this package raises on purpose
 ==================================================  ================================================================================
 """
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from .architecture.prm import Filter as Filter
     from .architecture.prm import Model as Model
     from .envs import make_task as make_task
-    from .envs import soccer_v1 as soccer_v1
+    from .envs import soccer_v2 as soccer_v2
     from .errors import CprmError as CprmError
 else:
     __all__, __getattr__, __dir__ = lazy_face(
@@ -46,7 +46,7 @@ else:
             "architecture.analysis": "analyze check_contract",
             "architecture.petri": "Executor PetriNet Place Transition load_net",
             "architecture.prm": "Filter Model",
-            "envs": "make_task soccer_v1",
+            "envs": "make_task soccer_v2",
             "errors": "CprmError",
         },
     )

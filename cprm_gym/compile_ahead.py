@@ -47,7 +47,7 @@ def _drills() -> None:
     import cprm_gym  # noqa: F401
 
     for mode in ("discrete", "box", "hybrid"):
-        env = gymnasium.make("cprm/GoToBall-v1", action_mode=mode)
+        env = gymnasium.make("cprm/GoToBall-v2", action_mode=mode)
         env.reset(seed=0)
         env.step(env.action_space.sample())
         env.close()
@@ -95,7 +95,7 @@ def _views() -> None:
     from .envs.core import SoccerCore
     from .envs.tasks import make_task
 
-    for view in ("hfo_low", "hfo_high", "keepaway", "full"):
+    for view in ("normalised", "hfo_low", "hfo_high", "keepaway", "full"):
         SoccerCore(make_task("Keepaway3v2"), 1, observation=view).reset(0)
 
 

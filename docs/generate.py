@@ -110,7 +110,8 @@ def tasks_page() -> str:
         "# Tasks, column by column",
         "Made from the code when this site is built. How tasks are made and wrapped: [environments](../environments.md).",
         "## What every agent observes",
-        "The presets `raw` and `memory` are a dict of float32 arrays, `full` the same without noise and limits of sight.",
+        "By default `normalised`: see [below](#the-default-observation-normalised). The presets `raw` and `memory` are a dict of float32 "
+        "arrays, `full` the same without noise and limits of sight.",
         space_table(whole),
         "With the macro view, `action_mask` (one int8 for each macro, 1 where it can be done) is in the info, and here too if asked for.",
         "### `body`",
@@ -129,6 +130,7 @@ def tasks_page() -> str:
     parts += [task_section(name, make()) for name, make in TASKS.items()]
     parts += [slow_approach()]
     vectors = [(name, preset_of(name)) for name in presets.VECTORS]
+    parts += ["## The default observation, `normalised`", *normalised()]
     parts += ["## The vectors of the literature", *(vector_section(name, task, env) for name, (task, env) in vectors)]
     return "\n\n".join(parts) + "\n"
 
@@ -231,6 +233,35 @@ def vector_section(name: str, task: str, env: Any) -> str:
     low, high = env.observation_space.low, env.observation_space.high
     rows = [(str(i), f"`{entry}`", extent(low[i], high[i])) for i, entry in enumerate(env.core.preset.names)]
     return f"### `{name}`\n\nAs in {task}.\n\n" + table(("entry", "name", "range"), rows)
+
+
+def normalised() -> list[str]:
+    """The parts and columns of the default observation, and the order of the flat vector of every task."""
+    from cprm_gym.envs.tasks import TASKS
+    from cprm_gym.envs.vectors import normalised as of
+
+    def described(columns: Sequence[Any]) -> str:
+        rows = [(str(i), f"`{c.name}`", extent(c.low, c.high), c.unit, c.meaning) for i, c in enumerate(columns)]
+        return table(("column", "name", "range", "1 means", "meaning"), rows)
+
+    parts = [" ".join((of.__doc__ or "").split("\n\n")[1].split())]
+    parts += [
+        f"### `{name}` of `normalised`\n\n{described(columns)}" for name, columns in (("me", of.ME), ("ball", of.BALL), ("goals", of.GOALS))
+    ]
+    parts += [f"### A row of `players`\n\n{described(of.PLAYER)}", f"### `known` of `normalised`\n\n{described((of.KNOWN,))}"]
+    rows = []
+    for name, make in TASKS.items():
+        task = make()
+        acting = [side for side in ("left", "right") if side in task.controlled or task.controlled == "all"]
+        sides = [(task.left, task.right) if side == "left" else (task.right, task.left) for side in acting]
+        columns = of.Columns(max(own for own, _ in sides) - 1, max(other for _, other in sides), task.task_features)
+        starts, at = [], 0
+        for part, (_, entries) in columns.parts.items():
+            starts.append(f"`{part}` from {at}")
+            at += len(entries)
+        rows.append((f"`{name}`", str(columns.mates), str(columns.opponents), str(columns.size), ", ".join(starts)))
+    head = ("task", "team-mates", "opponents", "entries of the vector", "parts")
+    return [*parts, "### The vector of each task\n\nWith `flatten`, for the agents that act by default.\n\n" + table(head, rows)]
 
 
 def summary(thing: Any) -> str:

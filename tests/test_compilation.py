@@ -73,7 +73,7 @@ def test_constants_of_another_room_belong_to_the_key():
 
 
 def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path):
-    program = "import gymnasium, cprm_gym; gymnasium.make('cprm/GoToBall-v1').reset(seed=1)"
+    program = "import gymnasium, cprm_gym; gymnasium.make('cprm/GoToBall-v2').reset(seed=1)"
     env = {**os.environ, "CPRM_GYM_CACHE": str(tmp_path)}
     env.pop("CPRM_GYM_QUIET", None)
     first = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=env).stderr

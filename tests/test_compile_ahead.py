@@ -14,7 +14,7 @@ from cprm_gym.errors import CprmError, UnknownName
 
 FIRST_STEP = """
 import gymnasium, cprm_gym
-env = gymnasium.make("cprm/GoToBall-v1")
+env = gymnasium.make("cprm/GoToBall-v2")
 env.reset(seed=1)
 env.step(env.action_space.sample())
 """

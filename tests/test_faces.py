@@ -78,7 +78,7 @@ def test_a_face_loads_nothing_before_it_is_asked(package):
 def test_the_front_door_offers_what_most_people_need():
     import cprm_gym
 
-    wanted = "CPRM CprmError Executor Filter Model PetriNet Place Transition analyze check_contract load_net make_task soccer_v1"
+    wanted = "CPRM CprmError Executor Filter Model PetriNet Place Transition analyze check_contract load_net make_task soccer_v2"
     assert cprm_gym.__all__ == wanted.split()
 
 

@@ -1,6 +1,6 @@
 """The soccer world as Gymnasium and PettingZoo environments.
 
-``soccer_v1`` is the PettingZoo module (`parallel_env`, `env`, `raw_env`); Gymnasium ids are ``cprm/<Task>-v1``. Options: `EnvOptions`; what
+``soccer_v2`` is the PettingZoo module (`parallel_env`, `env`, `raw_env`); Gymnasium ids are ``cprm/<Task>-v2``. Options: `EnvOptions`; what
 every face tells beside observation and reward: `cprm_gym.envs.infos`; the engine: `SoccerCore`.
 """
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..lazy import lazy_face
 
 if TYPE_CHECKING:
-    from . import soccer_v1 as soccer_v1
+    from . import soccer_v2 as soccer_v2
     from .actions import ActionView as ActionView
     from .actions import action_view as action_view
     from .actions import scaled as scaled
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from .rewards import HausknechtStone as HausknechtStone
     from .rewards import named_terms as named_terms
     from .single import SoccerEnv as SoccerEnv
-    from .soccer_v1 import SoccerParallelEnv as SoccerParallelEnv
+    from .soccer_v2 import SoccerParallelEnv as SoccerParallelEnv
     from .tasks import TASKS as TASKS
     from .tasks import Outcome as Outcome
     from .tasks import Status as Status
@@ -39,7 +39,7 @@ else:
     __all__, _load, __dir__ = lazy_face(
         __name__,
         {
-            "": "soccer_v1",
+            "": "soccer_v2",
             "actions": "ActionView action_view scaled",
             "controller": "Controller",
             "core": "SoccerCore",
@@ -50,16 +50,16 @@ else:
             "rendering": "Viewer",
             "rewards": "HausknechtStone named_terms",
             "single": "SoccerEnv",
-            "soccer_v1": "SoccerParallelEnv",
+            "soccer_v2": "SoccerParallelEnv",
             "tasks": "TASKS Outcome Status Task make_task",
             "vector": "SoccerVectorEnv",
         },
     )
 
     def __getattr__(name: str) -> Any:
-        """The names of the face, loaded when they are first used; ``soccer_v0`` is answered by what replaced it."""
-        if name == "soccer_v0":
-            from .registration import replaced
+        """The names of the face, loaded when they are first used; older versions are answered by what replaced them."""
+        from .registration import REPLACED, replaced
 
-            replaced()
+        if name in REPLACED:
+            replaced(name)
         return _load(name)

@@ -31,7 +31,7 @@ from .players.memory import Memories, true_memory
 from .players.mixing import NOBODY
 from .players.scripted import POLICIES, ScriptedPlayers
 from .players.senses import LateNews, Senses, SensesChange
-from .presets import VECTORS, Preset, see_everything
+from .presets import REMEMBERED, Preset, see_everything
 from .rewards import Reward
 from .tasks.base import Status, Task
 
@@ -148,8 +148,9 @@ class SoccerCore(Pitch):
     threads : int
         Threads that share the worlds; results do not depend on it.
     **options
-        As for `EnvOptions`, but the actions are those of the canonical view, ``hybrid``, if `action_mode` does not say otherwise. An
-        empty `controlled`: everybody is scripted, `step(None)`.
+        As for `EnvOptions`, but if they do not say otherwise, it is what controllers see and do, who learn nothing: the actions of the
+        canonical view, ``hybrid``, the observations ``raw``, the percepts themselves, the reward ``sparse``. An empty
+        `controlled`: everybody is scripted, `step(None)`.
 
     Attributes
     ----------
@@ -173,7 +174,7 @@ class SoccerCore(Pitch):
         self, task: str | Task | EnvOptions, worlds: int = 1, *, seed: int = 0, first_world: int = 0, threads: int = 1, **options: Any
     ) -> None:
         if not isinstance(task, EnvOptions):
-            task = EnvOptions.of({"task": task, "action_mode": "hybrid", **options})
+            task = EnvOptions.of({"task": task, "action_mode": "hybrid", "observation": "raw", "reward": "sparse", **options})
         elif options:
             raise ParameterError(f"SoccerCore: {', '.join(options)} given beside EnvOptions, which hold all options")
         self.options = task
@@ -200,7 +201,7 @@ class SoccerCore(Pitch):
         self._now = self._late.now if self._late else self.observation
         self._begun = False
         self._memories: Memories | None = None
-        if "memory" in self.include or self.options.observation in VECTORS:
+        if "memory" in self.include or self.options.observation in REMEMBERED:
             active = np.isin(np.arange(1, PLAYERS + 1), players)
             self._memories = self.macros.memories if self.macros else Memories(sim, active, task.full_state)
             self._records = self._memories.records
@@ -213,10 +214,10 @@ class SoccerCore(Pitch):
         self._commands = sim.commands
         # a view of the simulator's own array, which stays the same one
         self._ball = sim.world["pos"][:, 0]
-        self.reward = Reward(self.options.reward, self.options.reward_gamma, task.terms)
+        self.reward = Reward(self.options.reward, self.options.reward_gamma, task.terms, task.shaping)
         self.reward.prepare(worlds, len(self.agents))
         self.term_keys = tuple((term, f"reward_{term}") for term in self.reward.terms)
-        self.preset = Preset(self, self.options.observation, self.options.flatten, space)
+        self.preset = Preset(self, self.options.observation, self.options.flatten, space, task.task_features)
         self.output: dict[str, np.ndarray] | np.ndarray = self.observation
 
     def simulator(self, task: Task, worlds: int, seed: int, first_world: int, threads: int) -> Simulator:
@@ -629,10 +630,8 @@ class SoccerCore(Pitch):
             "drawn": self.preset.drawn,
         }  # fmt: skip
         arrays |= {f"observation/{name}": values for name, values in self.observation.items()}
-        if isinstance(self.output, np.ndarray):
-            arrays["output"] = self.output
-        elif self.output is not self.observation:
-            arrays["output"] = self.output["observations"]
+        if not self.preset.plain:
+            arrays["output"] = self.preset.vector
         if self._late is not None:
             arrays |= self._late.state()
         if self.macros is not None:

@@ -36,7 +36,8 @@ class EnvOptions:
     action_mode : str
         ``discrete`` (default), ``box``, ``hybrid`` (the command itself), ``full`` (hybrid with say, attention and point) or ``macro``.
     observation : str
-        Preset: ``raw`` (default), ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or ``keepaway`` (`cprm_gym.envs.presets`).
+        Preset: ``normalised`` (default, `cprm_gym.envs.vectors.normalised`), ``raw``, ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or
+        ``keepaway`` (`cprm_gym.envs.presets`).
     include : str or sequence of str
         Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``, ``hear``,
         ``action_mask`` (of the macro view, beside the info, for learners that look for it there).
@@ -45,7 +46,8 @@ class EnvOptions:
     others : str or (str, str), optional
         Scripted policy of the other players, or one for each side; the task's own if not given.
     reward : None, str, sequence or mapping of str, or function
-        The task's own, with named shaping terms added, or a function instead of it (`cprm_gym.envs.rewards`).
+        The task's own (``sparse``: without its shaping terms), with named shaping terms added, or a function instead of it
+        (`cprm_gym.envs.rewards`).
     reward_gamma : float
         Discount of the shaping terms.
     max_cycles : int, optional
@@ -70,7 +72,7 @@ class EnvOptions:
     task: str | Task = "GoToBall"
     controlled: str | Sequence[str] | None = None
     action_mode: str = "discrete"
-    observation: str = "raw"
+    observation: str = "normalised"
     include: str | Sequence[str] = ()
     flatten: bool = False
     others: str | Sequence[str] | None = None

@@ -1,6 +1,7 @@
-"""Observation presets: the whole percept, the truth, or the feature vectors of the literature.
+"""Observation presets: numbers to learn from, the whole percept, the truth, or the feature vectors of the literature.
 
-``raw`` and ``memory`` are the Dict of `cprm_gym.envs.observations`; ``full`` is the same Dict without noise and without limits of sight;
+``normalised``, the default, is `cprm_gym.envs.vectors.normalised`. ``raw`` and ``memory`` are the Dict of `cprm_gym.envs.observations`;
+``full`` is the same Dict without noise and without limits of sight;
 ``hfo_low``, ``hfo_high`` and ``keepaway`` are vectors computed from the player's own memory of what he perceived (`players.memory`) by
 kernels of those names, all entries in [-1, 1]. What is unknown is 0 there, where HFO writes -2; a flag says so wherever HFO has one.
 """
@@ -22,11 +23,14 @@ from .kernels.hfo_low import hfo_low
 from .kernels.keepaway import keepaway
 from .observations import BodyFeature, with_mask
 from .pitch import Pitch
+from .vectors.normalised import Normalised
 
-PRESETS = ("raw", "memory", "full", "hfo_low", "hfo_high", "keepaway")
+PRESETS = ("normalised", "raw", "memory", "full", "hfo_low", "hfo_high", "keepaway")
 """Names of the presets."""
 VECTORS = ("hfo_low", "hfo_high", "keepaway")
 """Those that are one vector."""
+REMEMBERED = ("normalised", *VECTORS)
+"""Those that are made from the players' memories."""
 
 
 class Scale:
@@ -87,16 +91,18 @@ class Preset:
     space : gymnasium.spaces.Space
         Of one agent's observation.
     names : tuple of str
-        For the vectors of the literature: what each entry is.
+        For ``normalised`` and the vectors of the literature: what each entry of the vector is.
     vector : (W, A, entries) float32 array
-        Where the observation is one vector: the vectors of all agents, overwritten in every cycle.
+        The vectors of all agents, overwritten in every cycle; of no entries where the observation is the engine's own arrays.
     kicks : (W, A) int array
         Kicks with effect of each agent, until the last cycle.
     drawn : (W, A) int array
         What the entries of ``hfo_high`` about others rest on (`kernels.hfo_high.picture`).
     """
 
-    def __init__(self, pitch: Pitch, name: str, flatten: bool, plain: spaces.Dict) -> None:
+    def __init__(
+        self, pitch: Pitch, name: str, flatten: bool, plain: spaces.Dict, task_features: tuple[tuple[str, float, float], ...] = ()
+    ) -> None:
         self.name = name
         self.flatten = flatten
         self.names: tuple[str, ...] = ()
@@ -105,7 +111,19 @@ class Preset:
         self.kicks = np.zeros((pitch.worlds, len(pitch.players)), np.int64)
         self.drawn = np.full((pitch.worlds, len(pitch.players)), -1)
         self._write: Callable[[Pitch, np.ndarray], None] | None = None
-        if name in VECTORS:
+        self._normal: Normalised | None = None
+        self._divided: dict[str, np.ndarray] = {}
+        if name == "normalised":
+            self._normal = Normalised(pitch, task_features)
+            columns = self._normal.columns
+            self.names = columns.names
+            self.space: spaces.Space[Any] = columns.space(flatten)
+            if flatten:
+                self.space = with_mask(self.space, plain)  # type: ignore[arg-type]
+            elif "action_mask" in plain.spaces:
+                self.space = spaces.Dict({**self.space.spaces, "action_mask": plain["action_mask"]})  # type: ignore[attr-defined]
+            self._write = self._normalised
+        elif name in VECTORS:
             counts = {(pitch.counts[0], pitch.counts[1]) if p <= 11 else (pitch.counts[1], pitch.counts[0]) for p in pitch.players.tolist()}
             if len(counts) > 1:
                 raise UnknownName(
@@ -114,7 +132,7 @@ class Preset:
                 )
             self.mates, self.opponents = counts.pop() if counts else (pitch.counts[0], pitch.counts[1])
             self.names = _NAMES[name](self.mates - 1, self.opponents)
-            self.space: spaces.Space[Any] = with_mask(spaces.Box(-1.0, 1.0, (len(self.names),), np.float32), plain)
+            self.space = with_mask(spaces.Box(-1.0, 1.0, (len(self.names),), np.float32), plain)
             self._write = {"hfo_low": self._hfo_low, "hfo_high": self._hfo_high, "keepaway": self._keepaway}[name]
             self._index(pitch)
         elif flatten:
@@ -125,6 +143,8 @@ class Preset:
             self.space = plain
         size = len(self.names) if self._write else len(low) if flatten else 0
         self.vector: np.ndarray = np.zeros((pitch.worlds, len(pitch.players), size), np.float32)
+        if self._normal is not None and not flatten:
+            self._divided = self._normal.columns.views(self.vector)
 
     def _index(self, pitch: Pitch) -> None:
         """Whom the entries of a vector are about, as memory indices, and room for what its kernel notes of one player."""
@@ -137,7 +157,13 @@ class Preset:
     @property
     def plain(self) -> bool:
         """Whether the observations are the engine's own arrays."""
-        return not self.flatten and self.name not in VECTORS
+        return not self.flatten and self.name not in REMEMBERED
+
+    def lasting(self, o: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays that are handed out in every cycle, `o` being the engine's own; empty where it is one vector."""
+        if self.plain or not self._divided:
+            return o if self.plain else {}
+        return {**self._divided, "action_mask": o["action_mask"]} if "action_mask" in o else self._divided
 
     def begin(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """An episode begins in the given worlds."""
@@ -145,7 +171,7 @@ class Preset:
         self.drawn[worlds] = -1
 
     def fill(self, pitch: Pitch, worlds: np.ndarray) -> None:
-        """Write the vectors of the literature of some worlds, (n,), whose percepts and memories have just been made."""
+        """Write the vectors made from memory of some worlds, (n,), whose percepts and memories have just been made."""
         if self._write is not None:
             self._write(pitch, worlds)
 
@@ -156,6 +182,10 @@ class Preset:
             return o
         if self._write is None:
             self._flatten(o, worlds)
+        elif self._normal is not None and "task" in o:
+            self._normal.add_task(o["task"], self.vector)
+        if self._divided:
+            return self.lasting(o)
         return {"observations": self.vector, "action_mask": o["action_mask"]} if "action_mask" in o else self.vector
 
     def _flatten(self, o: dict[str, np.ndarray], worlds: np.ndarray) -> None:
@@ -170,6 +200,11 @@ class Preset:
             else:
                 into[worlds] = values[worlds]
             at += values.shape[2]
+
+    def _normalised(self, pitch: Pitch, worlds: np.ndarray) -> None:
+        """All parts of ``normalised``."""
+        assert self._normal is not None
+        self._normal.write(pitch, worlds, int(BodyFeature.FRESH), self.vector)
 
     # ------------------------------------------------------------------ the vectors of the literature
 

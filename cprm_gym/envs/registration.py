@@ -6,9 +6,10 @@ import gymnasium
 import pettingzoo
 
 NAMESPACE = "cprm"
-VERSION = 1
-"""Of all environments. 1: success is each agent's own and rewards of the right side have their sign, infos are numbers, ages end at 1000
-cycles, ``hfo_low`` knows rest, every face's default actions are ``discrete``."""
+VERSION = 2
+"""Of all environments. 2: the default observation is ``normalised``, where it was ``raw``, and GoToBall pays for coming nearer. 1: success
+is each agent's own and rewards of the right side have their sign, infos are numbers, ages end at 1000 cycles, ``hfo_low`` knows rest, every
+face's default actions are ``discrete``."""
 TASK_CYCLES = {
     "GoToBall": 200, "LostAndFound": 100, "Hike": 200,
     "KickOffShot": 600, "KickOffShot2v2": 600, "Goalie": 200, "Goalie2v1": 200, "Goalie3v2": 200,
@@ -28,12 +29,12 @@ SMALL_CYCLES = 400
 def register_all() -> tuple[str, ...]:
     """Register all tasks, and the little world of Appendix A; a second call changes nothing.
 
-    Gymnasium answers an older version (``-v0``) with an error that names the present one.
+    Gymnasium answers an older version (``-v0``, ``-v1``) with an error that names the present one.
 
     Returns
     -------
     tuple of str
-        The Gymnasium ids, ``cprm/<Task>-v1``.
+        The Gymnasium ids, ``cprm/<Task>-v2``.
     """
     soccer, small = "cprm_gym.envs", "cprm_gym.envs.tasks.slow_approach"
     one, worlds = f"{soccer}.single:SoccerEnv", f"{soccer}.vector:SoccerVectorEnv"
@@ -50,29 +51,42 @@ def register_all() -> tuple[str, ...]:
 
 
 def _register_with_pettingzoo() -> None:
-    """``pettingzoo.make("parallel", "cprm/soccer_v1")``, with PettingZoo 1.27 or newer; ``soccer_v0`` says what replaced it."""
+    """``pettingzoo.make("parallel", "cprm/soccer_v2")``, with PettingZoo 1.27 or newer; older versions say what replaced them."""
     if not hasattr(pettingzoo, "register"):
         return
     for kind, entry in (("parallel", "parallel_env"), ("aec", "env")):
-        places = {f"soccer_v{VERSION}": f"soccer_v{VERSION}:{entry}", "soccer_v0": "registration:replaced"}
+        places = {f"soccer_v{VERSION}": f"soccer_v{VERSION}:{entry}", **{old: f"registration:replaced_{old}" for old in REPLACED}}
         for name, place in places.items():
             env_id = f"{NAMESPACE}/{name}"
             if env_id not in getattr(pettingzoo, f"{kind}_registry"):
                 pettingzoo.register(kind, env_id, f"cprm_gym.envs.{place}")
 
 
-REPLACED = (
-    "soccer_v0 has been replaced by soccer_v1: success is each agent's own, infos are numbers, the default actions are discrete "
-    "(action_mode='hybrid' gives those of soccer_v0)"
-)
+REPLACED = {
+    "soccer_v0": "success is each agent's own, infos are numbers, the default actions are discrete (action_mode='hybrid' gives those of "
+    "soccer_v0), the default observation is normalised (observation='raw' gives that of soccer_v0)",
+    "soccer_v1": "the default observation is normalised (observation='raw' gives that of soccer_v1), and GoToBall pays for coming nearer "
+    "(reward='sparse' does not)",
+}
+"""Older versions, and what differs now."""
 
 
-def replaced(**arguments: object) -> None:
-    """The answer to who asks for the old version.
+def replaced(old: str) -> None:
+    """The answer to who asks for an old version.
 
     Raises
     ------
     ImportError
         Naming the new one.
     """
-    raise ImportError(REPLACED)
+    raise ImportError(f"{old} has been replaced by soccer_v{VERSION}: {REPLACED[old]}")
+
+
+def replaced_soccer_v0(**arguments: object) -> None:
+    """The answer to ``pettingzoo.make("parallel", "cprm/soccer_v0")``: see `replaced`."""
+    replaced("soccer_v0")
+
+
+def replaced_soccer_v1(**arguments: object) -> None:
+    """The answer to ``pettingzoo.make("parallel", "cprm/soccer_v1")``: see `replaced`."""
+    replaced("soccer_v1")

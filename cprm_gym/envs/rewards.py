@@ -25,7 +25,8 @@ RewardFunction: TypeAlias = "Callable[[Pitch, Outcome], np.ndarray | Mapping[str
 """Called after every cycle with the worlds and the task's outcome; gives the reward (W, A), or terms of it, whose names stand in the
 function's attribute ``terms`` (`named_terms`)."""
 RewardOption: TypeAlias = "str | Sequence[str] | Mapping[str, float] | RewardFunction | None"
-"""None: the task's own. A name, names, or names with weights: the task's own plus those terms. A function: instead of the task's own."""
+"""None: the task's own, with the shaping terms that belong to it (`Task.shaping`). ``sparse``: without them. Another name, names, or names
+with weights: without them, plus those terms. A function: instead of all that."""
 Potential: TypeAlias = "Callable[[Pitch], np.ndarray]"
 
 
@@ -99,6 +100,8 @@ class Reward:
         Discount of the shaping terms; that of the learner keeps them neutral.
     task_terms : tuple of str
         Terms of the task's own reward.
+    shaping : sequence of (str, float)
+        The task's own shaping terms and their weights.
 
     Attributes
     ----------
@@ -113,9 +116,16 @@ class Reward:
         For a weight that is no number, or another type of option.
     """
 
-    def __init__(self, option: RewardOption = None, gamma: float = 0.99, task_terms: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        option: RewardOption = None,
+        gamma: float = 0.99,
+        task_terms: tuple[str, ...] = (),
+        shaping: Sequence[tuple[str, float]] = (),
+    ) -> None:
         self.function: RewardFunction | None = None
         self.weights: dict[str, float] = {}
+        own = dict(shaping) if option is None else {}
         self.gamma = gamma
         if isinstance(gamma, bool) or not isinstance(gamma, (int, float)) or not 0.0 <= gamma <= 1.0:
             raise ParameterError(f"reward_gamma: {gamma!r} given, allowed is 0 to 1")
@@ -131,6 +141,7 @@ class Reward:
             self.function = option
         else:
             raise ParameterError(f"reward: expected None, names of terms, names with weights or a function, got {type(option).__name__}")
+        self.weights |= own
         for name, weight in self.weights.items():
             if name not in SHAPING:
                 raise unknown_name("reward term", str(name), ("sparse", *SHAPING))

@@ -144,7 +144,7 @@ def ego_options(given: Mapping[str, Any]) -> EnvOptions:
     task = options.played()
     chosen = select_agents(task.controlled if options.controlled is None else options.controlled, task.left, task.right)
     if options.controlled is not None and len(chosen) != 1:
-        raise UnknownName(f"agent {options.controlled!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v1 for several")
+        raise UnknownName(f"agent {options.controlled!r}: one agent is needed here, such as {chosen[0]!r}; use soccer_v2 for several")
     return replace(options, controlled=chosen[0])
 
 

@@ -59,7 +59,7 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ParameterError(f"num_envs: {num_envs!r} given, a whole number of at least 1 is needed")
         if render_mode is not None:
-            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v1")
+            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v2")
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:

@@ -12,7 +12,7 @@ from functools import partial
 import gymnasium
 import numpy as np
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.actions import NO_COMMAND
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
@@ -53,22 +53,22 @@ def main() -> None:
 
     run = {"type": 1, "params": np.array([0.5, 0, 0, 0], np.float32), "turn_neck": np.zeros(1, np.float32), "view": 0}
     for copy, name in ((True, "Parallel, 22 agents, hybrid, per step"), (False, "the same with copy=False")):
-        env = soccer_v1.parallel_env(action_mode="hybrid", max_cycles=10**9, copy=copy)
+        env = soccer_v2.parallel_env(action_mode="hybrid", max_cycles=10**9, copy=copy)
         env.reset(seed=1)
         actions = {agent: dict(run) for agent in env.agents}
         rows.append((name, median_us(partial(env.step, actions), 500), base[1]))
 
-    single = gymnasium.make("cprm/Soccer11v11-v1", others="hold", max_cycles=10**9).unwrapped
+    single = gymnasium.make("cprm/Soccer11v11-v2", others="hold", max_cycles=10**9).unwrapped
     single.reset(seed=1)
     move = np.array([1, 2, 11, 0])
     rows.append(("Gymnasium, one agent of 11 v 11, per step", median_us(lambda: single.step(move), 1000), base[1]))
 
-    small = gymnasium.make("cprm/GoToBall-v1", max_cycles=10**9).unwrapped
+    small = gymnasium.make("cprm/GoToBall-v2", max_cycles=10**9).unwrapped
     small.reset(seed=1)
     away = np.array([0, 0, 0, 0])
     rows.append(("Gymnasium, GoToBall, per step", median_us(lambda: small.step(away), 2000), 0.0))
 
-    envs = gymnasium.make_vec("cprm/Soccer11v11-v1", num_envs=64, others="hold", max_cycles=10**9, copy=False)
+    envs = gymnasium.make_vec("cprm/Soccer11v11-v2", num_envs=64, others="hold", max_cycles=10**9, copy=False)
     envs.reset(seed=1)
     many = np.tile(move, (64, 1))
     rows.append(("vector, 64 worlds of 11 v 11, one agent each, per world", median_us(lambda: envs.step(many), 30) / 64, base[64]))

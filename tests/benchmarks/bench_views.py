@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve()
-PRESETS = ("raw", "memory", "full", "hfo_low", "hfo_high", "keepaway")
+PRESETS = ("raw", "normalised", "memory", "full", "hfo_low", "hfo_high", "keepaway")
 ENDLESS = 10**9
 EPISODE = 40
 
@@ -72,6 +72,30 @@ def views() -> dict[str, float]:
     return figures
 
 
+def defaults() -> dict[str, float]:
+    """What learners ask for: one vector of ``raw``, of the default and of ``hfo_low``, per agent and cycle of random play with resets."""
+    from cprm_gym.envs.core import SoccerCore
+
+    figures = {}
+    for task, worlds in (("GoToBall", 256), ("HFO1v1", 256), ("Soccer11v11", 16)):
+        for name in ("raw", "normalised", "hfo_low"):
+            core = SoccerCore(task, worlds, action_mode="discrete", observation=name, flatten=True)
+            core.reset(1)
+            rng, agents = np.random.default_rng(1), len(core.agents)
+            actions = [rng.integers(0, [6, 5, 24, 5], (worlds, agents, 4)) for _ in range(16)]
+            count = [0]
+
+            def cycle(core=core, actions=actions, count=count) -> None:
+                count[0] += 1
+                step = core.step(actions[count[0] % 16])
+                over = step.terminated | step.truncated
+                if over.any():
+                    core.reset(None, over)
+
+            figures[f"{task}, {name}"] = median_us(cycle, 60) / worlds / agents
+    return figures
+
+
 def resets() -> dict[str, float]:
     """GoToBall in 64 worlds: endless episodes, episodes of 40 cycles that end at different times, and one reset."""
     import gymnasium
@@ -82,7 +106,7 @@ def resets() -> dict[str, float]:
     for preset in ("raw", "hfo_low"):
         for name, cycles in (("endless", ENDLESS), ("staggered", EPISODE)):
             envs = gymnasium.make_vec(
-                "cprm/GoToBall-v1", num_envs=64, max_cycles=cycles, copy=False, observation=preset,
+                "cprm/GoToBall-v2", num_envs=64, max_cycles=cycles, copy=False, observation=preset,
                 vector_kwargs=None, autoreset_mode="SameStep",
             )  # fmt: skip
             envs.reset(seed=1)
@@ -132,14 +156,14 @@ def learning() -> dict[str, float]:
     import torch
     from stable_baselines3 import PPO
 
-    from cprm_gym.envs import soccer_v1
+    from cprm_gym.envs import soccer_v2
     from cprm_gym.wrappers.sb3 import ParallelVecEnv, SoccerVecEnv
 
     torch.set_num_threads(1)
     figures = {}
     makers = {
         "GoToBall hfo_low": lambda: SoccerVecEnv("GoToBall", worlds=64, observation="hfo_low"),
-        "Parallel hfo_low": lambda: ParallelVecEnv(lambda: soccer_v1.parallel_env(observation="hfo_low", action_mode="discrete"), 3),
+        "Parallel hfo_low": lambda: ParallelVecEnv(lambda: soccer_v2.parallel_env(observation="hfo_low", action_mode="discrete"), 3),
     }
     for name, make in makers.items():
         env = make()
@@ -161,7 +185,7 @@ def learning() -> dict[str, float]:
     return figures
 
 
-PARTS = {"views": views, "resets": resets, "opponents": opponents, "memory": memory, "learning": learning}
+PARTS = {"defaults": defaults, "views": views, "resets": resets, "opponents": opponents, "memory": memory, "learning": learning}
 
 
 def measured(checkout: Path, parts: list[str]) -> dict[str, float]:

@@ -48,8 +48,8 @@ def field():
 
 
 def test_a_task_plays_on_a_server_as_in_process(field):
-    here = gymnasium.make("cprm/GoToBall-v1", action_mode="hybrid")
-    there = gymnasium.make("cprm/GoToBall-v1", action_mode="hybrid", backend=field.place)
+    here = gymnasium.make("cprm/GoToBall-v2", action_mode="hybrid", observation="raw")
+    there = gymnasium.make("cprm/GoToBall-v2", action_mode="hybrid", observation="raw", backend=field.place)
     assert there.observation_space == here.observation_space
     assert there.action_space == here.action_space
     try:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import cprm_gym.envs  # noqa: F401
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.players.senses import Senses
@@ -178,9 +178,9 @@ def test_a_saved_state_holds_what_has_not_been_told_yet():
 
 
 def test_every_face_takes_them():
-    env = gymnasium.make("cprm/Goalie-v1", senses={"view": "wide", "lost": 0.5})
+    env = gymnasium.make("cprm/Goalie-v2", senses={"view": "wide", "lost": 0.5})
     assert env.unwrapped.core.senses == Senses(view="wide", lost=0.5)
-    several = soccer_v1.parallel_env(task="HFO2v1", senses=Senses(late_ball=2))
+    several = soccer_v2.parallel_env(task="HFO2v1", observation="raw", senses=Senses(late_ball=2))
     several.reset(seed=1)
     assert several.core.senses.late_ball == 2
 

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, render_test, state_test
 
 import cprm_gym
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.registration import TASK_NAMES
 from cprm_gym.envs.tasks import TASKS
 
@@ -23,20 +23,20 @@ MODES = ("hybrid", "discrete", "box", "macro")
 def test_every_task_is_registered():
     assert tuple(TASKS) == TASK_NAMES
     for name in TASKS:
-        assert f"cprm/{name}-v1" in gymnasium.registry
+        assert f"cprm/{name}-v2" in gymnasium.registry
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", TASK_NAMES)
 def test_gymnasium_accepts_the_environment(name, mode):
-    env = gymnasium.make(f"cprm_gym:cprm/{name}-v1", action_mode=mode).unwrapped
+    env = gymnasium.make(f"cprm_gym:cprm/{name}-v2", action_mode=mode).unwrapped
     check_env(env)
     env.close()
 
 
 def test_gymnasium_renders_every_mode():
     for mode in ("human", "rgb_array", "ansi"):
-        env = gymnasium.make("cprm/GoToBall-v1", render_mode=mode)
+        env = gymnasium.make("cprm/GoToBall-v2", render_mode=mode)
         env.reset(seed=1)
         picture = env.render()
         if mode == "rgb_array":
@@ -66,10 +66,10 @@ def small(name):
 def test_pettingzoo_accepts_every_task(name):
     # the flat form passes every test of the library without a warning
     options = {**small(name), **FLAT}
-    parallel_api_test(soccer_v1.parallel_env(**options), num_cycles=40)
-    api_test(soccer_v1.env(**options), num_cycles=30)
-    env = soccer_v1.parallel_env(**options)
-    state_test(soccer_v1.env(**options), env)
+    parallel_api_test(soccer_v2.parallel_env(**options), num_cycles=40)
+    api_test(soccer_v2.env(**options), num_cycles=30)
+    env = soccer_v2.parallel_env(**options)
+    state_test(soccer_v2.env(**options), env)
     env.reset(seed=3)
     assert env.state_space.contains(env.state())
 
@@ -79,11 +79,11 @@ def test_every_task_ends_at_max_cycles(name):
     class Module:
         @staticmethod
         def parallel_env(max_cycles):
-            return soccer_v1.parallel_env(**{**small(name), "max_cycles": max_cycles, "action_mode": "discrete"})
+            return soccer_v2.parallel_env(**{**small(name), "max_cycles": max_cycles, "action_mode": "discrete"})
 
         @staticmethod
         def env(max_cycles):
-            return soccer_v1.env(**{**small(name), "max_cycles": max_cycles, "action_mode": "discrete"})
+            return soccer_v2.env(**{**small(name), "max_cycles": max_cycles, "action_mode": "discrete"})
 
     if name == "Goalie":
         # a shot reaches the goal in fewer cycles than the test of the library plays
@@ -99,12 +99,12 @@ def test_every_task_ends_at_max_cycles(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TASK_NAMES)
 def test_pettingzoo_renders_every_task(name):
-    render_test(lambda **kwargs: soccer_v1.env(**small(name), **kwargs))
+    render_test(lambda **kwargs: soccer_v2.env(**small(name), **kwargs))
 
 
 @pytest.mark.parametrize("mode", [*MODES, "full"])
 def test_pettingzoo_accepts_every_action_view(mode):
-    parallel_api_test(soccer_v1.parallel_env(action_mode=mode, **SMALL), num_cycles=120)
+    parallel_api_test(soccer_v2.parallel_env(action_mode=mode, **SMALL), num_cycles=120)
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -113,11 +113,11 @@ def test_pettingzoo_accepts_every_action_view(mode):
 @pytest.mark.filterwarnings("ignore:Observation is not a NumPy array:UserWarning")
 def test_pettingzoo_accepts_the_aec_environment(mode):
     # the three warnings are PettingZoo's taste for Box observations and simple actions; our observations are flat dicts by design
-    api_test(soccer_v1.env(action_mode=mode, **SMALL), num_cycles=80)
+    api_test(soccer_v2.env(action_mode=mode, **SMALL), num_cycles=80)
 
 
 def test_pettingzoo_renders():
-    render_test(lambda **kwargs: soccer_v1.env(**SMALL, **kwargs))
+    render_test(lambda **kwargs: soccer_v2.env(**SMALL, **kwargs))
 
 
 @pytest.mark.parametrize("observation", [{"flatten": True}, {"observation": "hfo_low"}], ids=["flat", "hfo_low"])
@@ -125,19 +125,19 @@ def test_pettingzoo_renders():
 @pytest.mark.parametrize("name", TASK_NAMES)
 def test_stable_baselines_accepts_every_task(name, mode, observation):
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
-    checker.check_env(gymnasium.make(f"cprm/{name}-v1", action_mode=mode, **observation, disable_env_checker=True).unwrapped)
+    checker.check_env(gymnasium.make(f"cprm/{name}-v2", action_mode=mode, **observation, disable_env_checker=True).unwrapped)
 
 
 @pytest.mark.parametrize("mode", ["discrete", "box"])
 def test_stable_baselines_accepts_the_world_of_the_appendix(mode):
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
-    checker.check_env(gymnasium.make("cprm/SlowApproach-v1", action_mode=mode, disable_env_checker=True).unwrapped)
+    checker.check_env(gymnasium.make("cprm/SlowApproach-v2", action_mode=mode, disable_env_checker=True).unwrapped)
 
 
 def test_pettingzoo_registry_makes_the_environment():
     import pettingzoo
 
-    env = pettingzoo.make("parallel", "cprm/soccer_v1", **SMALL)
+    env = pettingzoo.make("parallel", "cprm/soccer_v2", **SMALL)
     env.reset(seed=1)
     assert env.possible_agents == ["left_1", "left_2", "right_1", "right_2"]
 
@@ -145,8 +145,8 @@ def test_pettingzoo_registry_makes_the_environment():
 EPISODE = """
 import hashlib, sys
 import numpy as np
-from cprm_gym.envs import soccer_v1
-env = soccer_v1.parallel_env(task=sys.argv[2], max_cycles=150)
+from cprm_gym.envs import soccer_v2
+env = soccer_v2.parallel_env(task=sys.argv[2], max_cycles=150)
 for a in env.possible_agents:
     env.action_space(a).seed(7)
 digest = hashlib.sha256()

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.tasks import GoToBall, Status, make_task
@@ -28,7 +28,7 @@ def frozen(value):
 
 @pytest.mark.parametrize("options", [{}, {"flatten": True}, {"observation": "hfo_high"}, {"include": "memory"}], ids=str)
 def test_what_a_parallel_step_returned_never_changes(options):
-    env = soccer_v1.parallel_env(left=2, right=2, action_mode="macro", debug_info=True, **options)
+    env = soccer_v2.parallel_env(left=2, right=2, action_mode="macro", debug_info=True, **options)
     kept = [env.reset(seed=1)]
     before = [frozen(part) for part in kept[0]]
     for _ in range(6):
@@ -48,7 +48,7 @@ def test_what_a_gymnasium_step_returned_never_changes():
 
 
 def test_agents_share_nothing_that_can_be_written_to():
-    env = soccer_v1.parallel_env(left=2, right=2, action_mode="hybrid")
+    env = soccer_v2.parallel_env(left=2, right=2, action_mode="hybrid")
     env.reset(seed=1)
     observations, _, _, _, infos = env.step(dict.fromkeys(env.agents, DASH))
     others = frozen({a: (o, infos[a]) for a, o in observations.items() if a != "left_1"})
@@ -59,7 +59,7 @@ def test_agents_share_nothing_that_can_be_written_to():
 
 
 def test_copy_false_returns_the_same_arrays_with_the_same_numbers():
-    copied, shared = (soccer_v1.parallel_env(left=2, right=2, action_mode="hybrid", copy=c) for c in (True, False))
+    copied, shared = (soccer_v2.parallel_env(left=2, right=2, action_mode="hybrid", copy=c) for c in (True, False))
     first, same = copied.reset(seed=1)[0], shared.reset(seed=1)[0]
     for _ in range(5):
         kept = frozen(first)
@@ -69,7 +69,7 @@ def test_copy_false_returns_the_same_arrays_with_the_same_numbers():
 
 
 def test_infos_have_the_same_keys_after_reset_and_step():
-    env = soccer_v1.parallel_env(left=2, right=2, action_mode="macro")
+    env = soccer_v2.parallel_env(left=2, right=2, action_mode="macro")
     after_reset = env.reset(seed=1)[1]
     after_step = env.step(dict.fromkeys(env.agents, 0))[4]
     assert after_reset["left_2"].keys() == after_step["left_2"].keys() >= {"status", "is_success", "reward_goal", "action_mask"}
@@ -77,7 +77,7 @@ def test_infos_have_the_same_keys_after_reset_and_step():
 
 
 def test_an_episode_cut_short_by_a_wrapper_is_out_of_time():
-    env = soccer_v1.parallel_env(left=2, right=2, action_mode="hybrid")
+    env = soccer_v2.parallel_env(left=2, right=2, action_mode="hybrid")
     env.reset(seed=1)
     env.max_cycles = 2
     assert env.step(dict.fromkeys(env.agents, DASH))[4]["left_1"]["status"] == Status.IN_GAME
@@ -87,7 +87,7 @@ def test_an_episode_cut_short_by_a_wrapper_is_out_of_time():
 
 
 def test_a_goal_is_worth_one_to_those_who_scored():
-    env = soccer_v1.parallel_env(left=2, right=1, action_mode="hybrid")
+    env = soccer_v2.parallel_env(left=2, right=1, action_mode="hybrid")
     env.reset(seed=1)
     w = env.core.sim.world[0]
     w["mode"], w["pos"][0], w["vel"][0] = 3, [52.0, 0.0], [2.5, 0.0]
@@ -160,7 +160,7 @@ def test_masks_of_a_vector_environment_are_copies_unless_asked_otherwise(kept):
 
 
 def parallel(mode, action):
-    env = soccer_v1.parallel_env(left=2, right=1, action_mode=mode)
+    env = soccer_v2.parallel_env(left=2, right=1, action_mode=mode)
     env.reset(seed=0)
     good = {"hybrid": DASH, "discrete": FORWARD, "macro": 0}[mode]
     return env.step({**dict.fromkeys(env.agents, good), "left_2": action})
@@ -193,7 +193,7 @@ def test_a_bad_action_is_refused_with_the_name_of_its_agent(mode, action, messag
 
 
 def test_a_refused_action_changes_nothing():
-    env, other = (soccer_v1.parallel_env(left=2, right=1, action_mode="hybrid") for _ in range(2))
+    env, other = (soccer_v2.parallel_env(left=2, right=1, action_mode="hybrid") for _ in range(2))
     env.reset(seed=3)
     other.reset(seed=3)
     with pytest.raises(CommandError, match="right_1: action 'type'"):
@@ -203,13 +203,13 @@ def test_a_refused_action_changes_nothing():
 
 @pytest.mark.parametrize("actions", [None, [DASH, DASH], np.zeros(2), "dash"], ids=["None", "list", "array", "str"])
 def test_actions_of_all_agents_are_a_dict(actions):
-    env = soccer_v1.parallel_env(left=2, right=0, controlled="left", action_mode="hybrid")
+    env = soccer_v2.parallel_env(left=2, right=0, controlled="left", action_mode="hybrid")
     env.reset(seed=0)
     with pytest.raises(CommandError, match=f"actions: expected a dict with an action for every agent, got {type(actions).__name__}"):
         env.step(actions)
 
 
-@pytest.mark.parametrize("face", [SoccerEnv, SoccerVectorEnv, soccer_v1.parallel_env])
+@pytest.mark.parametrize("face", [SoccerEnv, SoccerVectorEnv, soccer_v2.parallel_env])
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -235,16 +235,16 @@ def test_every_face_refuses_a_bad_argument(face, options, error, message):
 
 def test_who_acts_is_somebody():
     with pytest.raises(UnknownName, match="controlled: nobody chosen"):
-        soccer_v1.parallel_env(controlled=[])
+        soccer_v2.parallel_env(controlled=[])
     with pytest.raises(UnknownName, match="agents: expected a string or a sequence of strings, got int 5"):
-        soccer_v1.parallel_env(controlled=5)
-    with pytest.raises(UnknownName, match=r"agent 'all': one agent is needed here, such as 'left_1'; use soccer_v1 for several"):
+        soccer_v2.parallel_env(controlled=5)
+    with pytest.raises(UnknownName, match=r"agent 'all': one agent is needed here, such as 'left_1'; use soccer_v2 for several"):
         SoccerEnv("Soccer", agent="all")
 
 
 def test_options_change_a_task_that_is_given_as_an_object():
     assert SoccerEnv(GoToBall(), max_episode_steps=5).task.max_cycles == 5
-    assert soccer_v1.parallel_env(task=GoToBall(), max_cycles=6, near=7.0).task == GoToBall(max_cycles=6, near=7.0)
+    assert soccer_v2.parallel_env(task=GoToBall(), max_cycles=6, near=7.0).task == GoToBall(max_cycles=6, near=7.0)
 
 
 @pytest.mark.parametrize("worlds", [0, 2.5, "2", None])
@@ -254,7 +254,7 @@ def test_a_vector_environment_has_at_least_one_world(worlds):
 
 
 def test_the_reset_of_a_vector_environment_says_what_it_takes():
-    envs = SoccerVectorEnv(3)
+    envs = SoccerVectorEnv(3, reward="sparse")
     with pytest.raises(ParameterError, match=r"seed: expected a whole number of at least 0, or 3 of them, got \[1, 2\]"):
         envs.reset(seed=[1, 2])
     with pytest.raises(ParameterError, match=r"seed: entry 1 is -2; expected a whole number of at least 0, or None"):

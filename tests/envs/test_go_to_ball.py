@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.actions import scaled
 from cprm_gym.envs.core import SoccerCore, select_agents
 from cprm_gym.envs.observations import MAX_AGE, BodyFeature
@@ -82,7 +82,7 @@ def test_reaching_the_ball_ends_the_episode_with_success():
 
 
 def test_time_runs_out():
-    env = gymnasium.make("cprm/GoToBall-v1", action_mode="hybrid", max_cycles=7)
+    env = gymnasium.make("cprm/GoToBall-v2", action_mode="hybrid", max_cycles=7, reward="sparse")
     env.reset(seed=0)
     action = {"type": 0, "params": np.zeros(4, np.float32), "turn_neck": np.zeros(1, np.float32), "view": 0}
     for i in range(7):
@@ -108,14 +108,14 @@ def test_what_is_not_seen_is_zero_with_level_zero_and_ages():
 
 
 def test_a_seed_fixes_the_observations_of_the_gymnasium_environment():
-    env = gymnasium.make("cprm/GoToBall-v1")
+    env = gymnasium.make("cprm/GoToBall-v2")
     first, second, other = env.reset(seed=3)[0], env.reset(seed=3)[0], env.reset(seed=4)[0]
     assert all((first[k] == second[k]).all() for k in first)
     assert any((first[k] != other[k]).any() for k in first)
 
 
 def test_episodes_after_the_first_differ():
-    env = gymnasium.make("cprm/GoToBall-v1", debug_info=True)
+    env = gymnasium.make("cprm/GoToBall-v2", debug_info=True)
     truths = [env.reset(seed=1 if i == 0 else None)[1]["truth"] for i in range(3)]
     assert not np.array_equal(truths[0], truths[1])
     assert not np.array_equal(truths[1], truths[2])
@@ -123,8 +123,9 @@ def test_episodes_after_the_first_differ():
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_vector_environments_reset_as_their_mode_says(mode):
-    envs = gymnasium.make_vec("cprm/GoToBall-v1", num_envs=5, max_episode_steps=4, vector_kwargs={}, autoreset_mode=mode)
+    envs = gymnasium.make_vec("cprm/GoToBall-v2", num_envs=5, max_episode_steps=4, vector_kwargs={}, autoreset_mode=mode)
     assert envs.metadata["autoreset_mode"] == mode
+    names = envs.core.preset.names
     observations, _ = envs.reset(seed=2)
     assert envs.observation_space.contains(observations)
     envs.action_space.seed(0)
@@ -133,8 +134,8 @@ def test_vector_environments_reset_as_their_mode_says(mode):
     assert truncated.all()
     assert not terminated.any()
     if mode == AutoresetMode.SAME_STEP:
-        assert (observations["body"][:, BodyFeature.FRESH] == 1).all()
-        assert info["final_obs"][0]["body"].shape == (24,)
+        assert (observations["me"][:, names.index("me_fresh")] == 1).all()
+        assert info["final_obs"][0]["me"].shape == (17,)
         assert (envs.core.cycle == 0).all()
     elif mode == AutoresetMode.NEXT_STEP:
         assert (envs.core.cycle == 4).all()
@@ -168,7 +169,7 @@ def test_copy_false_returns_the_same_arrays_and_copy_true_does_not():
     action = np.tile([1, 4, 11, 0], (2, 1))
     for envs, same in ((shared, True), (copied, False)):
         first = envs.reset(seed=1)[0]
-        assert np.shares_memory(first["body"], envs.step(action)[0]["body"]) is same
+        assert np.shares_memory(first["me"], envs.step(action)[0]["me"]) is same
 
 
 # ---------------------------------------------------------------------- errors say what was given and what is allowed
@@ -180,7 +181,7 @@ def test_step_before_reset_says_so():
     with pytest.raises(CprmError, match="step before reset"):
         SoccerVectorEnv(2).step(np.zeros((2, 4), int))
     with pytest.raises(CprmError, match="step before reset"):
-        soccer_v1.parallel_env(left=1, right=1).step({})
+        soccer_v2.parallel_env(left=1, right=1).step({})
 
 
 def test_unknown_names_list_the_right_ones():
@@ -195,7 +196,7 @@ def test_unknown_names_list_the_right_ones():
 
 
 def test_actions_for_the_wrong_agents_are_refused_by_name():
-    env = soccer_v1.parallel_env(left=2, right=0, controlled="left", action_mode="hybrid")
+    env = soccer_v2.parallel_env(left=2, right=0, controlled="left", action_mode="hybrid")
     env.reset(seed=0)
     good = {a: env.action_space(a).sample() for a in env.agents}
     with pytest.raises(UnknownName, match="agent 'left_9' is not controlled here; controlled are left_1, left_2"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.registration import TASK_NAMES
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.envs.tasks import Status, make_task
@@ -39,7 +39,7 @@ def infos(face, **options):
 @pytest.mark.parametrize("name", TASK_NAMES)
 def test_every_face_tells_the_same_from_the_reset_on(name):
     options = {"task": name, "action_mode": "macro", "debug_info": True, "reward": ("possession", "ball_to_goal_progress")}
-    told = [part for face in (SoccerEnv, SoccerVectorEnv, soccer_v1.parallel_env) for part in infos(face, **options)]
+    told = [part for face in (SoccerEnv, SoccerVectorEnv, soccer_v2.parallel_env) for part in infos(face, **options)]
     assert all(part == told[0] for part in told[1:])
     terms = {f"reward_{term}" for term in (*make_task(name).terms, "possession", "ball_to_goal_progress")}
     assert set(told[0]) == {"status", "is_success", "cycle", "action_mask", "truth"} | terms
@@ -69,7 +69,7 @@ def test_statuses_begin_with_those_of_hfo():
 
 
 def test_the_same_default_action_view_and_both_names_of_the_limit_everywhere():
-    faces = (SoccerEnv, lambda **o: SoccerVectorEnv(2, **o), soccer_v1.parallel_env)
+    faces = (SoccerEnv, lambda **o: SoccerVectorEnv(2, **o), soccer_v2.parallel_env)
     for face in faces:
         assert face(task="HFO1v1").core.view.name == "discrete"
         for name in ("max_cycles", "max_episode_steps"):
@@ -84,7 +84,7 @@ def test_a_mask_can_stand_in_the_observation_too():
     assert flat.observation_space.contains(observation)
     assert (observation["action_mask"] == info["action_mask"]).all()
     assert (flat.action_masks() == info["action_mask"]).all()
-    plain = soccer_v1.parallel_env(task="HFO2v1", action_mode="macro", include=("action_mask", "memory"))
+    plain = soccer_v2.parallel_env(task="HFO2v1", action_mode="macro", include=("action_mask", "memory"))
     observations, infos_ = plain.reset(seed=1)
     for agent in plain.agents:
         assert plain.observation_space(agent).contains(observations[agent])

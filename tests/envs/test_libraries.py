@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.wrappers import MacroSteps
 
@@ -19,7 +19,7 @@ def test_torchrl_takes_the_parallel_environment(options):
     torchrl = pytest.importorskip("torchrl.envs")
     from torchrl.envs.utils import check_env_specs
 
-    env = torchrl.PettingZooWrapper(soccer_v1.parallel_env(**HFO, **options), use_mask=False)
+    env = torchrl.PettingZooWrapper(soccer_v2.parallel_env(**HFO, **options), use_mask=False)
     check_env_specs(env)
     rollout = env.rollout(12)
     group = rollout["left"]
@@ -34,7 +34,7 @@ def test_torchrl_takes_the_parallel_environment(options):
 @pytest.mark.parametrize("mode", ["SameStep", "Disabled"])
 def test_torchrl_takes_the_vector_environment(mode):
     torchrl = pytest.importorskip("torchrl.envs")
-    envs = gymnasium.make_vec("cprm/GoToBall-v1", num_envs=3, autoreset_mode=mode, flatten=True, action_mode="box", max_episode_steps=6)
+    envs = gymnasium.make_vec("cprm/GoToBall-v2", num_envs=3, autoreset_mode=mode, flatten=True, action_mode="box", max_episode_steps=6)
     env = torchrl.GymWrapper(envs)
     rollout = env.rollout(14, break_when_any_done=False)
     assert rollout["observation"].shape[:2] == (3, 14)
@@ -46,7 +46,7 @@ def test_maskable_ppo_finds_the_masks_of_the_plain_environment():
     from sb3_contrib.common.maskable.utils import get_action_masks, is_masking_supported
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    make = [lambda: gymnasium.make("cprm/HFO1v0-v1", action_mode="macro", observation="hfo_high")]
+    make = [lambda: gymnasium.make("cprm/HFO1v0-v2", action_mode="macro", observation="hfo_high")]
     env = DummyVecEnv(make)
     assert is_masking_supported(env)
     env.reset()
@@ -59,7 +59,7 @@ def test_maskable_ppo_finds_the_masks_of_the_plain_environment():
 
 
 def test_rllib_finds_the_mask_in_the_observation():
-    env = soccer_v1.parallel_env(**HFO, action_mode="macro", observation="hfo_high", include="action_mask")
+    env = soccer_v2.parallel_env(**HFO, action_mode="macro", observation="hfo_high", include="action_mask")
     for agent in env.possible_agents:
         # what RLlib's action-masking module asks of a space
         space = env.observation_space(agent)
@@ -79,7 +79,7 @@ def test_rllib_finds_the_mask_in_the_observation():
 
 def test_supersuits_black_death_lives_to_the_end_of_an_episode():
     supersuit = pytest.importorskip("supersuit")
-    env = supersuit.black_death_v3(soccer_v1.parallel_env(**HFO, flatten=True, action_mode="box"))
+    env = supersuit.black_death_v3(soccer_v2.parallel_env(**HFO, flatten=True, action_mode="box"))
     env.reset(seed=1)
     over = False
     while not over:

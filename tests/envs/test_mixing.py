@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cprm_gym.agents.knowledge.oracles import idle
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.players.mixing import NOBODY, Mix, Mode
 from cprm_gym.envs.tasks import make_task
@@ -132,7 +132,7 @@ def test_nobody_perceives_a_mode():
 
 
 def test_the_state_tells_the_modes_where_somebody_mixes():
-    env = soccer_v1.parallel_env(task="Goalie3v2", debug_info=False)
+    env = soccer_v2.parallel_env(task="Goalie3v2", debug_info=False)
     env.reset(seed=2)
     assert env.state()[-22:].tolist() == [NOBODY] * 22
     env.step({"left_1": env.action_space("left_1").sample()})
@@ -140,7 +140,7 @@ def test_the_state_tells_the_modes_where_somebody_mixes():
     assert env.state_space.contains(env.state())
     assert (told[11:14] >= 0).all()
     assert (np.delete(told, [11, 12, 13]) == NOBODY).all()
-    plain = soccer_v1.parallel_env(task="Goalie")
+    plain = soccer_v2.parallel_env(task="Goalie")
     plain.reset(seed=2)
     assert len(env.state()) == len(plain.state()) + 22
 
@@ -158,7 +158,7 @@ def test_the_modes_are_read_by_the_state_alone():
         if re.search(r"\.intentions\(|\.intents\b|mixing\.modes", path.read_text(encoding="utf-8"))
     }
     learned_from = "cprm_gym/benchmark/demonstrations/learning.py"  # logged play, in which what somebody had in mind is known afterwards
-    assert users == {"cprm_gym/envs/core.py", "cprm_gym/envs/soccer_v1.py", "cprm_gym/envs/players/mixing.py", learned_from}
+    assert users == {"cprm_gym/envs/core.py", "cprm_gym/envs/soccer_v2.py", "cprm_gym/envs/players/mixing.py", learned_from}
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def test_a_film_that_fails_leaves_nothing(tmp_path, monkeypatch):
 @leaves_pipes
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:moviepy.*")
 def test_gymnasium_records_videos(tmp_path):
-    env = gymnasium.make("cprm/GoToBall-v1", render_mode="rgb_array", max_episode_steps=6)
+    env = gymnasium.make("cprm/GoToBall-v2", render_mode="rgb_array", max_episode_steps=6)
     env = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda episode: True, disable_logger=True)
     env.reset(seed=1)
     over = False

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import ObjectFeature
 from cprm_gym.envs.presets import PRESETS, hfo_high_names, hfo_low_names, keepaway_names
@@ -28,7 +28,7 @@ def test_every_preset_stays_in_its_space_in_every_face(preset, flatten):
     options = {"observation": preset, "flatten": flatten}
     single = SoccerEnv("HFO2v2", action_mode="discrete", **options)
     many = SoccerVectorEnv(2, "HFO2v2", action_mode="discrete", **options)
-    several = soccer_v1.parallel_env(task="HFO2v2", action_mode="discrete", **options)
+    several = soccer_v2.parallel_env(task="HFO2v2", action_mode="discrete", **options)
     for env in (single, many):
         env.action_space.seed(1)
         assert env.observation_space.contains(env.reset(seed=1)[0])
@@ -105,7 +105,7 @@ def test_errors_name_the_presets_and_unequal_teams():
     with pytest.raises(UnknownName, match=r"unknown observation preset 'hfo'.* Known: full, hfo_high, hfo_low"):
         SoccerEnv(observation="hfo")
     with pytest.raises(UnknownName, match="teams of different sizes"):
-        soccer_v1.parallel_env(left=3, right=2, observation="hfo_low")
+        soccer_v2.parallel_env(left=3, right=2, observation="hfo_low")
 
 
 @pytest.mark.parametrize("full_state", [True, False])

@@ -14,17 +14,22 @@ def test_registration_knows_the_tasks_and_their_cycles_without_loading_them():
     assert {name: make_task(name).max_cycles for name in TASKS} == TASK_CYCLES
     assert SlowApproach().max_cycles == SMALL_CYCLES
     for name, cycles in (*TASK_CYCLES.items(), ("SlowApproach", SMALL_CYCLES)):
-        assert gymnasium.spec(f"cprm/{name}-v1").max_episode_steps == cycles
+        assert gymnasium.spec(f"cprm/{name}-v2").max_episode_steps == cycles
 
 
 @pytest.mark.filterwarnings("ignore:.*is out of date:DeprecationWarning")
 def test_old_versions_name_the_new_ones():
-    with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `cprm/GoToBall-v1` instead"):
-        gymnasium.make("cprm/GoToBall-v0")
-    with pytest.raises(ImportError, match="soccer_v0 has been replaced by soccer_v1"):
+    for old in ("v0", "v1"):
+        with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `cprm/GoToBall-v2` instead"):
+            gymnasium.make(f"cprm/GoToBall-{old}")
+    with pytest.raises(ImportError, match="soccer_v0 has been replaced by soccer_v2"):
         from cprm_gym.envs import soccer_v0  # noqa: F401
-    with pytest.raises(AttributeError, match=r"Did you mean 'soccer_v1'"):
-        cprm_gym.envs.soccer_v2  # noqa: B018
+    with pytest.raises(ImportError, match="soccer_v1 has been replaced by soccer_v2: the default observation is normalised"):
+        from cprm_gym.envs import soccer_v1  # noqa: F401
+    with pytest.raises(AttributeError, match=r"Did you mean 'soccer_v2'"):
+        cprm_gym.envs.soccer_v3  # noqa: B018
     if hasattr(pettingzoo, "make"):
-        with pytest.raises(ImportError, match="soccer_v0 has been replaced by soccer_v1"):
+        with pytest.raises(ImportError, match="soccer_v0 has been replaced by soccer_v2"):
             pettingzoo.make("parallel", "cprm/soccer_v0")
+        with pytest.raises(ImportError, match="soccer_v1 has been replaced by soccer_v2"):
+            pettingzoo.make("aec", "cprm/soccer_v1")

@@ -44,7 +44,7 @@ def test_a_region_as_large_as_the_pitch_changes_nothing():
 def test_the_environment_draws_the_square_of_its_task():
     import gymnasium
 
-    env = gymnasium.make("cprm/Keepaway3v2-v1", render_mode="rgb_array")
+    env = gymnasium.make("cprm/Keepaway3v2-v2", render_mode="rgb_array")
     env.reset(seed=1)
     core = env.unwrapped.core
     assert np.array_equal(env.render(), Viewer("rgb_array", region=core.task.region).draw(core.sim.world[0]))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.rewards import POTENTIALS, HausknechtStone, named_terms
 from cprm_gym.envs.single import SoccerEnv
@@ -63,12 +63,31 @@ def test_weights_and_functions():
     for step in play(counted, 5):
         assert (step.terms["time"] == -1).all()
         assert step.reward == pytest.approx(step.terms["time"] + step.terms["end"])
-    env = soccer_v1.parallel_env(task="HFO2v1", reward=HausknechtStone(), action_mode="discrete")
+    env = soccer_v2.parallel_env(task="HFO2v1", reward=HausknechtStone(), action_mode="discrete")
     env.reset(seed=1)
     infos = env.step({a: np.array([1, 4, 11, 0]) for a in env.agents})[4]
     assert {key for key in infos["left_1"] if key.startswith("reward_")} == {
         "reward_move_to_ball", "reward_kickable", "reward_ball_to_goal", "reward_goal",
     }  # fmt: skip
+
+
+def test_a_tasks_own_shaping_pays_the_way_won_and_nothing_for_standing_still():
+    env = SoccerEnv(near=20.0, far=20.1, rolling=0.0)
+    env.reset(seed=3)
+    for _ in range(6):
+        _, reward, _, _, info = env.step([0, 0, 0, 0])
+        assert reward == info["reward_to_ball_progress"] == 0.0
+    core = SoccerCore("GoToBall", 20, action_mode="discrete", reward=None)
+    core.reset(1)
+    pos = core.sim.world["pos"]
+    first, paid, rng = np.hypot(*(pos[:, 0] - pos[:, 1]).T), np.zeros(20), np.random.default_rng(0)
+    for _ in range(50):
+        paid += core.step(rng.integers(0, [6, 5, 24, 5], (20, 1, 4))).terms["to_ball_progress"][:, 0]
+    assert paid == pytest.approx(0.025 * (first - np.hypot(*(pos[:, 0] - pos[:, 1]).T)))
+    assert SoccerEnv(reward="sparse").core.reward.plain
+    assert SoccerEnv(reward={"to_ball_progress": 2.0}).core.reward.weights == {"to_ball_progress": 2.0}
+    assert SoccerEnv(reward="to_ball").core.reward.weights == {"to_ball": 1.0}
+    assert SoccerCore("GoToBall").reward.plain, "controllers learn nothing"
 
 
 def test_the_reward_of_the_literature_pays_the_first_touch_once():

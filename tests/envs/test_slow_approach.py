@@ -73,12 +73,12 @@ def test_noise_stays_within_its_bounds():
 
 @pytest.mark.parametrize("mode", ["hybrid", "discrete", "box"])
 def test_gymnasium_accepts_it(mode):
-    check_env(gymnasium.make("cprm/SlowApproach-v1", action_mode=mode).unwrapped)
+    check_env(gymnasium.make("cprm/SlowApproach-v2", action_mode=mode).unwrapped)
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_vector_form_resets_as_its_mode_says_and_plays_the_same_worlds(mode):
-    envs = gymnasium.make_vec("cprm/SlowApproach-v1", num_envs=4, action_mode="discrete", max_episode_steps=3, vector_kwargs={},
+    envs = gymnasium.make_vec("cprm/SlowApproach-v2", num_envs=4, action_mode="discrete", max_episode_steps=3, vector_kwargs={},
                               autoreset_mode=mode)  # fmt: skip
     single = SlowApproachEnv(action_mode="discrete", max_episode_steps=3)
     many, _ = envs.reset(seed=5)

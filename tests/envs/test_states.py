@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cprm_gym import make_task
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.rewards import HausknechtStone
 from cprm_gym.envs.single import SoccerEnv
@@ -80,7 +80,7 @@ def test_one_state_starts_many_worlds_whose_luck_differs_with_a_seed():
 
 
 def test_the_parallel_face_saves_and_loads_too():
-    env = soccer_v1.parallel_env(task="HFO2v1", action_mode="macro")
+    env = soccer_v2.parallel_env(task="HFO2v1", action_mode="macro")
     env.reset(seed=1)
     act = dict.fromkeys(env.possible_agents, 2)
     state = env.save_state()
@@ -138,7 +138,7 @@ def test_an_episode_starts_where_it_is_told_to():
             env.reset(options={"start": wrong})
 
 
-@pytest.mark.parametrize("face", [SoccerEnv, lambda: SoccerVectorEnv(2), lambda: soccer_v1.parallel_env(left=1, right=1)])
+@pytest.mark.parametrize("face", [SoccerEnv, lambda: SoccerVectorEnv(2), lambda: soccer_v2.parallel_env(left=1, right=1)])
 def test_an_unknown_option_of_a_reset_is_refused(face):
     with pytest.raises(ParameterError, match=r"reset: unknown option 'strt'\. Did you mean 'start'\? Options: .*start, state"):
         face().reset(options={"strt": 1})
@@ -180,15 +180,15 @@ def test_the_world_of_the_appendix_takes_a_list_of_seeds():
 
 
 def test_specs_know_the_longest_episode_and_an_episode_cut_by_it_says_so():
-    assert gymnasium.spec("cprm/GoToBall-v1").max_episode_steps == 200
-    env = gymnasium.make("cprm/GoToBall-v1", max_cycles=300)
+    assert gymnasium.spec("cprm/GoToBall-v2").max_episode_steps == 200
+    env = gymnasium.make("cprm/GoToBall-v2", max_cycles=300)
     assert env.spec.max_episode_steps == 200
     env.reset(seed=4, options={"start": {"ball": (40.0, 30.0), "left_1": (-40.0, -30.0)}})
     for k in range(200):
         assert env.step([0, 0, 0, 0])[3] == (k == 199)
     with pytest.warns(UserWarning, match=r"cut after 200 steps.* give gymnasium\.make also max_episode_steps=300"):
         env.reset()
-    long = gymnasium.make("cprm/GoToBall-v1", max_cycles=300, max_episode_steps=300)
+    long = gymnasium.make("cprm/GoToBall-v2", max_cycles=300, max_episode_steps=300)
     long.reset(seed=4, options={"start": {"ball": (40.0, 30.0), "left_1": (-40.0, -30.0)}})
     assert [long.step([0, 0, 0, 0])[3] for _ in range(300)] == [False] * 299 + [True]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.single import SoccerEnv
 from cprm_gym.errors import CommandError, CprmError, ParameterError, UnknownName
 from cprm_gym.simulator.gamelog.reader import GameLogReader
@@ -61,7 +61,7 @@ def test_a_macro_lasts_until_the_ball_is_reached_and_says_how_long():
             assert info["macro_steps"] == 60 or not info["action_mask"][macro]
     assert info["is_success"]
     assert info["cycle"] == cycles
-    assert observation["body"].shape == (24,)
+    assert observation["ball"].shape == (6,)
 
 
 def test_one_cycle_macros_and_discounting():
@@ -80,7 +80,7 @@ def test_one_cycle_macros_and_discounting():
 
 def test_one_agent_of_a_parallel_environment_is_a_gymnasium_environment():
     def make():
-        return soccer_v1.parallel_env(left=2, right=1, max_cycles=15, action_mode="discrete")
+        return soccer_v2.parallel_env(left=2, right=1, max_cycles=15, action_mode="discrete")
 
     check_env(SingleAgent(make(), "left_2"), skip_render_check=True)
     still = np.array([0, 0, 0, 0])
@@ -152,7 +152,7 @@ def test_every_episode_becomes_a_game_log(tmp_path):
 
 
 def test_parallel_environments_write_game_logs_too(tmp_path):
-    match = soccer_v1.parallel_env(left=2, right=2, max_cycles=30, action_mode="discrete")
+    match = soccer_v2.parallel_env(left=2, right=2, max_cycles=30, action_mode="discrete")
     env = ParallelGameLog(match, tmp_path, name="match", packed=True)
     env.reset(seed=1)
     while env.agents:

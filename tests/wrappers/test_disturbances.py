@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.tasks import make_task
@@ -199,7 +199,7 @@ def test_cycles_that_make_no_sense_are_refused():
 
 
 def test_an_environment_is_disturbed_once_in_every_episode():
-    env = Disturbed(gymnasium.make("cprm/GoToBall-v1"), BallDisplaced(first=3, last=6))
+    env = Disturbed(gymnasium.make("cprm/GoToBall-v2"), BallDisplaced(first=3, last=6))
     action = np.zeros(4, int)
     for _ in range(2):
         env.reset(seed=4)
@@ -216,7 +216,8 @@ def test_an_environment_is_disturbed_once_in_every_episode():
 
 def test_a_parallel_environment_is_disturbed_for_everybody():
     env = ParallelDisturbed(
-        soccer_v1.parallel_env(left=2, right=1, max_cycles=20, action_mode="hybrid"), BlindSpell(first=4, last=4, cycles=6)
+        soccer_v2.parallel_env(left=2, right=1, max_cycles=20, action_mode="hybrid", observation="raw"),
+        BlindSpell(first=4, last=4, cycles=6),
     )
     env.reset(seed=1)
     fresh = []

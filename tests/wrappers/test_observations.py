@@ -46,7 +46,7 @@ def test_flatten_scales_to_one_if_asked():
 
 def test_frame_stack_holds_the_last_observations_oldest_first():
     plain, stacked = list(rollout(SoccerEnv())), list(rollout(FrameStack(SoccerEnv(), 3)))
-    assert (stacked[0]["body"][:2] == 0).all()
+    assert (stacked[0]["me"][:2] == 0).all()
     for t in range(2, len(plain)):
         for name in plain[t]:
             assert (stacked[t][name] == np.stack([plain[t - 2][name], plain[t - 1][name], plain[t][name]])).all()
@@ -79,7 +79,7 @@ def ball_belief():
 
 
 def test_the_ball_models_posterior_becomes_part_of_the_observation():
-    env = BeliefObservation(SoccerEnv(), ball_belief())
+    env = BeliefObservation(SoccerEnv(observation="raw"), ball_belief())
     assert env.observation_space["belief"].shape == (21,)
     seen = 0
     for seed in range(6):

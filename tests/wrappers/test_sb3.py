@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import CommandError, CprmError, ParameterError
@@ -18,7 +18,7 @@ from cprm_gym.wrappers.sb3 import ParallelVecEnv, SoccerVecEnv
 
 
 def test_entries_are_agents_of_worlds_and_play_what_the_engine_plays():
-    env = SoccerVecEnv("HFO2v1", worlds=3, action_mode="discrete", seed=4)
+    env = SoccerVecEnv("HFO2v1", worlds=3, action_mode="discrete", observation="raw", seed=4)
     core = SoccerCore(make_task("HFO2v1"), 3, action_mode="discrete")
     assert isinstance(env, VecEnv)
     assert env.num_envs == 6
@@ -80,6 +80,6 @@ def test_episodes_count_as_monitored():
 
 def test_parallel_environments_that_cannot_be_learned_are_refused():
     with pytest.raises(ParameterError, match="copies is 0; allowed are whole numbers from 1"):
-        ParallelVecEnv(soccer_v1.parallel_env, 0)
+        ParallelVecEnv(soccer_v2.parallel_env, 0)
     with pytest.raises(ParameterError, match="stable-baselines3 has no Dict actions"):
-        ParallelVecEnv(lambda: soccer_v1.parallel_env(left=1, right=1, action_mode="hybrid"))
+        ParallelVecEnv(lambda: soccer_v2.parallel_env(left=1, right=1, action_mode="hybrid"))

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cprm_gym.benchmark.arguments import at_least
-from cprm_gym.envs import soccer_v1
+from cprm_gym.envs import soccer_v2
 from cprm_gym.wrappers.sb3 import ParallelVecEnv, SoccerVecEnv
 
 EASY = {"near": 4.0, "far": 12.0, "rolling": 0.0, "max_cycles": 40}
@@ -85,7 +85,7 @@ def _shared_ppo(seed: int) -> tuple[Any, Any]:
     from stable_baselines3 import PPO
 
     def make() -> Any:
-        return soccer_v1.parallel_env(task="GoToBall", left=2, controlled="left", action_mode="discrete", **EASY, **SHAPED)
+        return soccer_v2.parallel_env(task="GoToBall", left=2, controlled="left", action_mode="discrete", **EASY, **SHAPED)
 
     env = ParallelVecEnv(make, copies=16, seed=seed)
     return PPO("MlpPolicy", env, n_steps=64, batch_size=512, n_epochs=6, gamma=0.95, learning_rate=1e-3, ent_coef=0.001, seed=seed,

@@ -35,7 +35,7 @@ TASKS: dict[str, Callable[[], Task]] = {
     "Soccer5v5": partial(Soccer, name="Soccer5v5", left=5, right=5),
     "Soccer11v11": partial(Soccer, name="Soccer11v11"),
 }
-"""What makes the task of a name with its defaults; ``cprm/<name>-v1`` is the environment id."""
+"""What makes the task of a name with its defaults; ``cprm/<name>-v2`` is the environment id."""
 
 
 def make_task(name: str, **options: object) -> Task:
@@ -67,7 +67,7 @@ def with_options(task: Task, **options: object) -> Task:
     ParameterError
         For an option that the task does not have; the message lists those that it has.
     """
-    known = [f for f in task.__dataclass_fields__ if f not in ("name", "statuses", "terms", "metric", "task_features")]
+    known = [f for f in task.__dataclass_fields__ if f not in ("name", "statuses", "terms", "shaping", "metric", "task_features")]
     for option in options:
         if option not in known:
             raise ParameterError(f"task {task.name!r} has no option {option!r}.{did_you_mean(option, known)} Options: {', '.join(known)}.")

@@ -67,7 +67,7 @@ class Outcome(NamedTuple):
     status: np.ndarray
     """(W,) int: `Status`; ``IN_GAME`` while the episode goes on and where it is late (the engine adds ``OUT_OF_TIME``)."""
     terms: Mapping[str, np.ndarray]
-    """The parts of the reward named in `Task.terms`, each (W, A); their sum is `reward`."""
+    """The parts of the reward named in `Task.terms`, each (W, A); their sum is `reward`. `Task.shaping` is added by the engine."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Task:
     Attributes
     ----------
     name : str
-        ``GoToBall``; the environment id is ``cprm/<name>-v1``.
+        ``GoToBall``; the environment id is ``cprm/<name>-v2``.
     left, right : int
         Players of each side.
     controlled : str
@@ -94,6 +94,8 @@ class Task:
         How its episodes can end.
     terms : tuple of str
         Names of the parts of its reward.
+    shaping : tuple of (str, float)
+        Shaping terms (`cprm_gym.envs.rewards`) that belong to the task's own reward, with their weights.
     full_state : bool
         The memories behind scripted players, macros and memory presets hold the truth instead of what was perceived.
     mix : Mix or mapping of its fields
@@ -115,6 +117,7 @@ class Task:
     metric: str = "success"
     statuses: tuple[Status, ...] = (Status.SUCCESS, Status.OUT_OF_TIME)
     terms: tuple[str, ...] = ()
+    shaping: tuple[tuple[str, float], ...] = ()
     task_features: tuple[tuple[str, float, float], ...] = ()
 
     def __post_init__(self) -> None:

@@ -35,7 +35,9 @@ class GoToBall(Task):
 
     Rewards
     -------
-    1 in the cycle in which the ball becomes kickable for a player of the own side, -1 for one of the other side, else 0; shared.
+    ``reached``: 1 in the cycle in which the ball becomes kickable for a player of the own side, -1 for one of the other side, else 0;
+    shared. ``to_ball_progress``: 0.25 for each 10 m that the agent came nearer to the ball in the cycle, less where it came away from him;
+    0 for who stands beside a ball that lies still, and in all never more than the way that there was. ``reward="sparse"`` leaves it out.
 
     Start
     -----
@@ -54,6 +56,7 @@ class GoToBall(Task):
 
     name: str = "GoToBall"
     terms: tuple[str, ...] = ("reached",)
+    shaping: tuple[tuple[str, float], ...] = (("to_ball_progress", 0.25),)
     near: float = within(5.0, 0.0, 120.0)
     far: float = within(40.0, 0.0, 120.0)
     rolling: float = within(0.5, 0.0, 1.0)

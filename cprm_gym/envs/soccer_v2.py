@@ -1,4 +1,4 @@
-"""``soccer_v1``: tasks with one or more agents as PettingZoo environments (Parallel and AEC).
+"""``soccer_v2``: tasks with one or more agents as PettingZoo environments (Parallel and AEC).
 
 Agents are named ``left_1 ... left_11, right_1 ... right_11`` and stay for the whole episode.
 """
@@ -53,7 +53,7 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012
-        "name": "soccer_v1", "render_modes": list(RENDER_MODES), "render_fps": FPS, "is_parallelizable": True,
+        "name": "soccer_v2", "render_modes": list(RENDER_MODES), "render_fps": FPS, "is_parallelizable": True,
     }  # fmt: skip
 
     def __init__(self, task: str | Task = "Soccer", render_mode: str | None = None, copy: bool = True, **options: Any) -> None:
@@ -71,7 +71,8 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         self.state_space = state_space(self.core.mixes)
         self._seed_source = np.random.default_rng()
         self._seeded = False
-        self._views = None if copy or not self.core.preset.plain else self._divided(self.core.observation)
+        lasting = {} if copy else self.core.preset.lasting(self.core.observation)
+        self._views = self._divided(lasting) if lasting else None
 
     @property
     def max_cycles(self) -> int:
