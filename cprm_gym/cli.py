@@ -160,10 +160,10 @@ def benchmark(
             _suite(suite, quick, named | numbers, output, resume)
         return
     from .benchmark.plan import BlockResult, Plan
-    from .benchmark.registry import with_options
     from .benchmark.report import summarise
     from .benchmark.runner import check_workers, run
     from .client.remote import check_trainer
+    from .envs.others.registry import with_options
 
     with said_plainly():
         given: dict[str, Any] = {"episodes": episodes, "seed": seed, "backend": backend}
@@ -211,6 +211,43 @@ def benchmark(
         raise typer.Exit(130)
     if report.errors:
         raise typer.Exit(1)
+
+
+@app.command()
+def ladder(
+    family: Annotated[str | None, typer.Option(help="soccer, half_field, goalie or keepaway.", show_default="soccer")] = None,
+    games: Annotated[int | None, typer.Option(help="Games of each pair on each side.", show_default="50")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Decides every random number; all pairs meet in the same worlds.", show_default="0")
+    ] = None,
+    more: Annotated[list[str] | None, typer.Option("--player", help="A further player: a controller; several times for more.")] = None,
+    rivals: Annotated[list[str] | None, typer.Option("--rival", help="A further player of the other side; several times for more.")] = None,
+    training: Annotated[bool, typer.Option("--training", help="Leave out the opponents that are held out for testing.")] = False,
+    workers: Annotated[int, typer.Option(help="Processes, each of which takes 2.5 s of CPU time to start.")] = 1,
+    output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
+    resume: Annotated[Path | None, typer.Option(help="Take up the interrupted round robin in this folder, as it was planned.")] = None,
+) -> None:
+    """Rate graded opponents in a round robin: Elo with 95 % intervals; a table, ladder.json and ladder.md."""
+    from rich.table import Table
+
+    from .benchmark.ladder.command import play_ladder
+
+    given: dict[str, Any] = {"family": family, "games": games, "seed": seed}
+    given |= {"more": tuple(more or ()) or None, "rivals": tuple(rivals or ()) or None, "held_out": False if training else None}
+    with complaints.status("starting ...") as status:
+        played = play_ladder(
+            {name: value for name, value in given.items() if value is not None}, resume, lambda: _new_folder(output), workers,
+            lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"),
+        )  # fmt: skip
+    table = Table("side", "player", "Elo", "95 %", "score", "games", "", box=None, padding=(0, 1))
+    for s in played.table:
+        interval, held_out = f"{s.low:.0f} to {s.high:.0f}", "held out" if s.held_out else ""
+        table.add_row(s.side, escape(s.player), f"{s.elo:.0f}", interval, f"{100 * s.score:.1f} %", str(s.games), held_out)
+    console.print(table)
+    console.print(f"wrote {played.folder / 'ladder.md'}", highlight=False, soft_wrap=True)
+    if played.again:
+        complaints.print(f"interrupted; go on with: {escape(played.again)}", highlight=False, soft_wrap=True)
+        raise typer.Exit(130)
 
 
 def _chapter5(
@@ -657,7 +694,7 @@ def demo(
 def play(
     task: Annotated[str, typer.Option(help="What is played.")] = "Soccer11v11",
     controller: Annotated[str | None, typer.Option(help="Who plays the task's agents; scripted players if not given.")] = None,
-    others: Annotated[str | None, typer.Option(help="Scripted policy of the others, or left,right.")] = None,
+    others: Annotated[str | None, typer.Option(help="Who plays the others, a scripted policy or a controller, or left,right.")] = None,
     seed: Annotated[int, typer.Option(help="Which world.")] = 0,
     cycles: Annotated[int | None, typer.Option(help="Stop after so many cycles.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write a film (.mp4, .gif) or a game log (.rcg, .rcg.gz).")] = None,
@@ -671,7 +708,7 @@ def play(
     from rich.live import Live
     from rich.text import Text
 
-    from .benchmark.registry import load_controller, with_options
+    from .envs.others.registry import load_controller, with_options
     from .envs.play import Film
     from .envs.play import play as episode
     from .envs.rendering import Viewer, text_picture

@@ -12,10 +12,12 @@ from cprm_gym.envs.actions import NECK_SCALE, NO_COMMAND, scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
 from cprm_gym.envs.core import player_number
 from cprm_gym.envs.observations import BodyFeature, SelfFeature
+from cprm_gym.envs.others.luck import WorldLuck
 from cprm_gym.envs.players.kernels import team
 from cprm_gym.envs.players.memory import MEMORY, embody
 from cprm_gym.envs.players.scripted import FORMATION, STRENGTHS
 from cprm_gym.envs.tasks import Task
+from cprm_gym.errors import ParameterError, unknown_name
 from cprm_gym.simulator.state import PLAYERS, WORLD, CommandKind
 
 
@@ -38,6 +40,8 @@ class ScriptedController:
         self.counts = np.array([task.left, task.right])
         self.parameters = task.parameters
         self.catch_ban = task.parameters.catch_ban_cycle
+        if strength not in STRENGTHS:
+            raise unknown_name("strength", str(strength), STRENGTHS)
         self.strength = np.array([STRENGTHS[strength]])
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
@@ -86,7 +90,67 @@ class ScriptedController:
         m["ball_age"] = age[:, 0]
         m["px"], m["py"], m["age"] = seen[:, 1:, 0], seen[:, 1:, 1], age[:, 1:]
 
+    def state(self) -> dict[str, np.ndarray]:
+        """What decides his next commands, beside what he is told."""
+        return {"worlds": self.worlds, "records": self.records, "commands": self.commands}
 
-def make_controller(task: Task, agent: str) -> ScriptedController:
-    """The strong scripted player; plays every task."""
-    return ScriptedController(task, agent)
+
+class Eased:
+    """A scripted player who misses some of his cycles: opponents of every grade between the strengths.
+
+    Parameters
+    ----------
+    task : Task
+    agent : str
+    strength : str
+        As for `ScriptedController`.
+    share : int
+        Cycles of 100 in which he acts, drawn by the world's own luck; in the others he does nothing.
+
+    Raises
+    ------
+    ParameterError
+        For a share that is none.
+    """
+
+    needs = ScriptedController.needs
+
+    def __init__(self, task: Task, agent: str, strength: str = "strong", share: int = 50) -> None:
+        if isinstance(share, bool) or not isinstance(share, int) or not 0 <= share <= 100:
+            raise ParameterError(f"eased: share: {share!r} given; allowed are whole numbers from 0 to 100")
+        self.inner, self.share = ScriptedController(task, agent, strength), share
+        self._luck = WorldLuck(1)
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes."""
+        self.inner.reset(observation, seed, worlds)
+        if worlds is None:
+            count = len(observation["level"])
+            self._luck.begin(np.full(count, seed), np.arange(count))
+
+    def begin(self, observation: Observation, seeds: np.ndarray, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes, each with its world's luck."""
+        self.inner.reset(observation, 0, worlds)
+        self._luck.begin(seeds, self.inner.row + 1, worlds)
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every world."""
+        action = self.inner.act(observation)
+        idle = 100.0 * self._luck.draw()[:, 0] >= self.share
+        action["type"] = np.where(idle, int(CommandKind.NONE), action["type"])
+        action["params"] = np.where(idle[:, None], 0.0, action["params"])
+        return action
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What decides his next commands."""
+        return {**self.inner.state(), **self._luck.state()}
+
+
+def make_controller(task: Task, agent: str, strength: str = "strong") -> ScriptedController:
+    """A scripted player; plays every task."""
+    return ScriptedController(task, agent, strength)
+
+
+def make_eased(task: Task, agent: str, strength: str = "strong", share: int = 50) -> Eased:
+    """A scripted player who misses some of his cycles; plays every task."""
+    return Eased(task, agent, strength, share)

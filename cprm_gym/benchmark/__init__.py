@@ -8,8 +8,6 @@ from ..lazy import lazy_face
 
 if TYPE_CHECKING:
     from .plan import Plan as Plan
-    from .registry import controller_entries as controller_entries
-    from .registry import load_controller as load_controller
     from .report import Report as Report
     from .report import summarise as summarise
     from .runner import play_block as play_block
@@ -21,7 +19,6 @@ else:
         __name__,
         {
             "plan": "Plan",
-            "registry": "controller_entries load_controller",
             "report": "Report summarise",
             "runner": "play_block run",
             "statistics": "Interval wilson_interval",

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ..client.remote import server_place
+from ..envs.others.registry import controller_entries, split_options
 from ..envs.tasks import TASKS
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
-from .registry import controller_entries, split_options
 
 BLOCK = 125
 """Episodes played as one batch; a fixed number, so that results do not depend on the number of workers."""

@@ -26,12 +26,12 @@ import numpy as np
 
 from ..envs.controller import Controller, check_action
 from ..envs.core import SoccerCore, select_agents
+from ..envs.others.registry import load_controller
 from ..envs.play import rehearse
 from ..envs.tasks import make_task
 from ..errors import ControllerError, CprmError, ParameterError
 from .journal import Journal, Planned
 from .plan import Block, BlockResult
-from .registry import load_controller
 
 COMPILING = 600.0
 """Seconds beyond the time-out that a first decision may take, in which kernels are compiled."""

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .observations import SelfFeature as SelfFeature
     from .observations import observation_space as observation_space
     from .options import EnvOptions as EnvOptions
+    from .others.registry import controller_entries as controller_entries
+    from .others.registry import load_controller as load_controller
     from .pitch import Pitch as Pitch
     from .play import Film as Film
     from .rendering import Viewer as Viewer
@@ -45,6 +47,7 @@ else:
             "core": "SoccerCore",
             "observations": "BodyFeature ObjectFeature SelfFeature observation_space",
             "options": "EnvOptions",
+            "others.registry": "controller_entries load_controller",
             "pitch": "Pitch",
             "play": "Film",
             "rendering": "Viewer",

@@ -50,6 +50,29 @@ class Controller(Protocol):
         """
 
 
+class SeededController(Controller, Protocol):
+    """A controller whose luck is each world's own: world k is then the same in any batch."""
+
+    def begin(self, observation: Observation, seeds: np.ndarray, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes, instead of `reset`.
+
+        Parameters
+        ----------
+        observation : dict of (N, ...) arrays
+        seeds : (N,) int64 array
+            One for each world, below 2**62, the same for all players of it; entries of worlds that go on mean nothing.
+        worlds : (N,) bool array, optional
+            The worlds that begin anew, all if not given.
+        """
+
+
+class SavedController(Controller, Protocol):
+    """A controller that can be saved with an environment."""
+
+    def state(self) -> dict[str, np.ndarray]:
+        """The live arrays, (N, ...), that decide what it does next; an environment that is set back writes into them."""
+
+
 ControllerFactory = Callable[[Task, str], Controller]
 """Makes the controller of one agent for a task; raises `UnknownName` for a task that it cannot play."""
 

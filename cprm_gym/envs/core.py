@@ -16,34 +16,26 @@ import numpy as np
 from gymnasium import spaces as gym_spaces
 
 from ..errors import CommandError, CprmError, ParameterError, UnknownName, did_you_mean, unknown_name
-from ..simulator.senses import BodyColumn, Landmarks, See, new_body, new_hear, new_landmarks, new_see
+from ..simulator.senses import See, new_body, new_hear, new_landmarks, new_see
 from ..simulator.setup import stream_keys
 from ..simulator.simulator import Simulator
 from ..simulator.state import COMMAND, PLAYERS
 from .actions import MACRO, NO_COMMAND, ActionView, action_view
-from .kernels import observations as kernels
 from .kernels import pitch as pitch_kernels
 from .observations import HEARD, MAX_AGE, observation_space
 from .options import EnvOptions, several
+from .others.controlled import ControlledPlayers
+from .others.percepts import Sensed, tell
+from .others.registry import OtherPlayer, other_player
 from .pitch import Pitch
 from .players.macros import Macros
 from .players.memory import Memories, true_memory
 from .players.mixing import NOBODY
-from .players.scripted import POLICIES, ScriptedPlayers
+from .players.scripted import ScriptedPlayers
 from .players.senses import LateNews, Senses, SensesChange
 from .presets import REMEMBERED, Preset, see_everything
 from .rewards import Reward
 from .tasks.base import Status, Task
-
-_COLUMNS = np.array(
-    [
-        BodyColumn.STAMINA, BodyColumn.EFFORT, BodyColumn.CAPACITY, BodyColumn.SPEED, BodyColumn.SPEED_DIRECTION, BodyColumn.HEAD_ANGLE,
-        BodyColumn.VIEW_WIDTH, BodyColumn.TACKLE_EXPIRES, BodyColumn.FOUL_CHARGED, BodyColumn.HIT_BALL, BodyColumn.HIT_PLAYER,
-        BodyColumn.HIT_POST,
-    ]
-)  # fmt: skip
-"""What the server tells of the body, in the order of the first entries of `BodyFeature`."""
-
 
 OUT_OF_TIME = int(Status.OUT_OF_TIME)
 BLOCK = 16
@@ -189,7 +181,7 @@ class SoccerCore(Pitch):
         mode = self.options.action_mode
         self.macros = Macros(sim, players, counts, task.region, task.full_state) if mode == MACRO else None
         self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(mode)
-        self.scripted = self._scripted_players(task.others if self.options.others is None else self.options.others, counts)
+        self.scripted, self.played = self._others(task.others if self.options.others is None else self.options.others, counts)
         space = observation_space(task.task_features, self.include, len(self.macros.names) if self.macros else 0)
         for name, part in space.items():
             self.observation[name] = np.zeros((worlds, len(self.agents), *(part.shape or ())), part.dtype)
@@ -208,8 +200,9 @@ class SoccerCore(Pitch):
         # percepts of a block of worlds: made, used and overwritten while they are in the cache
         self._block = min(worlds, BLOCK * threads)
         self._see, self._body = new_see(self._block), new_body(self._block)
-        self._hear = new_hear(self._block, HEARD) if "hear" in self.include else None
-        self._marks = new_landmarks(self._block) if {"landmarks", "lines"} & {*self.include} else None
+        told = {*self.include, *(self.played.include if self.played else ())}
+        self._hear = new_hear(self._block, HEARD) if "hear" in told else None
+        self._marks = new_landmarks(self._block) if {"landmarks", "lines"} & told else None
         self.see_changes: list[Callable[[See, np.ndarray], None]] = []
         self._commands = sim.commands
         # a view of the simulator's own array, which stays the same one
@@ -255,19 +248,24 @@ class SoccerCore(Pitch):
         else:
             core.step(np.repeat(action, agents, axis=1))
 
-    def _scripted_players(self, others: str | Sequence[str], counts: tuple[int, int]) -> ScriptedPlayers | None:
-        """The scripted players, or None where every player is controlled or does nothing."""
-        sides = (others, others) if isinstance(others, str) else several("others", others)
+    def _others(
+        self, others: OtherPlayer | Sequence[OtherPlayer], counts: tuple[int, int]
+    ) -> tuple[ScriptedPlayers | None, ControlledPlayers | None]:
+        """The scripted players, and those whom controllers play; None where there are none, or they do nothing."""
+        sides = (others, others) if isinstance(others, str) or callable(others) else several("others", others)
         if len(sides) != 2:
-            raise UnknownName(f"others: expected one policy or one for each side, got {others!r}")
+            raise UnknownName(f"others: expected one player or one for each side, got {others!r}")
+        found = [other_player(side) for side in sides]
         free = [player_number(a) for a in agent_names(*counts) if a not in self.agents]
-        policies = {p: sides[0] if p <= 11 else sides[1] for p in free}
-        for name in sides:
-            if name not in POLICIES:
-                raise unknown_name("scripted policy", str(name), POLICIES)
-        if all(name == "hold" for name in policies.values()):
-            return None
-        return ScriptedPlayers(self.sim, policies, counts, self.task.region, self.task.full_state, self.task.mix)
+        policies = {p: found[0] if p <= 11 else found[1] for p in free}
+        scripted = {p: policy for p, policy in policies.items() if isinstance(policy, str)}
+        played = {p: policy for p, policy in policies.items() if not isinstance(policy, str)}
+        acting = any(name != "hold" for name in scripted.values())
+        task = self.task
+        return (
+            ScriptedPlayers(self.sim, scripted, counts, task.region, task.full_state, task.mix) if acting else None,
+            ControlledPlayers(self, task, played) if played else None,
+        )
 
     @property
     def action_mask(self) -> np.ndarray | None:
@@ -339,14 +337,21 @@ class SoccerCore(Pitch):
                 self.start_at(chosen, start)
             self._begin(chosen)
         self._begun = True
-        return self.observe(fresh_start=chosen)
+        return self._open(chosen)
+
+    def _open(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
+        """The first observations of episodes that begin, for the agents and for who else decides by them."""
+        observation = self.observe(fresh_start=chosen)
+        if self.played is not None and len(chosen):
+            self.played.begin(chosen)
+        return observation
 
     def enter(self) -> dict[str, np.ndarray]:
         """Begin episodes where everything stands, without the task's start: for worlds that others keep (`cprm_gym.joining`)."""
         chosen = np.arange(self.worlds)
         self._begin(chosen)
         self._begun = True
-        return self.observe(fresh_start=chosen)
+        return self._open(chosen)
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Forget everything of earlier episodes."""
@@ -362,6 +367,8 @@ class SoccerCore(Pitch):
         self.preset.begin(self, chosen)
         if self.scripted is not None:
             self.scripted.reset(chosen)
+        if self.played is not None:
+            self.played.forget(chosen)
         if self.macros is not None:
             self.macros.reset(chosen)
         elif self._memories is not None:
@@ -453,6 +460,8 @@ class SoccerCore(Pitch):
         self.commanded(action)
         if self.scripted is not None:
             self.scripted.act(self._commands)
+        if self.played is not None:
+            self.played.act(self._commands)
         self.previous_ball[...] = self._ball
         self.sim.step(self._commands)
 
@@ -476,6 +485,8 @@ class SoccerCore(Pitch):
                 o["action_mask"][...] = self.macros.mask
         if "task" in o:
             self.task.features(self, o["task"])
+        if self.played is not None:
+            self.played.look(self.max_cycles)
         if self._late is not None:
             self._late.tell(fresh_start, MAX_AGE)
         self.output = self.preset(self, chosen)
@@ -489,38 +500,21 @@ class SoccerCore(Pitch):
         if self._senses.rereads:
             self._senses.reread(see, chosen, self.cycle)
         body = self.sim.sense_body(self._body, chosen)
-        o = self._now
-        kernels.pack(
-            self.sim.world, chosen, self.players, _COLUMNS, see.fresh, see.ball, see.ball_level, see.players, see.players_level, body,
-            not begins, MAX_AGE, o["body"], o["ball"], o["players"], o["level"], o["age"],
-        )  # fmt: skip
+        marks = None if self._marks is None else self.sim.landmarks(self._marks, chosen)
+        heard = None if self._hear is None else self.sim.hear(self._hear, chosen)
+        sensed = Sensed(chosen, see, body, marks, heard, begins)
         if self.scripted is not None:
             self.scripted.perceive(see, body, self._commands, chosen)
+        if self.played is not None:
+            self.played.perceive(sensed, self._commands)
         if self.macros is not None:
             self.macros.observe(see, body, self._commands, chosen)
         elif self._memories is not None:
             self._memories.update(see, body, self._commands, chosen)
-        if "memory" in o and self._memories is not None:
-            kernels.pack_memory(self._memories.records, chosen, self.players, o["self"], o["memory"], o["memory_age"])
-        if self._marks is not None:
-            self._tell_pitch(self.sim.landmarks(self._marks, chosen), see.fresh, chosen)
-        if self._hear is not None:
-            heard = self.sim.hear(self._hear, chosen)
-            kernels.pack_hear(*heard[:6], chosen, self.players, o["hear"])
+        tell(self, sensed, None if self._memories is None else self._memories.records, self._now)
         if self.preset.name == "full":
             see_everything(self, chosen)
         self.preset.fill(self, chosen)
-
-    def _tell_pitch(self, marks: Landmarks, fresh: np.ndarray, chosen: np.ndarray) -> None:
-        """Landmarks and lines of those who look in some worlds, (n,); row k of the senses is world ``chosen[k]``."""
-        told, n = self._now, len(chosen)
-        looks = fresh[:n, self._rows, None]
-        if "landmarks" in told:
-            told["landmarks"][chosen] = np.where(looks[..., None], marks.landmarks[:n, self._rows], 0.0)
-            told["landmark_level"][chosen] = np.where(looks, marks.level[:n, self._rows], 0)
-        if "lines" in told:
-            told["lines"][chosen, ..., :2] = np.where(looks[..., None], marks.lines[:n, self._rows], 0.0)
-            told["lines"][chosen, ..., 2] = np.where(looks, marks.line[:n, self._rows], 0)
 
     def close(self) -> None:
         """Leave the server, if it is played on one."""
@@ -642,4 +636,6 @@ class SoccerCore(Pitch):
             arrays |= {"scripted": self.scripted.memories.records, "scripted/fresh": self.scripted.fresh}
         if self.scripted is not None and self.scripted.mixing is not None:
             arrays["intents"] = self.scripted.mixing.intents
+        if self.played is not None:
+            arrays |= self.played.state()
         return arrays

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import ParameterError, UnknownName, unknown_name
 from .actions import VIEWS
 from .observations import INCLUDES
+from .others.registry import OtherPlayer
 from .players.senses import Senses
 from .presets import check_preset
 from .rewards import RewardOption
@@ -43,8 +44,9 @@ class EnvOptions:
         ``action_mask`` (of the macro view, beside the info, for learners that look for it there).
     flatten : bool
         One vector instead of a dict.
-    others : str or (str, str), optional
-        Scripted policy of the other players, or one for each side; the task's own if not given.
+    others : str, ControllerFactory or a pair of them, optional
+        Who plays the other players, or one for each side: a scripted policy, a controller by its name (`cprm_gym.envs.others.registry`) or
+        what makes controllers; the task's own if not given.
     reward : None, str, sequence or mapping of str, or function
         The task's own (``sparse``: without its shaping terms), with named shaping terms added, or a function instead of it
         (`cprm_gym.envs.rewards`).
@@ -75,7 +77,7 @@ class EnvOptions:
     observation: str = "normalised"
     include: str | Sequence[str] = ()
     flatten: bool = False
-    others: str | Sequence[str] | None = None
+    others: OtherPlayer | Sequence[OtherPlayer] | None = None
     reward: RewardOption = None
     reward_gamma: float = 0.99
     max_cycles: int | None = None

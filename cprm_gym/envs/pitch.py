@@ -78,6 +78,13 @@ class Pitch:
         self._rows = players - 1
         self._records: np.ndarray | None = None
 
+    def seen_by(self, players: np.ndarray) -> Pitch:
+        """These worlds as those of other agents, (A,) object numbers, who have observations of their own."""
+        other = Pitch(self.sim, players, self.counts, self.region, self.max_cycles)
+        other.cycle, other.late, other.memory, other.previous_ball = self.cycle, self.late, self.memory, self.previous_ball
+        other._score, other._gained = self._score, self._gained
+        return other
+
     # ------------------------------------------------------------------ at the start of an episode
 
     def draw(self, worlds: np.ndarray, count: int) -> np.ndarray:

@@ -32,7 +32,7 @@ def join(
     """Join a match on a server with controllers of ours."""
     import re
 
-    from ..benchmark.registry import load_controller, with_options
+    from ..envs.others.registry import load_controller, with_options
     from ..envs.tasks import make_task
     from .team import JoinedTeam
 

@@ -10,8 +10,8 @@ from typing import Any
 from ..agents.demos import DEMOS, OPTIONS
 from ..architecture.cprm import CPRM
 from ..architecture.petri import PetriNet
-from ..benchmark.registry import controller_entries
 from ..envs.core import select_agents
+from ..envs.others.registry import controller_entries
 from ..errors import unknown_name
 from .calls import Calls
 from .editing.desk import Desk

@@ -7,7 +7,7 @@ from cprm_gym.agents.knowledge import Informed
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.registry import make_controller
 from cprm_gym.benchmark.episodes import play_episodes
-from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.envs.others.registry import load_controller
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ParameterError, UnknownName
 

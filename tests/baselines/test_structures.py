@@ -11,8 +11,8 @@ from cprm_baselines.structures import compare, main
 
 from cprm_gym import make_task
 from cprm_gym.benchmark.episodes import play_episodes
-from cprm_gym.benchmark.registry import controller_entries
 from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.others.registry import controller_entries
 from cprm_gym.errors import ModelError, UnknownName
 
 STRUCTURES = {"fsm": fsm, "subsumption": subsumption, "behavior_tree": behavior_tree, "code": code, "belief_region": belief_region}

@@ -15,13 +15,14 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.benchmark import plan as plans
-from cprm_gym.benchmark import registry, runner
+from cprm_gym.benchmark import runner
 from cprm_gym.benchmark.journal import Journal
 from cprm_gym.benchmark.plan import Block, Plan
 from cprm_gym.benchmark.report import figure_of, plot, summarise
 from cprm_gym.benchmark.runner import play_block, run
 from cprm_gym.cli import app
 from cprm_gym.envs.controller import no_action
+from cprm_gym.envs.others import registry
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
 
 CONTROLLERS = ("cprm", "fsm", "random")

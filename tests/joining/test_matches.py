@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from served_field import SYNCHRONOUS, Field
 
-from cprm_gym.benchmark.registry import load_controller
+from cprm_gym.envs.others.registry import load_controller
 from cprm_gym.envs.play import rehearse
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import CprmError

@@ -7,9 +7,9 @@ import pytest
 from served_field import SYNCHRONOUS, Field
 from typer.testing import CliRunner
 
-from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.cli import app
 from cprm_gym.client.connection import Connection
+from cprm_gym.envs.others.registry import controller_entries, load_controller
 from cprm_gym.envs.play import rehearse
 from cprm_gym.envs.tasks import TASKS, make_task
 from cprm_gym.errors import CprmError

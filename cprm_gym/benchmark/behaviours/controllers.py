@@ -33,9 +33,9 @@ from ...architecture.analysis.sampling.intervals import clopper_pearson
 from ...architecture.petri import Place
 from ...envs.controller import Controller, ControllerFactory
 from ...envs.core import SoccerCore
+from ...envs.others.registry import load_controller
 from ...envs.tasks import Task, make_task
 from ..arguments import at_least
-from ..registry import load_controller
 
 CUTS: Mapping[str, tuple[float, ...]] = {
     "ball.seen": (0.5,),

@@ -14,10 +14,10 @@ from ...agents.knowledge.players import PLAYERS
 from ...agents.registry import make_controller as cprm
 from ...agents.skills.constants import GoalieConstants
 from ...envs.controller import Controller
+from ...envs.others.registry import controller_entries, load_controller
 from ...envs.tasks import Task, make_task
 from ...errors import ControllerError, UnknownName
 from ..recovery import RIVALS, Watchdog
-from ..registry import controller_entries, load_controller
 from .conditions import Condition
 from .slow import Slow
 

@@ -14,8 +14,8 @@ from ...agents.registry import AGENTS
 from ...architecture.petri import PetriNet
 from ...architecture.petri.drawing.plan import drawing_plan
 from ...architecture.prm import Model
-from ...benchmark.registry import controller_entries
 from ...benchmark.statistics import wilson_interval
+from ...envs.others.registry import controller_entries
 from ...envs.tasks import TASKS
 from ...errors import CprmError, FormatError, unknown_name
 from ...wrappers.disturbances import DISTURBANCES, Disturbance

@@ -8,8 +8,8 @@ from typing import Any
 
 from ...architecture.petri import PetriNet
 from ...architecture.prm import Model
-from ...benchmark.registry import load_controller
 from ...envs.controller import Controller
+from ...envs.others.registry import load_controller
 from ...envs.tasks import TASKS, Task, make_task
 from ...errors import ParameterError, unknown_name
 from ...wrappers.disturbances import DISTURBANCES

@@ -16,9 +16,9 @@ from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.knowledge.tracker import Tracker
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.benchmark.episodes import play_episodes
-from cprm_gym.benchmark.registry import controller_entries, load_controller
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.core import SoccerCore, select_agents
+from cprm_gym.envs.others.registry import controller_entries, load_controller
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName

@@ -16,8 +16,8 @@ from ....agents.play import SoccerAgent
 from ....agents.registry import AGENTS
 from ....agents.skills.constants import STUDIES
 from ....architecture.petri import compile_net
+from ....envs.others.registry import controller_entries
 from ....envs.tasks import make_task
-from ...registry import controller_entries
 from ..conditions import Condition
 from ..players import make_player
 

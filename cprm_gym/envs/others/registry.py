@@ -1,4 +1,4 @@
-"""Controllers by name: the entry-point group ``cprm_gym.controllers``.
+"""Players by name: scripted ones, and controllers, which are in the entry-point group ``cprm_gym.controllers``.
 
 `cprm_baselines` and a user's own package register theirs the same way::
 
@@ -15,18 +15,44 @@ import functools
 import inspect
 from collections.abc import Sequence
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import Any, TypeAlias
 
-from ..envs.controller import ControllerFactory
-from ..errors import ControllerError, ParameterError, unknown_name
+from ...errors import ControllerError, ParameterError, UnknownName, unknown_name
+from ..controller import ControllerFactory
+from ..players.scripted import POLICIES
 
 GROUP = "cprm_gym.controllers"
+OtherPlayer: TypeAlias = "str | ControllerFactory"
+"""Who plays beside the agents: a scripted policy, a controller by name, or what makes controllers."""
 
 
 def controller_entries() -> dict[str, EntryPoint]:
     """All registered controllers, unloaded, by name in alphabetical order."""
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     return dict(sorted(found.items()))
+
+
+def other_player(given: OtherPlayer) -> str | tuple[str, ControllerFactory]:
+    """A scripted policy's name, or the name and factory of a controller.
+
+    A name that is both, ``random``, is the scripted policy.
+
+    Raises
+    ------
+    UnknownName
+        For a name that is neither, or what is no name and makes nothing; the message lists what there is.
+    ControllerError, ParameterError
+        As for `load_controller`.
+    """
+    if isinstance(given, str):
+        if given in POLICIES:
+            return given
+        if split_options(given)[0] not in controller_entries():
+            raise unknown_name("scripted policy or controller", given, (*POLICIES, *controller_entries()))
+        return given, load_controller(given)
+    if not callable(given):
+        raise UnknownName(f"others: expected the name of a player or a factory of controllers, got {type(given).__name__} {given!r:.60}")
+    return getattr(given, "__name__", type(given).__name__), given
 
 
 def load_controller(name: str) -> ControllerFactory:

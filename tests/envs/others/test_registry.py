@@ -4,8 +4,8 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.benchmark.plan import Plan
-from cprm_gym.benchmark.registry import load_controller, split_options, with_options
 from cprm_gym.cli import app
+from cprm_gym.envs.others.registry import load_controller, split_options, with_options
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import ParameterError, UnknownName
 
