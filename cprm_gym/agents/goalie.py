@@ -1,7 +1,7 @@
 """The goalie: watches the ball, gets into the way of shots, catches, clears and goes back to his place (dissertation §2.3.5).
 
     guard --> post (reposition) --> watching --(the ball is coming)--> save (catch_ball)
-    save: caught --> away (clear) --> guard        over, past, missed --> guard
+    save: caught, or missed with the ball at hand --> away (clear) --> guard        over, past, missed --> guard
     eyes (watch_ball) runs beside all of it
 
 He believes in the ball's place and velocity, seen with noise and every second cycle only; from them follow the point where its way
@@ -139,12 +139,15 @@ TRANSITIONS = (
     Transition("give_way", ("post.aborted",), ("watching",)),
     Transition("alarm", outputs=("post.abort",), tests=("post.ongoing", "eyes.ball_coming"), inhibitors=("post.abort", "post.begin"),
                priority=3),
+    Transition("seize", outputs=("post.abort",), tests={"post.ongoing": 1, "at_hand": 1}, inhibitors=("post.abort", "post.begin"),
+               priority=3),
     Transition("leap", ("watching",), ("save.begin",), tests=("eyes.ball_coming",), priority=4),
     Transition("pick_up", ("watching",), ("away.begin",), tests={"at_hand": 1}, priority=2),
     Transition("follow", ("watching",), ("guard",), tests={"displaced": 1}, priority=1),
     Transition("hold", ("save.caught",), ("away.begin",)),
     Transition("calm_down", ("save.over",), ("guard",), delay=1),
     Transition("let_past", ("save.past",), ("guard",), delay=1),
+    Transition("parry", ("save.missed",), ("away.begin",), tests={"at_hand": 1}, priority=1),
     Transition("drop", ("save.missed",), ("guard",), delay=1),
     Transition("break_off", ("save.aborted",), ("guard",), delay=1),
     Transition("cleared", ("away.cleared",), ("guard",)),

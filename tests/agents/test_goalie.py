@@ -6,7 +6,7 @@ from cprm_baselines.goalie_memory import MemoryGoalie
 from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 
-from cprm_gym.agents.goalie import GOALIE_NET, GoalieAgent, goalie_cprm, make_controller
+from cprm_gym.agents.goalie import GOALIE_NET, GoalieAgent, ReckoningGoalie, goalie_cprm, make_controller
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.skills.catch_ball import CATCH_BALL
 from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
@@ -17,8 +17,11 @@ from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.petri import Executor, Input, PetriNet, Place
 from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.core import SoccerCore
+from cprm_gym.envs.observations import BodyFeature
+from cprm_gym.envs.players.senses import Senses
 from cprm_gym.envs.tasks.base import Status
 from cprm_gym.envs.tasks.goalie import Goalie
+from cprm_gym.simulator.state import CommandKind, PlayMode
 
 
 def alone(module):
@@ -269,6 +272,24 @@ def test_the_goalies_net_holds_one_thing_to_do_at_a_time():
         assert (read("eyes.ongoing") == 1).all()
         core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
     assert {place.name for place in GOALIE_NET.places if isinstance(place, Place)} == {"shut", "guard", "watching"}
+
+
+def test_a_ball_that_slipped_from_his_hands_is_cleared_in_the_same_cycle():
+    agent, senses = ReckoningGoalie(2), Senses(noise=0.5)
+    core = SoccerCore(Goalie(), 100, seed=8, include=agent.needs, senses=senses)
+    observation = {key: value[:, 0] for key, value in core.reset(8).items()}
+    agent.reset(observation, 0)
+    caught, running, slipped = np.zeros(100, bool), np.ones(100, bool), 0
+    for _ in range(40):
+        action = agent.act(observation)
+        at_hand = (agent.controller.executor.read("at_hand") > 0) & (observation["body"][:, BodyFeature.PLAY_MODE] == PlayMode.play_on)
+        missed = running & caught & at_hand
+        slipped += missed.sum()
+        assert (action["type"][missed] == CommandKind.KICK).all()
+        caught = action["type"] == CommandKind.CATCH
+        done = core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+        running &= ~(done.terminated | done.truncated)
+    assert slipped >= 3
 
 
 def test_goalie_and_passer_infer_with_the_engine_that_they_are_given():

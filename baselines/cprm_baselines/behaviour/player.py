@@ -56,6 +56,8 @@ class Player:
             self.scene.restart(chosen)
             self.structure.restart(chosen)
             self._turned[chosen] = 0.0
+        if self.scene.memory is not None:
+            self.scene.memory.reset(count, None if worlds is None else np.asarray(worlds, bool))
         if self.scene.believer is not None:
             self.scene.believer.reset(count, None if worlds is None else np.asarray(worlds, bool))
 
@@ -101,4 +103,6 @@ class Player:
                 wanted = (value - turned[rows] + 180.0) % 360.0 - 180.0
                 value = np.clip(wanted, self.body.server.minneckang, self.body.server.maxneckang) - neck[rows]
             action["turn_neck"][rows, 0] = np.clip(value / NECK_SCALE, -1.0, 1.0)
+        if scene.view:
+            action["view"] = np.rint(scene.sheet[scene.view]).astype(np.int64)
         return action

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,13 @@ from .skill import NOTHING, Mask, Skill, State, Step
 BODY, NECK = 0, 1
 """What a command moves."""
 _NECK = ("look", "turn_neck")
+
+
+class Remembers(Protocol):
+    """What percepts remember, in all worlds."""
+
+    def reset(self, count: int, worlds: np.ndarray | None) -> None:
+        """Forget, in the worlds of a mask, or in `count` worlds."""
 
 
 class Scene:
@@ -41,6 +49,10 @@ class Scene:
         Commands that are no skill: name -> command and its parameters, by the names of quantities or as numbers.
     believer : Believer, optional
         A model whose views are percepts too, ``belief.NAME``.
+    memory : Remembers, optional
+        What the percepts remember from cycle to cycle.
+    view : str
+        Quantity that says how wide he looks, in every cycle and whatever decides; empty where he never changes it.
 
     Attributes
     ----------
@@ -57,7 +69,10 @@ class Scene:
         quantities: Mapping[str, str] | None = None,
         orders: Mapping[str, tuple[str, dict[str, str | float]]] | None = None,
         believer: Believer | None = None,
+        memory: Remembers | None = None,
+        view: str = "",
     ) -> None:
+        self.memory, self.view = memory, view
         self.net, self.percepts, self.sheet, self.believer = net, percepts, Sheet(), believer
         names = self._take(net, instead or {}, without)
         for name, text in (quantities or {}).items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from cprm_gym.agents.attacker import half_field
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
 from cprm_gym.agents.goalie import CLUSTERS, ReckoningGoalie, goalie_cprm, opponent_attributes, reckoning_cprm
@@ -21,6 +22,7 @@ from cprm_gym.agents.striker import striker_net
 from cprm_gym.architecture.petri import Belief, Input, Math, PetriNet
 from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.tasks import Task
+from cprm_gym.envs.tasks.half_field import LADDER
 from cprm_gym.errors import unknown_name
 
 from .believer import Believer
@@ -156,11 +158,26 @@ def _hiker(task: Task, agent: str) -> Scene:
     return Scene(hiker_net(Body.of(task), getattr(task, "way", WAY)), field_percepts)
 
 
+def _attacker(task: Task, agent: str) -> Scene:
+    whole = half_field.make_controller(task, agent)
+    return Scene(
+        whole.cprm.net,
+        whole.percepts,
+        orders={
+            "look": ("look", {"direction": "eyes"}), "face": ("turn", {"moment": "face_moment"}),
+            "sweep": ("turn", {"moment": "search_moment"}),
+        },
+        memory=whole.motion,
+        view="cone",
+    )  # fmt: skip
+
+
 SCENES = {
     "Hike": _hiker,
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,
+    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), _attacker),
 }  # fmt: skip
 """Task -> maker of its scene."""
 

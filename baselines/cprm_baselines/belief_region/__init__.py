@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from cprm_gym.agents.body import Body
 from cprm_gym.envs.controller import Controller
 from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import unknown_name
 
-from ..behaviour.player import Player
+from ..behaviour.maker import make_player, tables
 from ..behaviour.regions import Regions
-from . import go_to_ball, goalie, hike, kick_off_shot, lost_and_found, pass_and_advance
 
-POLICIES = {
-    "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie,
-    "Goalie3v2": goalie, "LostAndFound": lost_and_found, "Hike": hike,
-}  # fmt: skip
+POLICIES = tables(__name__)
 """Task -> the module with its regions."""
 
 
@@ -26,8 +20,4 @@ def make_controller(task: Task, agent: str) -> Controller:
     UnknownName
         For a task that it cannot play.
     """
-    if task.name not in POLICIES:
-        raise unknown_name("task of the controller 'belief_region':", task.name, POLICIES)
-    policy = POLICIES[task.name]
-    scene = policy.make_scene(task, agent)
-    return Player(scene, Regions(scene, policy.BODY, policy.NECK), Body.of(task))
+    return make_player("belief_region", POLICIES, lambda scene, table: Regions(scene, table.BODY, table.NECK), task, agent)

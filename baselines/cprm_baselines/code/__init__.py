@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from cprm_gym.agents.body import Body
 from cprm_gym.envs.controller import Controller
 from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import unknown_name
 
-from ..behaviour.player import Player
+from ..behaviour.maker import make_player, tables
 from ..behaviour.programs import Programs
-from ..behaviour.scenes import make_scene
-from . import go_to_ball, goalie, hike, kick_off_shot, lost_and_found, pass_and_advance
 
-PROGRAMS = {
-    "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie,
-    "Goalie3v2": goalie, "LostAndFound": lost_and_found, "Hike": hike,
-}  # fmt: skip
+PROGRAMS = tables(__name__)
 """Task -> the module with its programs."""
 
 
@@ -25,9 +18,6 @@ def make_controller(task: Task, agent: str) -> Controller:
     Raises
     ------
     UnknownName
-        For a task that they cannot play.
+        For a task that it cannot play.
     """
-    if task.name not in PROGRAMS:
-        raise unknown_name("task of the controller 'code':", task.name, PROGRAMS)
-    scene = make_scene(task, agent)
-    return Player(scene, Programs(scene, PROGRAMS[task.name].MAINS), Body.of(task))
+    return make_player("code", PROGRAMS, lambda scene, table: Programs(scene, table.MAINS), task, agent)

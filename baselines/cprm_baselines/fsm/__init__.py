@@ -5,17 +5,11 @@ from __future__ import annotations
 from cprm_gym.agents.body import Body
 from cprm_gym.envs.controller import Controller
 from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import unknown_name
 
 from ..behaviour.machine import Machine
-from ..behaviour.player import Player
-from ..behaviour.scenes import make_scene
-from . import go_to_ball, goalie, hike, kick_off_shot, lost_and_found, pass_and_advance
+from ..behaviour.maker import make_player, tables
 
-TABLES = {
-    "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie, "Goalie3v2": goalie,
-    "LostAndFound": lost_and_found, "Hike": hike,
-}  # fmt: skip
+TABLES = tables(__name__)
 """Task -> the module with its table."""
 
 
@@ -27,9 +21,7 @@ def make_controller(task: Task, agent: str) -> Controller:
     UnknownName
         For a task that it cannot play.
     """
-    if task.name == "GoToBall":
-        return go_to_ball.GoToBallMachine(Body.of(task))
-    if task.name not in TABLES:
-        raise unknown_name("task of the controller 'fsm':", task.name, ("GoToBall", *TABLES))
-    scene, table = make_scene(task, agent), TABLES[task.name]
-    return Player(scene, Machine(scene, table.STATES, table.EYES), Body.of(task))
+    if task.name == "GoToBall":  # written by hand, its skill too
+        machine: Controller = TABLES[task.name].GoToBallMachine(Body.of(task))
+        return machine
+    return make_player("fsm", TABLES, lambda scene, table: Machine(scene, table.STATES, table.EYES), task, agent)

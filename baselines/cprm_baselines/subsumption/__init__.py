@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from cprm_gym.agents.body import Body
 from cprm_gym.envs.controller import Controller
 from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import unknown_name
 
 from ..behaviour.layers import Layers
-from ..behaviour.player import Player
-from ..behaviour.scenes import make_scene
-from . import go_to_ball, goalie, hike, kick_off_shot, lost_and_found, pass_and_advance
+from ..behaviour.maker import make_player, tables
 
-LAYERS = {
-    "GoToBall": go_to_ball, "KickOffShot": kick_off_shot, "PassAndAdvance": pass_and_advance, "Goalie": goalie, "Goalie2v1": goalie,
-    "Goalie3v2": goalie, "LostAndFound": lost_and_found, "Hike": hike,
-}  # fmt: skip
+LAYERS = tables(__name__)
 """Task -> the module with its layers."""
 
 
@@ -25,9 +18,6 @@ def make_controller(task: Task, agent: str) -> Controller:
     Raises
     ------
     UnknownName
-        For a task that they cannot play.
+        For a task that it cannot play.
     """
-    if task.name not in LAYERS:
-        raise unknown_name("task of the controller 'subsumption':", task.name, LAYERS)
-    scene, table = make_scene(task, agent), LAYERS[task.name]
-    return Player(scene, Layers(scene, table.LAYERS, table.EYES), Body.of(task))
+    return make_player("subsumption", LAYERS, lambda scene, table: Layers(scene, table.LAYERS, table.EYES), task, agent)

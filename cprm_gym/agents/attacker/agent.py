@@ -22,6 +22,9 @@ from ...architecture.cprm import CPRM
 from ...architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ...envs.controller import Observation
 from ...envs.tasks import Task
+from ...envs.tasks.half_field import HalfField
+from ...simulator.parameters import Rules
+from ...simulator.pitch import HALF_LENGTH
 from ...simulator.state import ViewWidth
 from ..body import DEFAULT, Body, number
 from ..play import SoccerAgent
@@ -246,17 +249,26 @@ class AttackerAgent(SoccerAgent):
     body : Body
     constants : AttackerConstants, optional
         Those set by hand if not given.
+    offside : bool
+        Whether the rule is in force.
+    back_x : float
+        Where the part of the pitch begins in which is played, m.
+
+    Attributes
+    ----------
+    motion : Motion
+        How the opponents moved, which he remembers.
     """
 
     def __init__(
         self, passes: int = 0, opponents: int = 1, mates: int = 1, keeper: int = 0, body: Body = DEFAULT,
-        constants: AttackerConstants | None = None,
+        constants: AttackerConstants | None = None, offside: bool = True, back_x: float = -HALF_LENGTH,
     ) -> None:  # fmt: skip
         c = constants or AttackerConstants()
-        judged_by, self._motion = terms(body, c, keeper - 1), Motion(opponents)
+        judged_by, self.motion = terms(body, c, keeper - 1, offside, back_x), Motion(opponents)
         super().__init__(
             attacker_cprm(passes, body, c),
-            lambda observation: attacker_percepts(observation, judged_by, self._motion, mates, c.stale, c.focus),
+            lambda observation: attacker_percepts(observation, judged_by, self.motion, mates, c.stale, c.focus),
             needs=("memory",),
             body=body,
         )
@@ -264,11 +276,14 @@ class AttackerAgent(SoccerAgent):
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes; the copies are made at the first one."""
         super().reset(observation, seed, worlds)
-        self._motion.reset(len(observation["level"]), worlds)
+        self.motion.reset(len(observation["level"]), worlds)
 
 
 def make_controller(task: Task, agent: str, constants: AttackerConstants | None = None) -> AttackerAgent:
     """An attacker of a task as a controller."""
     left = agent.startswith("left")
     mates, opponents, keeper = (task.left, task.right, task.right_goalie) if left else (task.right, task.left, task.left_goalie)
-    return AttackerAgent(getattr(task, "passes", 0), opponents, mates - 1, keeper, Body.of(task), constants)
+    return AttackerAgent(
+        getattr(task, "passes", 0), opponents, mates - 1, keeper, Body.of(task), constants,
+        bool(task.rules & Rules.OFFSIDE), 0.0 if isinstance(task, HalfField) else -HALF_LENGTH,
+    )  # fmt: skip

@@ -78,3 +78,15 @@ class AttackerConstants(Constants):
     """Cycles without a sight of the ball for which one in reach is taken to be there."""
     focus: float = between(15.0, 0.0, 60.0)
     """Metres from the ball within which he looks at it with the narrow cone, which sees every cycle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HalfFieldConstants(AttackerConstants):
+    """Of the attacker before the goal, where who waits for a safe shot loses the ball; the defaults were set by hand."""
+
+    whose: ClassVar[str] = "attacker_half_field"
+
+    hold: float = between(0.5, 0.0, 6.0)
+    """Cycles that he or his team-mate needs to play on a ball that he has met; whole ones count."""
+    shot_room: float = between(-3.0, -8.0, 3.0)
+    """Room, less both, that a shot must have."""

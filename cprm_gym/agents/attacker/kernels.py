@@ -60,6 +60,7 @@ class Terms(NamedTuple):
     goal_x: float
     goal_half: float
     side_x: float
+    back_x: float
     side_y: float
     ahead: float
     apart: float
@@ -74,6 +75,7 @@ class Terms(NamedTuple):
     spread: float
     still: float
     keeper: int
+    offside: int
 
 
 @kernel
@@ -182,8 +184,8 @@ def shot(ball, power, rivals, age, c):
 
 @kernel
 def inside(x, y, c):
-    """Whether a place is on the pitch, with a margin."""
-    return abs(x) < c.side_x and abs(y) < c.side_y
+    """Whether a place is where is played, with a margin."""
+    return c.back_x < x < c.side_x and abs(y) < c.side_y
 
 
 @kernel
@@ -327,7 +329,7 @@ def judge(ball, me, mates, mate_age, rivals, age, near, c, out):
                     first, second = x, first
                 elif x > second:
                     second = x
-        line = max(second, max(0.0, b[0]))
+        line = max(second, max(0.0, b[0])) if c.offside else 2.0 * c.goal_x
         o[0], o[1], o[2] = race(b[0], b[1], b[2], b[3], p[0], p[1], c.start, p[4], math.hypot(p[2], p[3]), c)
         o[3], meet_x, meet_y = 99.0, b[0], b[1]
         for m in range(mates.shape[1]):

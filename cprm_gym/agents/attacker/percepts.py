@@ -35,7 +35,7 @@ OPPONENTS = 12
 """First row of the opponents in ``memory``."""
 
 
-def terms(body: Body, c: AttackerConstants, keeper: int = -1) -> Terms:
+def terms(body: Body, c: AttackerConstants, keeper: int = -1, offside: bool = True, back_x: float = -HALF_LENGTH) -> Terms:
     """What the kernels judge by.
 
     Parameters
@@ -44,6 +44,10 @@ def terms(body: Body, c: AttackerConstants, keeper: int = -1) -> Terms:
     c : AttackerConstants
     keeper : int
         Row of the opponents' keeper among them; -1 if there is none.
+    offside : bool
+        Whether the rule is in force.
+    back_x : float
+        Where the part of the pitch begins in which is played, m.
     """
     server, kind = body.server, body.kind
     own = {name: getattr(c, name) for name in Terms._fields if name in c.to_dict()}
@@ -54,7 +58,8 @@ def terms(body: Body, c: AttackerConstants, keeper: int = -1) -> Terms:
         "legs": body.within(SURE) + c.tolerance,
         "kick_speed": KICK * min(server.ball_speed_max, server.ball_accel_max, server.maxpower * kind.kick_power_rate),
         "goal_x": HALF_LENGTH, "goal_half": server.goal_width / 2, "side_x": HALF_LENGTH - MARGIN, "side_y": HALF_WIDTH - MARGIN,
-        "keeper": keeper,
+        "back_x": back_x + MARGIN,
+        "keeper": keeper, "offside": int(offside),
     })  # fmt: skip
 
 
@@ -191,6 +196,9 @@ def _gaze(
     who, ages = np.concatenate([mates, rivals], axis=1), np.concatenate([mate_age, rival_age], axis=1)
     away = np.hypot(who[..., 0] - percepts["me.x"][:, None], who[..., 1] - percepts["me.y"][:, None])
     ages = np.where((ages < 200.0) & (away < 35.0), ages, -1.0)
+    if not who.shape[1]:
+        percepts["gaze.at_ball"] = (percepts["ball.age"] < 15.0).astype(np.float64)
+        return np.where(percepts["ball.age"] < 15.0, ball, 0.0)
     oldest, rows = ages.argmax(axis=1), np.arange(len(ages))
     dx, dy = who[rows, oldest, 0] - percepts["me.x"], who[rows, oldest, 1] - percepts["me.y"]
     other = _degrees(np.arctan2(dy, dx) - np.radians(percepts["me.facing_deg"]))

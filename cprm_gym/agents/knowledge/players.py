@@ -21,7 +21,8 @@ from ...envs.tasks import Task
 from ...errors import unknown_name
 from .. import striker
 from ..attacker import agent as attacker
-from ..attacker.constants import AttackerConstants
+from ..attacker import half_field
+from ..attacker.constants import AttackerConstants, HalfFieldConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
@@ -137,6 +138,19 @@ PLAYERS: dict[str, Player] = {
         options={"others": ("medium", "weak")},
         seeds=10,
     ),
+    **{
+        task: Player(half_field.make_controller, HalfFieldConstants, seconds=seconds)
+        for task, seconds in (
+            ("HFO1v0", 3.0),
+            ("HFO1v1", 3.5),
+            ("HFO2v1", 6.0),
+            ("FrontGoalEmptyGoal", 1.0),
+            ("FrontGoalBlockedShot", 2.0),
+            ("FrontGoalSupportOption", 4.0),
+            ("FrontGoalPassingLane", 8.0),
+            ("FrontGoalCompactDefense", 12.0),
+        )
+    },
     **{
         task: Player(attacker.make_controller, AttackerConstants, study="attacker_pair", seconds=seconds, options=options)
         for task, seconds, options in (

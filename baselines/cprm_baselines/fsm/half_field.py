@@ -1,0 +1,29 @@
+"""An attacker before the goal as a state machine."""
+
+from __future__ import annotations
+
+from cprm_gym.agents.attacker.agent import OFF_AXIS, OFF_PLACE
+
+from ..behaviour.machine import Move, State
+
+_AGAIN = {"kicked": "decide", "failed": "decide"}
+STATES = {
+    "decide": State(
+        moves=(
+            Move("look round", "lost"),
+            Move("with the ball", "reach"),
+            Move("meet it", "chase"),
+            Move("run free", f"off_place >= {OFF_PLACE}"),
+            Move("turn to it", f"off_axis >= {OFF_AXIS}"),
+        )
+    ),
+    "look round": State(order="sweep", moves=(Move("decide", after=1),)),
+    "turn to it": State(order="face", moves=(Move("decide", after=1),)),
+    "meet it": State("meet", moves=(Move("decide", "lost or reach or not chase"),), on={"at_ball": "with the ball"}),
+    "run free": State("walk", moves=(Move("decide", "lost or reach or chase"),), on={"arrived": "decide"}),
+    "with the ball": State(moves=(Move("shoot", "can_shoot"), Move("pass", "can_pass"), Move("push"))),
+    "shoot": State("shoot", on=_AGAIN),
+    "pass": State("give", on=_AGAIN),
+    "push": State("push", on=_AGAIN),
+}
+EYES = "look"
