@@ -82,7 +82,9 @@ def test_why_a_transition_did_not_fire_and_which_reading_moved_a_belief(serve, o
     at(page, 1)
     page.keyboard.press("ArrowRight")
     at(page, 2)
-    page.click(".netcanvas .node[data-key=hold] .hit", force=True)
+    page.fill("[type=search]", "hold")
+    page.keyboard.press("Enter")
+    page.click(".netcanvas .node.selected[data-key=hold] .hit", force=True)
     answer = page.wait_for_selector("[data-show=answer]").inner_text()
     assert answer == served.studio.debugger.why("left_1", "hold")["answer"]
     assert "save.caught needs 1, has 0" in answer
@@ -137,7 +139,7 @@ def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
     at(page, 1)
     page.select_option("[data-show=compare]", "same")
     page.wait_for_function("() => document.querySelector('[data-show=difference]').textContent === 'no difference so far'")
-    box = page.locator(".thing[data-number='0'] .grip").bounding_box()
+    box = page.locator(".field-here .thing[data-number='0'] .grip").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
@@ -148,7 +150,8 @@ def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
     assert change.kind == "ball"
     page.keyboard.press("ArrowRight")
     page.wait_for_function("() => document.querySelector('[data-show=difference]').textContent.startsWith('first difference in cycle 2')")
-    assert page.locator(".ghost").count() > 1
+    assert page.locator(".field-here .thing.differs[data-number='0'] .unequal").count() == 1
+    assert page.locator(".field-there .thing.differs[data-number='0'] .unequal").count() == 1
     page.keyboard.press("c")
     page.select_option("[data-show=change-kind]", "blind")
     page.click("[data-do=change]")
@@ -159,10 +162,50 @@ def test_the_ball_is_dragged_and_two_runs_differ_from_then_on(serve, open_page):
     page.click("[data-do=change]")
     page.wait_for_selector("text=cycles: a number is needed")
     assert page.locator(".hands li").count() == 0
-    page.focus(".thing[data-number='0']")
+    page.focus(".field-here .thing[data-number='0']")
     page.keyboard.press("ArrowUp")
     page.keyboard.press("Enter")
     page.wait_for_function("() => document.querySelector('.hands li')?.textContent.includes('ball moved')")
+
+
+def test_two_runs_are_side_by_side_and_what_differs_is_marked_in_both(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=0)
+    page.keyboard.press("x")
+    page.wait_for_selector(".net-there .netcanvas .node")
+    assert page.inner_text("[data-show=differences]").startswith("No difference so far")
+    page.keyboard.press("c")
+    page.select_option("[data-show=change-kind]", "mark")
+    page.fill("[data-field=name]", "away.patience")
+    page.fill("[data-field=value]", "2")
+    page.click("[data-do=change]")
+    page.wait_for_function("() => document.querySelector('.hands li')?.textContent.includes('away.patience')")
+    for k in (1, 2, 3):
+        page.keyboard.press("ArrowRight")
+        at(page, k)
+    page.keyboard.press("d")
+    at(page, "1 of 3")
+    assert "Here they differ first: left_1: marking of away.patience" in page.inner_text("[data-show=differences]")
+    row = page.locator("[data-differs='marking away.patience'] td").all_inner_texts()
+    assert row == ["marking", "away.patience", "2", "0"]
+    assert page.locator(".box.differs[data-key=away] > .unequal").count() == 2
+    page.click("[data-differs='marking away.patience'] button")
+    page.wait_for_selector(".net-there .netcanvas .node.differs[data-key='away.patience']")
+    tokens = [page.locator(f".net-{side} .node[data-key='away.patience'] .token").count() for side in ("here", "there")]
+    assert tokens == [2, 0]
+    views = [page.evaluate("(s) => document.querySelector(s).style.transform", f".net-{side} .world") for side in ("here", "there")]
+    assert views[0] == views[1]
+    for box in (page.locator(f".watch > .{name}").bounding_box() for name in ("field-there", "net-there", "side-left", "side-right")):
+        assert box["x"] + box["width"] <= 1280
+        assert box["y"] + box["height"] <= 800
+        assert box["height"] > 150
+    page.fill("section[data-view=watch] [type=search]", "away.start")
+    page.keyboard.press("Enter")
+    page.click(".net-there .node.selected[data-key='away.start'] .hit", force=True)
+    page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'away.start there'")
+    assert page.inner_text("[data-show=answer]") == served.studio.debugger.why("left_1", "away.start", 1, beside=True)["answer"]
+    page.keyboard.press("x")
+    page.wait_for_selector(".net-there", state="hidden")
+    assert page.locator(".net-here .differs, .field-here .differs").count() == 0
 
 
 def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
@@ -228,7 +271,7 @@ def test_a_log_is_played_and_looked_at_from_any_frame(serve, open_page, tmp_path
     page.focus("[aria-label=cycle]")
     page.keyboard.press("End")
     at(page, f"{last} of 1")
-    assert page.locator(".net-panel").is_hidden()
+    assert page.locator(".net-here").is_hidden()
     assert "match.rcg" in page.inner_text("#what")
     for key in (".", ",", "b", "e", "w", "c", "ArrowLeft"):  # a log has no net to be asked
         page.keyboard.press(key)

@@ -13,6 +13,7 @@ from ...simulator.gamelog.frames import Frame
 from ...simulator.gamelog.reader import GameLogReader
 from ...simulator.parameters import ServerParameters
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH, PENALTY_AREA_LENGTH, PENALTY_AREA_WIDTH
+from .nets import SCRIPTS
 from .view import View, page_of
 
 MOST = 1500
@@ -34,9 +35,7 @@ def show_match(source: str | os.PathLike[str] | Iterable[Frame], height: int) ->
     title = f"cycle {frames[-1].time}"
     svg = field_svg(told[-1], [step["ball"] for step in told[-TRAIL:]])
     marks = {"x": HALF_LENGTH, "y": HALF_WIDTH, "area": [PENALTY_AREA_LENGTH, PENALTY_AREA_WIDTH], "goal": ServerParameters().goal_width}
-    return View(
-        svg, page_of(title, {"steps": told, "pitch": marks}, "showMatch(data);", ("netshapes.js", "netcanvas.js", "notebook.js")), height
-    )
+    return View(svg, page_of(title, {"steps": told, "pitch": marks}, "showMatch(data);", SCRIPTS), height)
 
 
 def _said(frame: Frame) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from ...architecture.petri.drawing.plan import drawing_plan
 from ...architecture.petri.drawing.svg import render
 from .view import View, page_of
 
-SCRIPTS = ("netshapes.js", "netcanvas.js", "notebook.js")
+SCRIPTS = ("netshapes.js", "viewport.js", "netcanvas.js", "notebook.js")
 LARGE = 900
 """Parts up to which the page also holds the drawing with every module unfolded."""
 MOST = 2000

@@ -61,12 +61,12 @@ class View:
 
 @cache
 def _script(names: tuple[str, ...]) -> str:
-    """The studio's modules as one: what they import of each other is there already."""
+    """The studio's modules as one, without their comments: what they import of each other is there already."""
     lines = []
     for name in names:
         for line in (STATIC / "js" / name).read_text("utf-8").splitlines():
-            if not line.startswith("import "):
-                lines.append(line.removeprefix("export "))
+            if not line.startswith("import ") and not line.lstrip().startswith(("//", "/** ")):
+                lines.append(line.strip().removeprefix("export "))
     return "\n".join(lines)
 
 

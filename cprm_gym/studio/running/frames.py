@@ -14,6 +14,8 @@ import numpy as np
 from ...agents.demos import _object_number, believed_ball, held
 from ...architecture.cprm import CPRMRunner
 from ...architecture.petri import ObjectPlace
+from ...architecture.petri.execution.compiled_net import PlaceKind
+from ...envs.actions import PARAMETER_SCALES
 from ...envs.rendering import CONE
 from ...simulator.state import CommandKind, PlayMode
 from .memory import agent_in, runner_of
@@ -25,6 +27,8 @@ MOST_FIRED = 300
 """Firings of a cycle that are shown; a net that goes on without end has ten thousand."""
 FLAT = 0.9
 """Share of the likeliest cell from which on the last one shown says that all are about as likely."""
+ARGUMENTS = (0, 2, 1, 2, 2, 1, 2, 4)
+"""Of each `CommandKind`, how many there are."""
 POINTS = 40
 """Points that show where a player believes the ball to be."""
 Message = dict[str, Any]
@@ -106,7 +110,8 @@ def command(run: Run, i: int) -> str:
     kind = CommandKind(int(action["type"][0]))
     if kind == CommandKind.NONE:
         return ""
-    return kind.name.lower()
+    given = np.asarray(action["params"][0], float) * PARAMETER_SCALES[kind]
+    return f"{kind.name.lower()}({', '.join(f'{v:.4g}' for v in given[: ARGUMENTS[kind]] + 0.0)})"
 
 
 def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
@@ -153,6 +158,12 @@ def happened(runner: CPRMRunner) -> tuple[list[str], list[str]]:
     firings = [] if trace is None else trace.firings(0)[:MOST_FIRED]
     fired = [firing.transition for firing in firings]
     return fired, sorted({name for firing in firings for name in firing.enabled}.difference(fired))
+
+
+def quantities(runner: CPRMRunner) -> frozenset[str]:
+    """Places of a runner's net that hold numbers and no tokens: inputs, beliefs, math and continuous places."""
+    compiled = runner.executor.net
+    return frozenset(n for n, k in zip(compiled.place_names, compiled.kind) if k not in (PlaceKind.DISCRETE, PlaceKind.OBJECT))
 
 
 def object_held(runner: CPRMRunner, place: str) -> str | None:

@@ -7,14 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import CprmError
-from ..running.frames import Message, frame
+from ..running.frames import Message, frame, quantities
+from ..running.memory import runner_of
 from ..running.run import Run
-from .frame_store import Frames
+from .differences import differences
 from .session import Session
 
 
 class Comparison:
-    """Another run beside the one that is watched; both are in the same cycle.
+    """Another run beside the one that is watched; both are in the same cycle, or the other one has ended before.
 
     Parameters
     ----------
@@ -23,10 +24,9 @@ class Comparison:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.other: Run | None = None
         self.first: Message | None = None
         """Where they first differed: cycle and what."""
-        self._frames = Frames()
+        self._quantities: Mapping[str, frozenset[str]] = {}
         session.extras.append(self._add)
         session.begun.append(lambda run: self._end())
 
@@ -35,7 +35,7 @@ class Comparison:
         return {"compare": self.compare, "alone": self.alone}
 
     def compare(self, controller: str | None = None, changed: bool = True) -> Message:
-        """Play another run beside this one, from the start on.
+        """Play another run beside this one, from the start on; every cycle of this one that is kept is given the other's.
 
         Parameters
         ----------
@@ -51,13 +51,19 @@ class Comparison:
             if not changed or controller is not None:
                 different |= {"nets": {}, "models": {}}
             self._end()
-            other = Run(replace(run.setup, **different))
-            self.other = other
-            while True:
-                self._look(self.session.frames.get(other.cycle))
-                if other.cycle >= run.cycle or other.over:
+            self.session.beside = other = Run(replace(run.setup, **different))
+            runners = zip(run.agents, map(runner_of, run.players))
+            self._quantities = {name: quantities(runner) for name, runner in runners if runner is not None}
+            kept = list(self.session.frames)
+            for cycle in kept if kept and kept[0] == 0 else [0, *kept]:
+                if cycle > run.cycle:
                     break
-                other.advance()
+                if not other.over:
+                    other.go_to(cycle)
+                mine = self.session.frames.get(cycle)
+                if mine is not None and cycle < run.cycle:
+                    self._put(other, mine)
+                    self.session.keep(mine)
             return self.session.again()
 
     def alone(self) -> Message:
@@ -67,58 +73,30 @@ class Comparison:
             return self.session.again()
 
     def _end(self) -> None:
-        self.other, self.first = None, None
-        self._frames.clear()
-
-    def _look(self, mine: Message | None) -> Message:
-        """Keep the other run's frame, and see whether it is the first that differs."""
-        assert self.other is not None
-        made = frame(self.other, self.session.shown, {})
-        self._frames.put(made)
-        if self.first is None and mine is not None:
-            what = differences(mine, made)
-            if what:
-                self.first = {"cycle": made["cycle"], "what": what}
-        return made
+        self.session.beside, self.first = None, None
 
     def _add(self, run: Run, made: Message) -> None:
         """The other run's frame of the same cycle."""
-        if self.other is None:
+        other = self.session.beside
+        if other is None:
             return
-        if self.other.cycle > run.cycle:
-            self.other.go_to(run.cycle)
-            if self.first is not None and self.first["cycle"] > run.cycle:
-                self.first = None
+        if other.cycle > run.cycle:
+            other.go_to(run.cycle)
+        if self.first is not None and self.first["cycle"] > run.cycle:
+            self.first = None
         try:
-            while self.other.cycle < run.cycle and not self.other.over:
-                self.other.advance()
-                self._look(made if self.other.cycle == run.cycle else self.session.frames.get(self.other.cycle))
+            while other.cycle < run.cycle and not other.over:
+                other.advance()
         except CprmError as error:
             made["other_error"] = str(error)
             self._end()
             return
-        theirs = self._frames.get(run.cycle) or self._look(made)
-        shown = {key: theirs[key] for key in ("cycle", "status", "over", "world", "commands")}
-        shown["agents"] = {a: {k: inner.get(k) for k in ("fired", "marking", "commands")} for a, inner in theirs["agents"].items()}
-        made["other"] = {**shown, "setup": self.other.setup.said(), "first": self.first}
+        self._put(other, made)
 
-
-def differences(mine: Message, theirs: Message) -> list[str]:
-    """What differs between two frames of one cycle: what was decided, then what is where."""
-    found = [f"{name}: {command or 'nothing'}, there {theirs['commands'].get(name) or 'nothing'}"
-             for name, command in mine["commands"].items() if command != theirs["commands"].get(name)]  # fmt: skip
-    for name, inner in mine["agents"].items():
-        other = theirs["agents"].get(name, {})
-        if inner.get("fired") is not None and other.get("fired") is not None and inner["fired"] != other["fired"]:
-            found.append(f"{name}: fired {', '.join(inner['fired']) or 'nothing'}; there {', '.join(other['fired']) or 'nothing'}")
-    if mine["world"]["ball"] != theirs["world"]["ball"]:
-        found.append("the ball")
-    there = {row[0]: row for row in theirs["world"]["players"]}
-    found += [_name(row[0]) for row in mine["world"]["players"] if row[1:6] != there.get(row[0], row)[1:6]]
-    if mine["status"] != theirs["status"]:
-        found.append(f"{mine['status']}, there {theirs['status']}")
-    return found
-
-
-def _name(k: int) -> str:
-    return f"left_{k}" if k <= 11 else f"right_{k - 11}"
+    def _put(self, other: Run, made: Message) -> None:
+        """Put the other's frame, and what differs, into a frame of this run."""
+        theirs = frame(other, self.session.shown, self.session.asked)
+        differs = differences(made, theirs, self._quantities)
+        if differs and self.first is None:
+            self.first = {"cycle": made["cycle"], "what": differs["what"]}
+        made["other"] = {**theirs, "setup": other.setup.said(), "first": self.first, "differs": differs}

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from ...architecture.petri import ObjectPlace, PetriNet, instances
 from ...architecture.petri.drawing.plan import drawing_plan
-from ...architecture.petri.execution.compiled_net import PlaceKind
 from ...errors import CprmError, ParameterError, unknown_name
 from ..running.changes import Change, failing
-from ..running.frames import Message, variables
+from ..running.frames import Message, quantities, variables
 from ..running.memory import runner_of
 from ..running.run import Run
 from . import questions
@@ -54,15 +54,15 @@ class Debugger:
 
     # ------------------------------------------------------------------ what there is
 
-    def inside(self, agent: str) -> Message:
-        """What an agent is made of: the names of which one can ask, and his variables."""
+    def inside(self, agent: str, beside: bool = False) -> Message:
+        """What an agent is made of, in this run or in the one beside it: the names of which one can ask, and his variables."""
         with self.session.lock:
-            run = self.session.there()
+            run = self.session.there(beside)
             if agent not in run.agents:
                 raise unknown_name("agent", agent, run.agents)
             runner = runner_of(run.players[run.agents.index(agent)])
             if runner is None:
-                return {"net": None, "kind": type(run.players[run.agents.index(agent)]).__name__}
+                return {"net": None, "kind": run.setup.controller}
             compiled, cprm = runner.executor.net, runner.cprm
             holds = {
                 p.name: [o for o, c in cprm.objects.items() if c == p.class_name] for p in compiled.net.places if isinstance(p, ObjectPlace)
@@ -79,7 +79,7 @@ class Debugger:
                 "net": cprm.net.name,
                 "places": list(compiled.place_names),
                 "transitions": list(compiled.transition_names),
-                "quantities": [n for n, k in zip(compiled.place_names, compiled.kind) if k not in (PlaceKind.DISCRETE, PlaceKind.OBJECT)],
+                "quantities": sorted(quantities(runner)),
                 "delays": {n: int(d) for n, d in zip(compiled.transition_names, compiled.delay) if d},
                 "modules": _ongoing(cprm.net),
                 "failing": failing(cprm.net),
@@ -90,45 +90,47 @@ class Debugger:
                 "reads": {b.name: b.variable for b in runner.executor.belief_places},
             }
 
-    def plan(self, agent: str, unfold: list[str] | int = 0, quantities: bool = False) -> Message:
+    def plan(self, agent: str, unfold: list[str] | int = 0, quantities: bool = False, beside: bool = False) -> Message:
         """Where everything in a drawing of an agent's net stands."""
         with self.session.lock:
-            net = questions.runner_in(self.session.there(), agent).cprm.net
+            net = questions.runner_in(self.session.there(beside), agent).cprm.net
         if not isinstance(unfold, int) and not (isinstance(unfold, list) and all(isinstance(u, str) for u in unfold)):
             raise ParameterError(f"unfold: levels or paths of modules, got {unfold!r}")
         return drawing_plan(net, unfold if isinstance(unfold, int) else frozenset(unfold), quantities=bool(quantities))
 
     # ------------------------------------------------------------------ questions
 
-    def firings(self, agent: str, cycle: int | None = None) -> list[Message]:
+    def firings(self, agent: str, cycle: int | None = None, beside: bool = False) -> list[Message]:
         """What fired in a cycle, one after the other."""
-        with self.session.lock:
-            run = self.session.there()
-            with run.standing_in(run.cycle if cycle is None else cycle):
-                return questions.firings(run, agent)
+        with self._standing(cycle, beside) as run:
+            return questions.firings(run, agent)
 
-    def why(self, agent: str, transition: str, cycle: int | None = None) -> Message:
+    def why(self, agent: str, transition: str, cycle: int | None = None, beside: bool = False) -> Message:
         """Why a transition did not fire."""
-        with self.session.lock:
-            run = self.session.there()
-            at = run.cycle if cycle is None else cycle
-            with run.standing_in(at):
-                return questions.why_not(run, agent, transition, self._earlier(agent, at))
+        with self._standing(cycle, beside) as run:
+            return questions.why_not(run, agent, transition, self._earlier(agent, run.cycle, beside))
 
-    def _earlier(self, agent: str, cycle: int) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    @contextmanager
+    def _standing(self, cycle: int | None, beside: bool) -> Iterator[Run]:
+        """The run, or the one beside it, in a cycle: the present one if none is given."""
+        with self.session.lock:
+            run = self.session.there(beside)
+            with run.standing_in(run.cycle if cycle is None or (beside and run.over and cycle > run.cycle) else cycle):
+                yield run
+
+    def _earlier(self, agent: str, cycle: int, beside: bool) -> Iterator[tuple[int, Mapping[str, Any]]]:
         frames = self.session.frames
         for earlier in range(cycle - 1, max(-1, cycle - LOOK_BACK), -1):
-            shown = frames.get(earlier, {}).get("agents", {}).get(agent)
+            shown = frames.get(earlier, {})
+            shown = (shown.get("other", {}) if beside else shown).get("agents", {}).get(agent)
             if shown is None or "marking" not in shown:
                 return
             yield earlier, shown["marking"]
 
-    def moved(self, agent: str, variable: str, cycle: int | None = None) -> Message:
+    def moved(self, agent: str, variable: str, cycle: int | None = None, beside: bool = False) -> Message:
         """Which readings moved a belief."""
-        with self.session.lock:
-            run = self.session.there()
-            with run.standing_in(run.cycle if cycle is None else cycle):
-                return questions.moved(run, agent, variable)
+        with self._standing(cycle, beside) as run:
+            return questions.moved(run, agent, variable)
 
     # ------------------------------------------------------------------ changes by hand
 

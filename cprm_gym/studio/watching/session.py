@@ -41,6 +41,8 @@ class Session:
         self.run: Run | None = None
         self.recording: Recording | None = None
         """A log that is looked at instead of a run."""
+        self.beside: Run | None = None
+        """Another run in the same cycle, with which this one is compared."""
         self.shown: list[str] = []
         self.asked: dict[str, list[str]] = {}
         self.speed = 10.0
@@ -197,15 +199,20 @@ class Session:
         """Put back a frame to which something was added."""
         self._frames.put(made)
 
-    def there(self) -> Run:
-        """The run.
+    def there(self, beside: bool = False) -> Run:
+        """The run, or the one beside it.
 
         Raises
         ------
         CprmError
             When there is none.
         """
-        return self._there()
+        run = self._there()
+        if not beside:
+            return run
+        if self.beside is None:
+            raise CprmError("no other run is beside this one: choose one above the field")
+        return self.beside
 
     def again(self) -> Message:
         """Make the frame of this cycle anew, because something was changed."""

@@ -258,6 +258,48 @@ def test_two_runs_are_the_same_until_something_is_changed_and_the_first_differen
     assert "other" not in watched.comparison.alone()
 
 
+def test_what_differs_is_told_part_by_part(watched):
+    watched.session.step(3)
+    watched.comparison.compare()
+    watched.debugger.change("blind", "left_1", cycles=20)
+    frame = watched.session.step(3)
+    other = frame["other"]
+    mine, theirs = frame["agents"]["left_1"], other["agents"]["left_1"]
+    differs = other["differs"]["agents"]["left_1"]
+    assert "ball.x" in differs["beliefs"]
+    for name in mine["beliefs"]:
+        assert (name in differs["beliefs"]) == (mine["beliefs"][name] != theirs["beliefs"][name])
+    marked = {*differs.get("marking", ()), *differs.get("quantities", ())}
+    assert marked == {n for n in {**mine["marking"], **theirs["marking"]} if mine["marking"].get(n, 0) != theirs["marking"].get(n, 0)}
+    tokens = watched.run.players[0].cprm.net
+    assert not {p.name for p in tokens.places if type(p).__name__ == "Place"} & set(differs["quantities"])
+    assert "ball_x" in differs["quantities"]
+    assert other["first"]["what"] == watched.session.frame(other["first"]["cycle"])["other"]["differs"]["what"]
+
+
+def test_cycles_before_the_comparison_have_the_other_run_too(watched):
+    watched.session.step(6)
+    watched.comparison.compare()
+    for cycle in range(6):
+        kept = watched.session.frame(cycle)
+        assert kept["other"]["cycle"] == cycle
+        assert kept["other"]["world"] == kept["world"]
+        assert kept["other"]["differs"] == {}
+
+
+def test_the_run_beside_is_asked_as_this_one_is(watched):
+    with pytest.raises(CprmError, match="no other run is beside"):
+        watched.debugger.why("left_1", "hold", beside=True)
+    watched.session.step(4)
+    watched.comparison.compare()
+    assert watched.debugger.inside("left_1", beside=True) == watched.debugger.inside("left_1")
+    assert watched.debugger.why("left_1", "hold", 2, beside=True) == watched.debugger.why("left_1", "hold", 2)
+    assert watched.debugger.firings("left_1", beside=True) == watched.debugger.firings("left_1")
+    assert watched.debugger.moved("left_1", "ball.x", beside=True) == watched.debugger.moved("left_1", "ball.x")
+    watched.comparison.compare("fsm")
+    assert watched.debugger.inside("left_1", beside=True) == {"net": None, "kind": "fsm"}
+
+
 def test_another_controller_plays_beside(watched):
     watched.session.step(4)
     frame = watched.comparison.compare("fsm")

@@ -3,7 +3,7 @@
 // create(root, studio) fills the element and returns {show?(), hide?(), keys?: [[key, what it does, function]]}. `studio` is
 //   connection        net.js: call, on
 //   about             what the server was started with (call `studio.about`)
-//   note(text, kind)  says something at the foot of the page; kind "error" or "good"
+//   note(text, kind)  says something at the foot of the page; kind "error" or "good"; gives the line, to be removed earlier
 //   go(view, what)    changes to another view, which is given `what` in show(what)
 
 import { el, memory } from "./dom.js";
@@ -26,6 +26,7 @@ function note(text, kind = "good") {
   notes.append(line);
   while (notes.children.length > 3) notes.firstChild.remove();
   if (kind !== "error") setTimeout(() => line.remove(), 4000);
+  return line;
 }
 
 function go(name, what) {

@@ -2,35 +2,35 @@
 //
 // const canvas = new NetCanvas(container, { editable: false });
 // canvas.show(plan);                                          a plan of `cprm_gym.architecture.petri.drawing.plan.drawing_plan`
-// canvas.update({ marking, enabled, fired, clocks, problems, broken });   all optional; only what differs is touched
+// canvas.update({ marking, enabled, fired, clocks, problems, broken, differs });   all optional; only what differs is touched
 //
 // Events on `canvas.element`, all with `detail`: select {keys}, open {key}, toggle {key} (a module is to be folded or unfolded),
 // move {at}, connect {source, target}, place {x, y} (double click on nothing), remove {keys}. Keys of arcs are "style source target"
 // joined by tabs.
 
+import { Viewport } from "./viewport.js";
 import { boxShape, curve, definitions, element, labelPoint, nodeShape, setClock, setTokens, straight } from "./netshapes.js";
 
 let count = 0;
 const STEP = 10;
-const CULLED = 250; // places and transitions beyond which what is far away is not drawn
 const around = (points) => {
   const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
   return [Math.min(...xs) - 30, Math.min(...ys) - 30, Math.max(...xs) + 30, Math.max(...ys) + 30];
 };
 export const arcKey = (link) => `${link.style}\t${link.source}\t${link.target}`;
 
-export class NetCanvas {
+export class NetCanvas extends Viewport {
   constructor(container, { editable = false, label = "net" } = {}) {
+    super();
     this.id = `n${(count += 1)}`;
     this.editable = editable;
     this.connecting = null; // key of the node from which an arc is being drawn
     this.arcMode = false; // dragging draws an arc instead of moving
-    this.view = { x: 0, y: 0, k: 1 };
     this.selection = new Set();
     this.nodes = new Map(); // key -> {node, group}
     this.boxes = new Map();
     this.links = new Map(); // key -> {link, path, hit, text, bend}
-    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
+    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set(), differs: new Set() };
     this.layer = { boxes: element("g"), links: element("g", { class: "links" }), nodes: element("g"), band: element("g") };
     // two pictures, one above the other: what changes in every cycle does not make the browser draw the arcs again
     this.scaled = [element("g", {}, this.layer.boxes, this.layer.links), element("g", {}, this.layer.nodes, this.layer.band)];
@@ -40,15 +40,10 @@ export class NetCanvas {
     this.element = document.createElement("div");
     this.element.className = `netcanvas${editable ? " editable" : ""}`;
     for (const [key, value] of Object.entries({ tabindex: 0, role: "application", "aria-label": label })) this.element.setAttribute(key, value);
-    this.element.append(this.world);
+    this.element.append(this.world, ...this.bars);
     container.replaceChildren(this.element);
     this.#listen();
-    this.resizing = new ResizeObserver(() => {
-      this.size = this.element.getBoundingClientRect();
-      if (this.waitingToFit) this.fit();
-      else if (this.plan?.nodes.length > CULLED) this.#cull();
-    });
-    this.resizing.observe(container);
+    this.watch(container);
   }
 
   /** Draw a plan; the view and the selection are kept when `keep` is set. */
@@ -95,21 +90,19 @@ export class NetCanvas {
     }
     this.layer.links.replaceChildren(...drawn);
     const before = this.state;
-    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
+    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set(), differs: new Set() };
     if (keep) this.update(before);
     this.select([...this.selection].filter((key) => keep && this.#group(key)), false);
-    this.kept = null;
-    if (!keep) this.fit();
-    else if (plan.nodes.length > CULLED) this.#cull(true);
+    this.shown(keep);
   }
 
   /** Forget the state, so that the next plan is shown with its initial marking. */
   clear() {
-    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set() };
+    this.state = { marking: {}, enabled: new Set(), fired: new Set(), clocks: {}, problems: {}, broken: new Set(), differs: new Set() };
   }
 
   /** Colour the state: numbers by place, sets of transitions, shares of clocks, problems by key. */
-  update({ marking, enabled, fired, clocks, problems, broken }) {
+  update({ marking, enabled, fired, clocks, problems, broken, differs }) {
     if (marking) {
       for (const [key, value] of Object.entries(marking)) {
         const known = this.nodes.get(key);
@@ -120,6 +113,7 @@ export class NetCanvas {
     if (enabled) this.#mark("enabled", new Set(enabled));
     if (fired) this.#mark("fired", new Set(fired));
     if (broken) this.#mark("broken", new Set(broken));
+    if (differs) this.#mark("differs", new Set(differs));
     if (clocks) {
       for (const [key, { group }] of this.nodes) {
         const share = clocks[key] ?? 0;
@@ -140,101 +134,21 @@ export class NetCanvas {
     const before = this.state[name] instanceof Set ? this.state[name] : new Set();
     for (const key of before) if (!now.has(key)) this.#group(key)?.classList.remove(shown);
     for (const key of now) if (!before.has(key)) this.#group(key)?.classList.add(shown);
+    if (name === "differs") this.#sign(before, now);
     this.state[name] = now;
+  }
+
+  /** The sign beside what is otherwise in another run. */
+  #sign(before, now) {
+    for (const key of before) if (!now.has(key)) this.#group(key)?.querySelector(":scope > .unequal")?.remove();
+    for (const key of now) {
+      const group = this.#group(key);
+      if (group && !group.querySelector(":scope > .unequal")) group.append(element("text", { class: "unequal", x: this.boxes.has(key) ? -6 : -20, y: this.boxes.has(key) ? 2 : -9 }, "≠"));
+    }
   }
 
   #group(key) {
     return (this.nodes.get(key) ?? this.boxes.get(key) ?? this.links.get(key))?.group;
-  }
-
-  // -- view -----------------------------------------------------------------------------------------------------------------------
-
-  fit() {
-    const { width, height } = this.element.getBoundingClientRect();
-    this.waitingToFit = !width || !this.plan;
-    if (this.waitingToFit) return;
-    const [left, top, right, bottom] = this.#extent();
-    const k = Math.min(1.4, (width - 30) / Math.max(1, right - left), (height - 30) / Math.max(1, bottom - top));
-    this.#look({ k, x: (width - (right - left) * k) / 2 - left * k, y: (height - (bottom - top) * k) / 2 - top * k });
-  }
-
-  #extent() {
-    let [left, top, right, bottom] = [0, 0, 1, 1];
-    const known = [...[...this.nodes.values()].map(({ node }) => [node.x - 22, node.y - 22, node.x + 30 + 6.3 * node.label.length, node.y + 22]),
-      ...[...this.boxes.values()].map(({ box }) => [box.x, box.y, box.x + box.width, box.y + box.height])];
-    known.forEach(([a, b, c, d], i) => {
-      [left, top, right, bottom] = i ? [Math.min(left, a), Math.min(top, b), Math.max(right, c), Math.max(bottom, d)] : [a, b, c, d];
-    });
-    return [left, top, right, bottom];
-  }
-
-  /** Zoom by a factor around a point of the element; the middle without one. */
-  zoom(factor, at) {
-    const { width, height } = this.element.getBoundingClientRect();
-    const [px, py] = at ?? [width / 2, height / 2];
-    const k = Math.max(0.03, Math.min(4, this.view.k * factor));
-    const real = k / this.view.k;
-    this.#look({ k, x: px - (px - this.view.x) * real, y: py - (py - this.view.y) * real });
-  }
-
-  pan(dx, dy) {
-    this.#look({ ...this.view, x: this.view.x + dx, y: this.view.y + dy });
-  }
-
-  /** Bring a node or module to the middle, near enough to be read. */
-  centre(key) {
-    const node = this.nodes.get(key)?.node ?? this.#middle(this.boxes.get(key)?.box);
-    const { width, height } = this.element.getBoundingClientRect();
-    if (!node || !width) return;
-    const k = Math.max(this.view.k, 0.7);
-    this.#look({ k, x: width / 2 - node.x * k, y: height / 2 - node.y * k });
-  }
-
-  #middle(box) {
-    return box && { x: box.x + box.width / 2, y: box.y + box.height / 2 };
-  }
-
-  #look(view) {
-    if (view.k !== this.drawnAt) {
-      for (const group of this.scaled) group.setAttribute("transform", `scale(${view.k})`);
-      this.element.classList.toggle("far", view.k < 0.4);
-      this.element.classList.toggle("tiny", view.k < 0.2);
-      this.drawnAt = view.k;
-    }
-    this.view = view;
-    this.world.style.transform = `translate3d(${Math.round(view.x)}px, ${Math.round(view.y)}px, 0)`;
-    if (this.plan?.nodes.length > CULLED) this.#cull();
-  }
-
-  /** Large nets: leave out what lies far outside what is seen. */
-  #cull(anew = false) {
-    const { width, height } = this.size ?? this.element.getBoundingClientRect();
-    const { x, y, k } = this.view;
-    const [left, top, right, bottom] = [-x / k, -y / k, (width - x) / k, (height - y) / k];
-    const seen = this.kept;
-    if (!anew && seen && seen.k === k && left >= seen.left && top >= seen.top && right <= seen.right && bottom <= seen.bottom) return;
-    const [dx, dy] = [(right - left) * 0.35, (bottom - top) * 0.35];
-    this.kept = { k, left: left - dx, top: top - dy, right: right + dx, bottom: bottom + dy };
-    const { kept } = this;
-    const show = (part, within) => {
-      if (part.away === !within) return;
-      part.away = !within;
-      part.group.style.display = within ? "" : "none";
-    };
-    for (const part of this.nodes.values()) {
-      const { node } = part;
-      show(part, node.x > kept.left - 260 && node.x < kept.right + 30 && node.y > kept.top - 30 && node.y < kept.bottom + 30);
-    }
-    for (const part of this.links.values()) {
-      const [a, b, c, d] = part.extent;
-      show(part, c > kept.left && a < kept.right && d > kept.top && b < kept.bottom);
-    }
-  }
-
-  /** The point of the net under a pointer event. */
-  at(event) {
-    const { left, top } = this.element.getBoundingClientRect();
-    return [(event.clientX - left - this.view.x) / this.view.k, (event.clientY - top - this.view.y) / this.view.k];
   }
 
   // -- selection ------------------------------------------------------------------------------------------------------------------
@@ -310,6 +224,7 @@ export class NetCanvas {
       node.y += dy;
       group.setAttribute("transform", `translate(${node.x} ${node.y})`);
     }
+    this.reach = null;
     for (const kept of this.links.values()) if (moved.has(kept.link.source) || moved.has(kept.link.target)) this.#straighten(kept);
   }
 
@@ -340,6 +255,7 @@ export class NetCanvas {
     }, { passive: false });
     svg.addEventListener("pointerdown", (event) => this.#pressed(event));
     svg.addEventListener("dblclick", (event) => {
+      if (event.target.closest(".scroll")) return;
       const key = event.target.closest("[data-key]")?.dataset.key;
       const [x, y] = this.at(event);
       if (key && !event.target.closest(".box")) this.#tell("open", { key });
@@ -425,7 +341,8 @@ export class NetCanvas {
     } else if (way) this.#step(way);
     else if (event.key === "+" || event.key === "=") this.zoom(1.25);
     else if (event.key === "-") this.zoom(0.8);
-    else if (event.key === "0") this.fit();
+    else if (event.key === "0") this.fitOrRead();
+    else if (event.key === "PageDown" || event.key === "PageUp") this.page(event.key === "PageDown" ? 1 : -1);
     else if (event.key === "Escape" && this.connecting) this.#finish(null);
     else if (event.key === "Escape") this.select([]);
     else if (event.key === "Enter" && this.connecting) this.#finish(first);

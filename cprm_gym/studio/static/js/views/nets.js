@@ -56,7 +56,7 @@ class NetsView {
       else if (form) download(this.desk, form);
     } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), ...[["json", "JSON"], ["pnml", "PNML"], ["python", "Python"]].map(([value, text]) => el("option", { value }, `Export ${text}`)));
     this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "net" }, add, this.arcMode, this.arcKind, this.undo, this.redo,
-      button("Arrange", "forget positions chosen by hand and lay out anew", () => this.desk.try({ op: "arrange", in: this.chosen }), "arrange"), button("Fit", "show all (0)", () => this.canvas.fit(), "fit"),
+      button("Arrange", "forget positions chosen by hand and lay out anew", () => this.desk.try({ op: "arrange", in: this.chosen }), "arrange"), button("Fit", "show all, or, when all is seen, as large as can be read (0)", () => this.canvas.fitOrRead(), "fit"),
       this.values = button("Quantities", "inputs, beliefs, math and continuous places, too (q)", () => this.showQuantities(!this.desk.quantities), "quantities"), button("Play", "the token game (g)", () => this.play(), "play"), el("span", { class: "room" }),
       button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
     this.state = el("span", { class: "soft", role: "status" });
@@ -109,7 +109,7 @@ class NetsView {
       this.wanted = null;
       this.seek(wanted);
     }
-    if (this.canvas.waitingToFit) requestAnimationFrame(() => this.canvas.fit());
+    if (this.canvas.waitingToFit) requestAnimationFrame(() => this.canvas.read());
     if (this.desk.current && !this.canvas.plan) this.changed();
   }
 
@@ -254,10 +254,8 @@ class NetsView {
   async toggle(key) {
     if (this.unfolded.has(key)) for (const path of [...this.unfolded]) (path === key || path.startsWith(`${key}.`)) && this.unfolded.delete(path);
     else this.unfolded.add(key);
-    const before = this.canvas.boxes.get(key)?.box;
     await this.draw({ keep: true });
-    const after = this.canvas.boxes.get(key)?.box;
-    if (before && after) this.canvas.pan((before.x - after.x) * this.canvas.view.k, (before.y - after.y) * this.canvas.view.k);
+    this.canvas.reveal(key);
     if (this.game.on) this.game.show();
   }
 

@@ -2,6 +2,7 @@
 
 import { choose, el, memory } from "../dom.js";
 import { Beliefs } from "../watch/beliefs.js";
+import { Beside } from "../watch/beside.js";
 import { Curves } from "../watch/curves.js";
 import { Field, nameOf } from "../watch/field.js";
 import { NetView } from "../watch/netview.js";
@@ -36,7 +37,6 @@ class Watch {
 
   #build(root) {
     const button = (name, text, title, onclick) => el("button", { "data-do": name, title, "aria-label": title, onclick }, text);
-    this.there = el("p", { class: "soft there", hidden: true });
     this.trouble = el("p", { class: "bad trouble", hidden: true, "data-show": "trouble" });
     this.field = new Field((number, x, y) => this.change({ kind: number === 0 ? "ball" : "player", whom: number === 0 ? "" : nameOf(number), values: number === 0 ? [x, y, 0, 0] : [x, y] }));
     this.play = button("play", "play", "play or pause (Space)", () => this.inTurn(() => this.toggle()));
@@ -48,16 +48,16 @@ class Watch {
     this.agents = el("div", { class: "agents", role: "group", "aria-label": "agents shown in full" });
     this.firing = el("output", { class: "mono soft", "data-show": "firing" });
     this.compare = el("select", { "aria-label": "side by side", "data-show": "compare", onchange: () => this.#compare() });
-    this.difference = el("button", { class: "difference link", title: "show that cycle", "data-show": "difference" });
     this.beliefs = new Beliefs((variable) => this.moved(variable), (names) => this.showBeliefs(names));
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
+    this.beside = new Beside({ call: (name, given) => this.connection.call(name, given), note: (text, kind) => this.studio.note(text, kind), choose: (key) => this.choose(key, true), seek: (key) => this.net.seek(key), moved: (v) => this.moved(v), look: (cycle) => this.inTurn(() => this.look(cycle)), here: { field: this.field, net: this.net } });
     this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part), curve: (text) => { this.tab("curves"); this.curves.add(text); } });
     this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
     this.log = new Log((cycle) => this.inTurn(() => this.look(cycle)));
     this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
     this.numbers = new Numbers();
     this.curves = new Curves({ ask: (agent, what, cycles) => this.connection.call("watch.curves", { agent, what, cycles }), look: (cycle) => this.look(cycle) });
-    this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers], ["curves", "Curves", this.curves]];
+    this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers], ["curves", "Curves", this.curves], ["differences", "Differences", this.beside]];
     this.panels = [["ask", "Why?", this.ask], ["breaks", "Breakpoints", this.breaks], ["log", "Log", this.log], ["hands", "Change", this.hands]];
     const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
     this.bar = el("div", { class: "bar timeline" },
@@ -67,8 +67,8 @@ class Watch {
       el("span", { class: "room" }), this.compare);
     this.empty = el("div", { class: "empty" });
     this.body = el("div", { class: "watch" },
-      el("div", { class: "panel" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.trouble, this.there, this.difference),
-      el("div", { class: "panel" }, this.net.element),
+      el("div", { class: "panel field-here" }, el("div", { class: "bar" }, el("h2", {}, "Field"), this.what = el("span", { class: "soft" }), el("span", { class: "room" }), toggle("near", "near"), toggle("beliefs", "beliefs"), toggle("cones", "view"), toggle("trail", "trails")), this.field.element, this.trouble, this.beside.saidHere),
+      this.beside.fieldPanel, el("div", { class: "panel net-here" }, this.net.element), this.beside.netPanel,
       this.#tabbed(this.tabs, "left"), this.#tabbed(this.panels, "right"));
     root.append(el("div", { class: "watch-view" }, this.bar, this.body, this.empty));
     this.#blank("Opening …");
@@ -78,7 +78,7 @@ class Watch {
     const heads = parts.map(([name, title]) => el("button", { role: "tab", "data-tab": name, onclick: () => this.tab(name) }, title));
     const bodies = parts.map(([name, , panel]) => el("div", { class: "tab-body", "data-body": name }, panel.element));
     this.sides = { ...this.sides, [side]: { heads, bodies } };
-    const made = el("div", { class: "panel tabbed" }, el("div", { class: "bar tabs", role: "tablist" }, ...heads), ...bodies);
+    const made = el("div", { class: `panel tabbed side-${side}` }, el("div", { class: "bar tabs", role: "tablist" }, ...heads), ...bodies);
     const remembered = memory.get(`tab.${side}`, parts[0][0]);
     this.#pick(this.sides[side], parts.some(([name]) => name === remembered) ? remembered : parts[0][0]);
     return made;
@@ -145,6 +145,7 @@ class Watch {
     this.log.clear();
     this.frame = null;
     this.field.begin(this.run);
+    this.beside.begin(this.run);
     this.#chips();
     this.#comparisons();
     this.state = opened.state;
@@ -155,7 +156,7 @@ class Watch {
     this.#blank(null);
     this.#said(opened.state);
     this.#show(opened.frame);
-    this.net.canvas.fit();
+    this.net.canvas.read();
   }
 
   #arrived(frame, cycles) {
@@ -228,12 +229,31 @@ class Watch {
   async #compare() {
     const wanted = this.compare.value;
     this.comparing = true;
-    this.beside = wanted;
-    this.difference.textContent = "playing the other run …";
+    this.chosenBeside = wanted || this.chosenBeside;
+    const note = wanted && this.studio.note("playing the other run …");
     if (wanted === "") await this.call("watch.alone");
-    else await this.call("watch.compare", wanted.startsWith("controller ") ? { controller: wanted.slice(11) } : { changed: wanted !== "shipped" });
+    else if (await this.call("watch.compare", wanted.startsWith("controller ") ? { controller: wanted.slice(11) } : { changed: wanted !== "shipped" })) this.tab("differences");
+    if (note) note.remove();
     this.comparing = false;
     this.#draw();
+  }
+
+  /** Side by side, or alone again, by a key. */
+  #sideBySide() {
+    if (this.run.recorded) return null;
+    this.compare.value = this.beside.on ? "" : this.chosenBeside ?? "same";
+    return this.#compare();
+  }
+
+  /** Two fields and two nets while another run is beside, one of each else. */
+  #split() {
+    const on = Boolean(this.live?.other);
+    const { heads } = this.sides.left;
+    heads.at(-1).hidden = !on;
+    if (!on && this.#shows("differences")) this.#pick(this.sides.left, "beliefs");
+    if (this.beside.on === on) return;
+    this.beside.on = on;
+    this.body.classList.toggle("split", on);
   }
 
   // ------------------------------------------------------------------ what is shown
@@ -269,43 +289,42 @@ class Watch {
   }
 
   #draw() {
-    const { frame } = this;
+    let { frame } = this;
     if (!frame || !this.run || (this.agent && !this.inside)) return;
     const unknown = Object.keys(frame.agents[this.agent]?.beliefs ?? {}).some((name) => !(name in (this.inside.variables ?? {})));
     if (unknown && frame === this.live) this.#learn();
+    this.#split();
+    if (frame.other && !this.beside.on) frame = { ...frame, other: undefined }; // of a comparison that has ended
     const inner = frame.agents[this.agent];
     const { mode, score } = frame.world;
     const goals = score[0] + score[1] ? `, ${score.join(" : ")}` : "";
     this.what.textContent = this.run.recorded ? `${this.run.task}, ${mode.replaceAll("_", " ")}, ${score.join(" : ")}` : `${this.run.task}, seed ${this.run.seed}${this.run.world ? `, world ${this.run.world}` : ""}, ${mode.replaceAll("_", " ")}${goals}${frame.over ? `, ${frame.status.replaceAll("_", " ").toLowerCase()}` : ""}${frame.struck >= 0 ? `, ${this.run.disturbance} in cycle ${frame.struck}` : ""}`;
-    this.field.draw(frame, this.state.shown);
-    this.net.draw(inner, this.#breakKeys(), this.#atFiring(inner));
-    if (this.#shows("beliefs")) this.beliefs.draw(inner);
+    const other = frame.other?.agents[this.agent];
+    this.field.draw(frame, this.state.shown, { differs: frame.other?.differs.players });
+    this.net.draw(inner, this.#breakKeys(), this.#atFiring(inner, this.firings?.list), this.beside.marked(frame, this.agent));
+    this.beside.draw(frame, this.state.shown, this.#atFiring(other, this.firings?.there));
+    if (this.#shows("beliefs")) this.beliefs.draw(inner, other, frame.other?.differs.agents?.[this.agent]?.beliefs);
+    if (this.#shows("differences")) this.beside.list(frame, this.agent);
     if (this.#shows("numbers")) this.numbers.draw(inner);
     if (this.#shows("curves")) this.curves.draw(frame, this.state.cycles);
     if (this.#shows("breaks")) this.breaks.draw(this.breakpoints.nets[this.inside?.net] ?? [], this.breakpoints.file, (frame.hit ?? []).filter((h) => h.agent === this.agent));
     if (this.#shows("hands")) this.hands.draw(frame);
     const count = inner?.fired?.length ?? 0;
-    this.firing.textContent = this.firings ? `${this.firings.at} of ${this.firings.list.length} ${this.firings.list[this.firings.at - 1]?.transition ?? ""}` : `${count} fired`;
+    this.ticks.replaceChildren(...(frame.other?.first ? [el("option", { value: frame.other.first.cycle })] : []));
+    this.firing.textContent = this.firings ? `${this.firings.at} of ${Math.max(this.firings.list.length, this.firings.there?.length ?? 0)} ${this.firings.list[this.firings.at - 1]?.transition ?? ""}` : `${count} fired`;
     this.trouble.hidden = !frame.trouble;
     this.trouble.textContent = frame.trouble ?? "";
-    const first = frame.other?.first;
-    this.difference.hidden = !frame.other;
-    this.difference.onclick = () => first && this.inTurn(() => this.look(first.cycle));
-    this.ticks.replaceChildren(...(first ? [el("option", { value: first.cycle })] : []));
-    this.there.hidden = !frame.other;
-    const other = frame.other?.agents?.[this.agent];
-    this.there.textContent = frame.other ? `there: ${frame.other.commands?.[this.agent] || "no command"}${other?.fired?.length ? `; fired ${other.fired.join(", ")}` : ""}${frame.other.over ? `; ${frame.other.status.replaceAll("_", " ").toLowerCase()}` : ""}` : "";
-    this.difference.textContent = frame.other ? (first ? `first difference in cycle ${first.cycle}: ${first.what.slice(0, 3).join("; ")}${first.what.length > 3 ? " …" : ""}` : "no difference so far") : "";
-    if (!this.comparing) this.compare.value = frame.other ? this.beside ?? "same" : "";
+    if (!this.comparing) this.compare.value = this.beside.on ? this.chosenBeside ?? "same" : "";
+    if (frame.other_error) this.studio.note(`the other run could not go on: ${frame.other_error}`, "error");
   }
 
   #breakKeys() {
     return (this.breakpoints.nets[this.inside?.net] ?? []).filter((b) => b.on && b.kind !== "when").map((b) => b.what);
   }
 
-  #atFiring(inner) {
-    if (!this.firings || !inner) return null;
-    const { list, at } = this.firings;
+  #atFiring(inner, list) {
+    if (!list || !inner?.marking) return null;
+    const { at } = this.firings;
     const tokens = {};
     for (const firing of [...list].reverse()) for (const [place, [before]] of Object.entries(firing.tokens)) tokens[place] = before;
     for (const firing of list.slice(0, at)) for (const [place, [, after]] of Object.entries(firing.tokens)) tokens[place] = after;
@@ -378,7 +397,7 @@ class Watch {
     if (!this.firings) await this.#fetch(by > 0 ? 0 : Infinity);
     if (!this.firings) return;
     const at = this.firings.at + by;
-    if (at > this.firings.list.length) {
+    if (at > Math.max(this.firings.list.length, this.firings.there?.length ?? 0)) {
       if (this.live.over && !this.#past()) return;
       await this.forth();
       await this.#fetch(0);
@@ -393,23 +412,28 @@ class Watch {
   async #fetch(at) {
     const { agent, frame } = this;
     const list = await this.call("watch.firings", { agent, cycle: frame.cycle });
+    const there = frame.other?.agents[agent]?.marking && frame.other.cycle === frame.cycle ? await this.beside.ask("watch.firings", { agent, cycle: frame.cycle }) : null;
     const still = list && agent === this.agent && frame.cycle === this.frame?.cycle;
-    this.firings = still ? { list, at: Math.min(at, list.length) } : null;
+    this.firings = still ? { list, there, at: Math.min(at, Math.max(list.length, there?.length ?? 0)) } : null;
   }
 
-  choose(key) {
+  /** A part of the net was chosen; `there`: in the run beside. */
+  choose(key, there = false) {
     this.chosen = key;
-    if (!this.inside?.net) return null;
-    if (this.inside.transitions.includes(key)) return this.why(key);
-    if (this.inside.places.includes(key)) {
+    const inside = there ? this.beside.inside : this.inside;
+    if (!inside?.net) return null;
+    if (inside.transitions.includes(key)) return this.why(key, there);
+    if (inside.places.includes(key)) {
       this.tab("ask");
-      this.ask.place(key, this.frame.agents[this.agent], this.inside);
+      const other = this.frame.other?.agents[this.agent];
+      if (there) this.ask.place(key, other, inside);
+      else this.ask.place(key, this.frame.agents[this.agent], inside, other?.marking ? other : null);
     }
     return null;
   }
 
-  why(transition) {
-    return this.#answer(transition, "watch.why", { transition }, (answer) => this.ask.transition(answer));
+  why(transition, there = false) {
+    return this.#answer(transition, "watch.why", { transition, ...(there ? { beside: true } : {}) }, (answer) => this.ask.transition(answer, there));
   }
 
   /** Show the distributions of these variables of the agent; null: of those that his net reads. */
@@ -459,7 +483,7 @@ class Watch {
   }
 
   #breakChosen() {
-    if (this.chosen) this.breakAt(this.inside.transitions.includes(this.chosen) ? "fires" : "marked", this.chosen);
+    if (this.chosen && this.inside?.places?.concat(this.inside.transitions).includes(this.chosen)) this.breakAt(this.inside.transitions.includes(this.chosen) ? "fires" : "marked", this.chosen);
   }
 
   keys() {
@@ -471,6 +495,7 @@ class Watch {
       ].map(([key, what, doing]) => [key, what, () => this.inTurn(doing)]),
       ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
       ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["g", "curves", () => this.tab("curves")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
+      ["x", "another run beside this one, or this one alone", () => this.inTurn(() => this.#sideBySide())], ["d", "to the first difference of two runs side by side", () => this.beside.on && (this.tab("differences"), this.beside.toFirst())],
       ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],
     ];
   }

@@ -40,7 +40,8 @@ export class Beliefs {
     this.list.replaceChildren();
   }
 
-  draw(inner) {
+  /** Show an agent's beliefs; `other` are those of the run beside, `differs` the names of what differs. */
+  draw(inner, other = null, differs = []) {
     if (!inner?.beliefs) {
       this.facts.replaceChildren(el("p", { class: "soft" }, !inner ? "Nobody is shown in full." : inner.marking ? "This player has a net and no model: his net reads percepts alone." : "This player has no model."));
       this.list.replaceChildren();
@@ -60,15 +61,35 @@ export class Beliefs {
       const row = this.rows.get(name);
       if (this.list.children[i] !== row.element) this.list.insertBefore(row.element, this.list.children[i] ?? null);
       this.#fill(row, name, inner.beliefs[name], inner.evidence);
+      this.#beside(row, inner.beliefs[name], other?.beliefs?.[name], differs.includes(name));
     });
   }
 
   #row(name) {
     const bars = svg("svg", { class: "bars", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", height: HEIGHT, "aria-hidden": true });
     const value = el("div", { class: "mono value" });
+    const there = el("div", { class: "mono there-value", hidden: true });
     const element = el("button", { class: "belief", title: `what moved ${name}?`, "data-variable": name, onclick: () => this.onask(name) },
-      el("div", { class: "name" }, name), bars, value);
-    return { element, bars, value, rects: [], key: "" };
+      el("div", { class: "name" }, name), bars, value, there);
+    return { element, bars, value, there, rects: [], key: "" };
+  }
+
+  /** The same belief in the run beside: its outline over the bars, and its value below. */
+  #beside(row, belief, other, differs) {
+    row.element.classList.toggle("differs", differs);
+    row.there.hidden = !differs;
+    row.outline?.remove();
+    row.outline = null;
+    if (!differs || !other) return;
+    row.there.textContent = other.mean !== undefined && other.mean !== null ? `there ${short(other.mean)} ± ${short(other.spread)}` : `there ${best(other, this.inside?.variables?.[row.element.dataset.variable])}`;
+    if (!row.places || other.p?.length !== belief.p?.length) return;
+    const points = other.p.flatMap((p, i) => {
+      const [x, width, scale] = row.places[i];
+      const y = Math.max(0, HEIGHT - p * scale).toFixed(1);
+      return [`${x.toFixed(1)},${y}`, `${(x + width).toFixed(1)},${y}`];
+    });
+    row.outline = svg("polyline", { class: "outline", points: points.join(" ") });
+    row.bars.append(row.outline);
   }
 
   #fill(row, name, belief, evidence) {
@@ -87,6 +108,7 @@ export class Beliefs {
     const span = edges ? edges.at(-1) - low : belief.p.length;
     const density = belief.p.map((p, i) => (edges ? p / (edges[i + 1] - edges[i]) : p));
     const top = edges ? Math.max(...density) || 1 : 1;
+    row.places = belief.p.map((_, i) => (edges ? [((edges[i] - low) / span) * WIDTH, ((edges[i + 1] - edges[i]) / span) * WIDTH, (HEIGHT - 2) / top / (edges[i + 1] - edges[i])] : [(i / span) * WIDTH, WIDTH / span, HEIGHT - 2]));
     belief.p.forEach((p, i) => {
       const rect = row.rects[i];
       const height = (density[i] / top) * (HEIGHT - 2);

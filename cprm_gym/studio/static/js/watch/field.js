@@ -20,10 +20,10 @@ export const numberOf = (name) => {
 
 /** Draws the world of one frame after another; `onmove(number, x, y)` is told of what was dragged. */
 export class Field {
-  constructor(onmove) {
+  constructor(onmove, label = "field") {
     this.onmove = onmove;
     this.layers = Object.fromEntries(["lines", "cones", "trail", "beliefs", "other", "players", "moved"].map((name) => [name, svg("g", { class: name })]));
-    this.svg = svg("svg", { class: "field", role: "group", "aria-label": "field" }, ...Object.values(this.layers));
+    this.svg = svg("svg", { class: "field", role: "group", "aria-label": label }, ...Object.values(this.layers));
     this.element = el("div", { class: "field-panel" }, this.svg);
     this.made = new Map();
     this.cones = new Map();
@@ -60,7 +60,7 @@ export class Field {
     const [left, top, right, bottom] = this.whole;
     let box = this.whole;
     if (this.show.near) {
-      const things = [frame.world.ball, ...frame.world.players.map((row) => row.slice(1))];
+      const things = [frame, frame.other].filter(Boolean).flatMap(({ world }) => [world.ball, ...world.players.map((row) => row.slice(1))]);
       const inside = this.box && things.every(([x, y]) => x > this.box[0] + 2 && x < this.box[2] - 2 && y > this.box[1] + 2 && y < this.box[3] - 2);
       if (inside) return;
       const xs = things.map((t) => t[0]);
@@ -73,13 +73,19 @@ export class Field {
       const [x, y] = [span(Math.min(...xs), Math.max(...xs), NEAREST, left, right), span(Math.min(...ys), Math.max(...ys), NEAREST * 0.65, top, bottom)];
       box = [x[0], y[0], x[1], y[1]];
     }
+    this.#look(box);
+  }
+
+  #look(box) {
     this.box = box;
     this.svg.setAttribute("viewBox", `${box[0]} ${box[1]} ${box[2] - box[0]} ${box[3] - box[1]}`);
   }
 
-  draw(frame, shown) {
+  /** Draw a cycle; `differs` are the numbers of what is otherwise in the run beside, `as` a field that shows the same part of the pitch. */
+  draw(frame, shown, { differs = [], as = null } = {}) {
     this.frame = frame;
-    this.#frameIn(frame);
+    if (as) this.#look(as.box);
+    else this.#frameIn(frame);
     const { players, ball } = frame.world;
     const there = new Set([0]);
     const watched = new Set(shown.map(numberOf));
@@ -94,10 +100,21 @@ export class Field {
     }
     for (const [number, one] of this.made) one.style.display = there.has(number) ? "" : "none";
     this.#player(0).setAttribute("transform", `translate(${ball[0]} ${ball[1]})`);
+    for (const [number, one] of this.made) this.#differ(one, number, differs.includes(number));
     this.#trace(frame);
     this.#believe(frame, shown);
     this.#compare(frame);
     this.#changed(frame);
+  }
+
+  /** A ring and a sign around what is otherwise in the run beside. */
+  #differ(one, number, differs) {
+    if (one.classList.contains("differs") === differs) return;
+    one.classList.toggle("differs", differs);
+    const name = nameOf(number).replace("_", " ");
+    one.setAttribute("aria-label", differs ? `${name}, otherwise there` : name);
+    if (differs) one.append(svg("circle", { class: "otherwise", r: 1.7 }), svg("text", { class: "unequal", x: -1.4, y: -1.3 }, "≠"));
+    else for (const part of one.querySelectorAll(".otherwise, .unequal")) part.remove();
   }
 
   /** What is said of a player, to the left of him where it would be cut off at the right. */
@@ -192,6 +209,10 @@ export class Field {
     const parts = [];
     if (frame.other) {
       const { players, ball } = frame.other.world;
+      for (const [number, x, y] of [...players, [0, ...ball]]) {
+        const here = number === 0 ? frame.world.ball : frame.world.players.find((row) => row[0] === number)?.slice(1);
+        if (here && Math.hypot(here[0] - x, here[1] - y) > 1) parts.push(svg("line", { class: "to-ghost", x1: here[0], y1: here[1], x2: x, y2: y }));
+      }
       for (const [number, x, y] of players) parts.push(svg("circle", { class: `ghost ${number <= 11 ? "left" : "right"}`, cx: x, cy: y, r: 1 }));
       parts.push(svg("circle", { class: "ghost ball", cx: ball[0], cy: ball[1], r: 0.65 }));
     }

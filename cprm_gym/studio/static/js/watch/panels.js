@@ -35,7 +35,7 @@ export class Ask {
     refill(this.element, el("p", { class: "bad" }, text));
   }
 
-  transition(answer) {
+  transition(answer, there = false) {
     const rows = answer.conditions.map((c) => {
       const need = [c.low === null ? "" : `≥ ${c.low}`, c.high === null ? "" : `< ${c.high}`].filter(Boolean).join(" and ");
       const since = c.holds ? "" : c.held !== undefined ? `since cycle ${c.held + 1}` : answer.first !== null ? `in all cycles shown, from ${answer.first}` : "";
@@ -44,7 +44,7 @@ export class Ask {
         el("td", {}, c.holds ? "" : `by ${c.by}`), el("td", {}, since));
     });
     refill(this.element,
-      el("div", { class: "bar" }, el("h3", {}, answer.transition), el("span", { class: "room" }),
+      el("div", { class: "bar" }, el("h3", {}, answer.transition, there ? el("span", { class: "soft" }, " there") : ""), el("span", { class: "room" }),
         el("button", { "data-do": "break", onclick: () => this.act.breakAt("fires", answer.transition) }, "stop when it fires (B)"), this.#edit(answer.transition)),
       el("p", { class: "answer", "data-show": "answer" }, answer.answer),
       answer.clock ? el("p", {}, answer.clock[0] < 0 ? `its clock of ${answer.clock[1]} cycles does not run` : `clock ${answer.clock[0]} of ${answer.clock[1]}`) : null,
@@ -52,12 +52,13 @@ export class Ask {
     );
   }
 
-  place(name, inner, inside) {
+  place(name, inner, inside, there = null) {
     const variable = inside.reads[name];
+    const held = (one) => (name in (one.holds ?? {}) ? one.holds[name] : one.marking?.[name] ?? 0);
     refill(this.element,
       el("div", { class: "bar" }, el("h3", {}, name), el("span", { class: "room" }),
         el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)"), this.#curve(name), this.#edit(name)),
-      el("p", {}, name in inner.holds ? `holds ${inner.holds[name]}` : `holds ${inner.marking[name] ?? 0}`),
+      el("p", {}, `holds ${held(inner)}${there ? `; there ${held(there)}` : ""}`),
       variable ? el("p", {}, "reads the belief about ", el("button", { class: "link", onclick: () => this.act.moved(variable) }, variable)) : null,
     );
   }
