@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..errors import ParameterError, unknown_name
+from .arguments import check_arguments
 
 Function = Callable[..., Any]
 """Takes its arguments by name, gives what JSON can say."""
@@ -36,6 +36,18 @@ class Calls:
         """All that can be called."""
         return tuple(sorted(self._functions))
 
+    def function(self, name: str) -> Function:
+        """The function of a name.
+
+        Raises
+        ------
+        UnknownName
+            When there is none.
+        """
+        if name not in self._functions:
+            raise unknown_name("call", name, self.names())
+        return self._functions[name]
+
     def answer(self, name: str, given: Mapping[str, Any]) -> Any:
         """Call a function.
 
@@ -44,15 +56,10 @@ class Calls:
         UnknownName
             When there is none of that name.
         ParameterError
-            When the arguments are not its.
+            When the arguments are not its, or not of the types that it names.
         CprmError
             What the function says.
         """
-        function = self._functions.get(name)
-        if function is None:
-            raise unknown_name("call", name, self.names())
-        try:
-            inspect.signature(function).bind(**given)
-        except TypeError as error:
-            raise ParameterError(f"call {name!r}: {error}") from None
+        function = self.function(name)
+        check_arguments(name, function, given)
         return function(**given)

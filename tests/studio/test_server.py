@@ -1,12 +1,15 @@
 """The studio's server answers who knows the token and comes from its own page, and nobody else."""
 
+import contextlib
 import json
 import urllib.error
 import urllib.request
 
+import numpy as np
 import pytest
 
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
+from cprm_gym.studio.arguments import types_of
 from cprm_gym.studio.calls import Calls
 
 TOKEN = "token-of-the-tests"
@@ -89,6 +92,64 @@ def test_calls_are_found_by_name_and_bound_by_their_arguments():
         calls.answer("room.twice", {})
     with pytest.raises(ParameterError, match="is there already"):
         calls.add("room", {"twice": abs})
+
+
+@pytest.mark.parametrize(
+    ("call", "given", "words"),
+    [
+        ("watch.step", {"cycles": "3"}, "call 'watch.step', argument 'cycles': a whole number is needed, got '3'"),
+        ("watch.step", {"cycles": True}, "a whole number is needed, got True"),
+        ("watch.step", {"cycles": 10**400}, "a whole number is needed, got a number of too many digits"),
+        ("watch.speed", {"cycles": float("inf")}, "argument 'cycles': a finite number is needed, got inf"),
+        ("watch.why", {"agent": 1, "transition": "leap"}, "argument 'agent': a text is needed, got 1"),
+        ("watch.why", {"agent": "left_1", "transition": ["leap"]}, "argument 'transition': a text is needed, got ['leap']"),
+        ("watch.plan", {"agent": "a", "unfold": [1]}, "argument 'unfold': a list of texts or a whole number is needed, got [1]"),
+        ("watch.show", {"agents": [], "variables": {"a": "b"}}, "an object of lists of texts or null is needed, got {'a': 'b'}"),
+        ("edit.apply", {"id": "d1", "op": "x" * 500}, "argument 'op': an object is needed, got 'xxx"),
+        ("edit.view", {"id": "d1", "definition": "a", "quantities": 0}, "argument 'quantities': true or false is needed, got 0"),
+        ("model.query", {"id": "d1", "slices": [1]}, "argument 'slices': a list of objects is needed, got [1]"),
+    ],
+)
+def test_arguments_of_another_type_are_named_with_what_is_allowed(serve, call, given, words):
+    with pytest.raises(ParameterError) as told:
+        serve().studio.calls.answer(call, given)
+    assert words in str(told.value)
+    assert len(str(told.value)) < 250
+
+
+def test_whatever_a_page_sends_is_answered_by_an_error_of_ours(serve):
+    """Junk of every type for every argument of every call: none of them fails in another way."""
+    calls = serve(demo="goalie", seed=2).studio.calls
+    calls.answer("watch.open", {})
+    (document,) = (one["id"] for one in calls.answer("edit.list", {})["open"])
+    junk = [
+        None,
+        True,
+        0,
+        -1,
+        2.5,
+        10**30,
+        "",
+        "left_1",
+        document,
+        "a" * 300,
+        [],
+        ["a"],
+        [[]],
+        [{}],
+        {},
+        {"a": 1},
+        {"op": "add_place", "in": 3},
+    ]
+    random = np.random.default_rng(7)
+    for name in calls.names():
+        if name in ("run.analyze", "run.episodes", "edit.close", "watch.play"):  # long ones, and those that end what the others need
+            continue
+        for _ in range(12):
+            arguments = [a for a in types_of(calls.function(name)) if a != "cycles"]
+            given = {argument: junk[random.integers(len(junk))] for argument in arguments if random.random() < 0.9}
+            with contextlib.suppress(CprmError, OSError):
+                json.dumps(calls.answer(name, given), allow_nan=False)
 
 
 def test_a_port_that_is_taken_is_named():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -274,7 +274,7 @@ class Desk:
             return {**self._short(id), "data": document.data, "history": document.history, "told": told,
                     "problem": "" if document.kind == "net" else document.problem()}  # fmt: skip
 
-    def view(self, id: str, definition: str, unfold: Any = (), quantities: bool = True) -> dict[str, Any]:
+    def view(self, id: str, definition: str, unfold: Sequence[str] = (), quantities: bool = True) -> dict[str, Any]:
         """The drawing of one definition.
 
         Parameters

@@ -134,6 +134,8 @@ class Session:
         self.pause()
         with self._lock:
             run = self._shown_run()
+            if cycle < 0:
+                raise ParameterError(f"cycle: a whole number from 0 is needed, got {cycle}")
             if self.recording is None:
                 self._frames.drop_after(cycle)
             run.go_to(cycle, lambda _: self._note())

@@ -65,6 +65,9 @@ def test_stepping_beyond_the_end_is_refused_and_going_back_goes_on(watched):
     with pytest.raises(CprmError, match="the episode is over"):
         watched.session.play()
     assert watched.session.go(3)["cycle"] == 3
+    with pytest.raises(ParameterError, match="from 0 is needed, got -1"):
+        watched.session.go(-1)
+    assert watched.session.open()["frame"]["cycle"] == 3
     with pytest.raises(ParameterError, match="cycle 9"):
         watched.session.frame(9)
     assert watched.session.step(6000)["cycle"] == end["cycle"]
