@@ -97,6 +97,35 @@ def test_quantities_are_hidden_until_they_are_asked_for_or_found(serve, open_pag
     page.wait_for_selector('.node[data-key="off_axis"].selected')
 
 
+def test_a_search_begun_before_the_net_is_there_waits_for_it_and_says_so(serve, open_page, tmp_path):
+    save_net(ORIENT, tmp_path / "orient.json")
+    served, page = serve(file="orient.json"), open_page("about:blank")
+    kept = []
+
+    def between(socket):
+        server = socket.connect_to_server()
+        socket.on_message(lambda message: kept.append((server, message)) if "edit.read" in message else server.send(message))
+
+    page.route_web_socket("**/ws*", between)
+    page.goto(served.address)
+    page.get_by_text("opening…").first.wait_for()
+    while not kept:
+        page.wait_for_timeout(20)
+    page.keyboard.press("f")
+    page.get_by_text("the net is being opened; the search begins when it is here").wait_for()
+    kept[0][0].send(kept[0][1])
+    page.get_by_label("find", exact=True).fill("give_up")
+    page.keyboard.press("Enter")
+    page.wait_for_selector('.node[data-key="give_up"].selected')
+
+
+def test_looking_for_a_part_where_no_net_is_open_says_so(serve, open_page):
+    page = open_page(f"{serve().address}#nets")
+    page.get_by_role("heading", name="No net is open.").wait_for()
+    page.keyboard.press("f")
+    page.get_by_text("no net is open, so there is no part to be found").wait_for()
+
+
 def test_what_does_not_fit_is_said_beside_the_field_and_changes_nothing(orient):
     page = orient
     click(page, "off_axis")

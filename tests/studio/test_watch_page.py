@@ -208,6 +208,38 @@ def test_two_runs_are_side_by_side_and_what_differs_is_marked_in_both(serve, ope
     assert page.locator(".net-here .differs, .field-here .differs").count() == 0
 
 
+def test_a_part_that_is_looked_for_before_the_net_is_there_is_shown_when_it_comes(serve, open_page):
+    served, page = serve(demo="goalie", seed=2), open_page("about:blank")
+    kept = []
+
+    def between(socket):
+        server = socket.connect_to_server()
+        socket.on_message(lambda message: kept.append((server, message)) if "watch.plan" in message else server.send(message))
+
+    def plan_asked():
+        while not kept:
+            page.wait_for_timeout(20)
+        return kept.pop()
+
+    page.route_web_socket("**/ws*", between)
+    page.goto(served.address)
+    server, message = plan_asked()
+    page.keyboard.press("f")
+    server.send(message)
+    page.wait_for_function("() => document.activeElement.matches('.net-here [type=search]')")
+    served.studio.playing.watch("Goalie", seed=3)
+    server, message = plan_asked()
+    page.fill("[type=search]", "leap")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("text=leap: looked for as soon as the net is here")
+    server.send(message)
+    page.wait_for_selector(".netcanvas .node.selected[data-key=leap]")
+    page.fill("[type=search]", "nowhere")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("text=no part of goalie is called nowhere")
+    assert page.get_attribute("[type=search]", "aria-invalid") == ""
+
+
 def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
     served = serve(demo="goalie", seed=2)
     page = open_page(f"{served.address}#run")

@@ -74,7 +74,7 @@ class Session:
             if self.run is None and self.recording is None:
                 if self.setup is None:
                     return {"run": None}
-                self.begin(self.setup)
+                self.begin(self.setup, told=False)  # a page that opens is given it as the answer
             log = [brief(made, self.shown) for made in self._frames.last(LOG)]
             return {"run": self.about(), "state": self.state(), "frame": self._now(), "log": log}
 
@@ -164,7 +164,7 @@ class Session:
 
     # ------------------------------------------------------------------ inside
 
-    def begin(self, setup: Setup, changes: Iterable[Change] = (), cycle: int = 0) -> None:
+    def begin(self, setup: Setup, changes: Iterable[Change] = (), cycle: int = 0, told: bool = True) -> None:
         """Make another run the one that is watched, with what was changed by hand in it, up to a cycle."""
         self._playing.clear()
         with self._lock:
@@ -173,11 +173,12 @@ class Session:
             self.setup, self.run, self.recording = setup, run, None
             self._frames.clear()
             self.shown = [name for name in self.shown if name in run.agents] or list(run.agents[:1])
-            for told in self.begun:
-                told(run)
+            for hear in self.begun:
+                hear(run)
             self._note()
             run.go_to(cycle, lambda _: self._note())
-        self.publish("run", {"run": self.about()})
+        if told:
+            self.publish("run", {"run": self.about()})
 
     def look_at(self, recording: Recording) -> None:
         """Show a log instead of a run."""

@@ -94,7 +94,8 @@ export class Viewport {
     if (this.reach) return this.reach;
     let [left, top, right, bottom] = [0, 0, 1, 1];
     const known = [...[...this.nodes.values()].map(({ node }) => [node.x - 22, node.y - 22, node.x + 30 + 6.3 * node.label.length, node.y + 22]),
-      ...[...this.boxes.values()].map(({ box }) => [box.x, box.y, box.x + box.width, box.y + box.height])];
+      ...[...this.boxes.values()].map(({ box }) => [box.x, box.y, box.x + box.width, box.y + box.height]),
+      ...[...this.links.values()].map(({ extent: [a, b, c, d] }) => [a + 28, b + 28, c - 28, d - 28])];
     known.forEach(([a, b, c, d], i) => {
       [left, top, right, bottom] = i ? [Math.min(left, a), Math.min(top, b), Math.max(right, c), Math.max(bottom, d)] : [a, b, c, d];
     });

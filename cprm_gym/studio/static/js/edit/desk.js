@@ -51,11 +51,13 @@ export class EditDesk extends EventTarget {
   /** Ask what is open; take up what was in front before a reload. */
   async begin() {
     this.started = true;
+    this.begun = false; // whether it is known what is open
     await this.refresh();
     const wanted = memory.get("edit.source", "");
     const chosen = this.documents.find((one) => one.source === wanted) ?? this.documents[0];
     if (chosen) await this.show(chosen.id);
-    else this.tell("document");
+    this.begun = true;
+    if (!chosen) this.tell("document");
   }
 
   async refresh() {

@@ -94,7 +94,7 @@ class NetsView {
       ["Ctrl+s", "save", () => save(this.desk)], ["Ctrl+o", "open a file", () => openFile(this.desk)],
       ["p", "add a place", edit(() => this.add("place"))], ["t", "add a transition", edit(() => this.add("transition"))], ["m", "add a module", edit(() => this.add("module"))],
       ["a", "on the canvas: an arc from what is selected; the next part chosen is its end", edit(() => this.canvas.connect())], ["w", "draw arcs by dragging, or move parts", edit(() => this.setArcMode(!this.canvas.arcMode))],
-      ["Ctrl+c", "copy what is selected", edit(() => this.copy())], ["Ctrl+v", "paste it, in this net or another", edit(() => this.paste())], ["f", "find a part", () => this.desk.net && this.find()],
+      ["Ctrl+c", "copy what is selected", edit(() => this.copy())], ["Ctrl+v", "paste it, in this net or another", edit(() => this.paste())], ["f", "find a part", () => this.find()],
       ["e", "go to the form of what is selected", () => this.form.querySelector("input")?.focus()], ["u", "up to the net around", () => this.up()],
       ["g", "begin or end the token game", () => (this.game.on ? this.game.end() : this.play())], ["c", "in the token game: run a cycle", () => this.game.on && this.game.take("cycle")], ["b", "in the token game: take back", () => this.game.on && this.game.take("back")],
       ["q", "show or hide quantities", () => this.showQuantities(!this.desk.quantities)], ["Escape", "end the token game", () => this.game.on && this.game.end()],
@@ -184,6 +184,7 @@ class NetsView {
       this.empty.replaceChildren(el("h1", {}, text), el("p", {}, "Open a file, begin a new net, or take a copy of one that comes with the package."), el("div", { class: "bar" }, el("button", { class: "main", onclick: () => openShipped(this.desk) }, "Copy of…"), el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { onclick: () => this.newNet() }, "New…"),
         this.desk.current ? el("button", { onclick: () => this.studio.go("models") }, "Show the model") : null));
       this.listDocuments();
+      this.findNow();
       return;
     }
     if (!net.definitions[this.chosen]) this.chosen = net.net;
@@ -195,6 +196,14 @@ class NetsView {
     this.inspector.show([...this.canvas.selection]);
     this.showFindings();
     if (this.wanted) this.show();
+    this.findNow();
+  }
+
+  /** The search that was asked for before a net was there. */
+  findNow() {
+    if (!this.finding) return;
+    this.finding = false;
+    this.find();
   }
 
   async draw({ keep = false } = {}) {
@@ -371,7 +380,13 @@ class NetsView {
     await this.desk.try({ op: "connect", in: this.chosen, place: inward ? source : target, transition: inward ? target : source, arc });
   }
 
+  /** Find a part; asked before a net is there, it begins when the net comes. */
   async find() {
+    if (!this.desk.net) {
+      this.finding = !this.desk.begun;
+      this.studio.note(this.finding ? "the net is being opened; the search begins when it is here" : "no net is open, so there is no part to be found", this.finding ? "good" : "error");
+      return;
+    }
     const { definitions } = this.desk.net;
     const parts = Object.entries(definitions).flatMap(([key, own]) => [...own.places, ...own.transitions, ...Object.keys(own.modules ?? {}).map((name) => ({ name }))].map(({ name }) => [`${key}\t${name}`, name, `in ${key}`]));
     parts.sort(([a], [b]) => b.startsWith(`${this.chosen}\t`) - a.startsWith(`${this.chosen}\t`));

@@ -493,7 +493,7 @@ class Watch {
         ["Home", "the first cycle", () => this.look(this.state.cycles[0])], ["End", "where the run stands", () => this.look(this.live.cycle)],
         ["Enter", "go on from the cycle shown", () => this.#past() && this.goOn()], [".", "one firing on", () => this.fire(1)], [",", "one firing back", () => this.fire(-1)],
       ].map(([key, what, doing]) => [key, what, () => this.inTurn(doing)]),
-      ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.net.find.focus()], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
+      ["b", "stop at the chosen part", () => this.#breakChosen()], ["e", "edit the chosen part in Nets", () => this.edit(this.chosen)], ["f", "find a part of the net", () => this.inTurn(() => this.net.find.focus())], ["n", "to the net (then arrows choose, + - 0 zoom)", () => this.net.canvas.element.focus()],
       ["w", "why?", () => this.tab("ask")], ["s", "breakpoints", () => this.tab("breaks")], ["g", "curves", () => this.tab("curves")], ["l", "log", () => this.tab("log")], ["c", "change by hand", () => this.tab("hands")],
       ["x", "another run beside this one, or this one alone", () => this.inTurn(() => this.#sideBySide())], ["d", "to the first difference of two runs side by side", () => this.beside.on && (this.tab("differences"), this.beside.toFirst())],
       ["m", "move things: Tab to one, arrows, Enter", () => this.field.svg.querySelector(".thing")?.focus()],

@@ -16,8 +16,8 @@ export class NetView {
     this.names = el("datalist", { id: "net-parts" });
     this.depth = choose([["0", "folded"], ["1", "one level"], ["-1", "unfolded"]], "0", (value) => this.unfold(Number(value)), { "aria-label": "how far modules are unfolded" });
     this.quantities = el("input", { type: "checkbox", onchange: () => this.#again() });
-    this.told = el("span", { class: "soft" });
-    this.bar = follows ? el("div", { class: "bar" }, el("h2", {}, "Net there"), this.told) : el("div", { class: "bar" }, el("h2", {}, "Net"), this.depth, el("label", { title: "inputs, beliefs, math and continuous places, too" }, this.quantities, " quantities"), this.find, this.names, el("span", { class: "room" }),
+    this.told = el("span", { class: "soft told", role: "status" });
+    this.bar = follows ? el("div", { class: "bar" }, el("h2", {}, "Net there"), this.told) : el("div", { class: "bar" }, el("h2", {}, "Net"), this.depth, el("label", { title: "inputs, beliefs, math and continuous places, too" }, this.quantities, " quantities"), this.find, this.names, this.told, el("span", { class: "room" }),
       el("button", { title: "smaller (-)", onclick: () => this.canvas.zoom(0.8) }, "−"), el("button", { title: "larger (+)", onclick: () => this.canvas.zoom(1.25) }, "+"),
       el("button", { title: "all of it, or, when it is all seen, as large as can be read (0)", onclick: () => this.canvas.fitOrRead() }, "fit"));
     this.none = el("p", { class: "soft none" });
@@ -43,6 +43,7 @@ export class NetView {
   async begin(agent, inside) {
     this.agent = agent;
     this.inside = inside;
+    this.shown = null;
     this.opened = [];
     this.depth.value = "0";
     const without = !inside?.net;
@@ -51,12 +52,24 @@ export class NetView {
     this.none.textContent = inside ? `${agent} is played by ${inside.kind}, which has no net to be seen.` : "Nobody here plays with a net.";
     if (this.leader) this.quantities.checked = this.leader.quantities.checked;
     if (without) {
-      this.last = this.shown = null;
+      this.last = this.shown = this.wanted = null;
       return;
     }
     this.names.replaceChildren(...[...inside.transitions, ...inside.places].slice(0, LARGE).map((value) => el("option", { value })));
     await this.load(this.leader?.unfolded ?? 0);
+    if (this.wanted) {
+      const { wanted } = this;
+      this.wanted = null;
+      await this.seek(wanted);
+    }
     if (this.leader && this.canvas.plan) this.leader.canvas.onlook(this.leader.canvas.view);
+  }
+
+  /** What there is to say about the search. */
+  tell(text, wrong = false) {
+    this.told.textContent = this.told.title = text;
+    this.told.classList.toggle("bad", wrong);
+    this.find.toggleAttribute("aria-invalid", wrong);
   }
 
   async load(unfold, keep = false) {
@@ -98,12 +111,21 @@ export class NetView {
     this.canvas.reveal(key);
   }
 
-  /** Bring a place or transition into view, unfolding what it is in. */
+  /** Bring a place or transition into view, unfolding what it is in; what is asked before the net is there is done when it comes. */
   async seek(key) {
+    this.tell("");
+    if (!key) return;
+    if (!this.inside || !this.shown) {
+      this.wanted = key;
+      this.tell(`${key}: looked for as soon as the net is here`);
+      return;
+    }
     const names = [...this.inside.transitions, ...this.inside.places];
-    const found = names.includes(key) ? key : names.find((part) => key && part.includes(key));
-    this.find.classList.toggle("bad", Boolean(key) && !found);
-    if (!found) return;
+    const found = names.includes(key) ? key : names.find((part) => part.includes(key));
+    if (!found) {
+      this.tell(`no part of ${this.inside.net} is called ${key}`, true);
+      return;
+    }
     key = found;
     if (!this.canvas.nodes.has(key)) {
       if (this.inside.quantities.includes(key)) this.quantities.checked = true;
