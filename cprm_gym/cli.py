@@ -239,7 +239,9 @@ def ladder(
             {name: value for name, value in given.items() if value is not None}, resume, lambda: _new_folder(output), workers,
             lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"),
         )  # fmt: skip
-    table = Table("side", "player", "Elo", "95 %", "score", "games", "", box=None, padding=(0, 1))
+    table = Table(box=None, padding=(0, 1))
+    for head in ("side", "player", "Elo", "95 %", "score", "games", ""):
+        table.add_column(head, no_wrap=True, overflow="ignore" if head == "player" else "ellipsis")
     for s in played.table:
         interval, held_out = f"{s.low:.0f} to {s.high:.0f}", "held out" if s.held_out else ""
         table.add_row(s.side, escape(s.player), f"{s.elo:.0f}", interval, f"{100 * s.score:.1f} %", str(s.games), held_out)

@@ -217,14 +217,21 @@ class SoccerParallelEnv(Pictured, ParallelEnv[str, Any, Any]):  # type: ignore[m
         For ball and players x, y, vx, vy, body, neck, stamina; then mode, time, score left, score right, cycle, stoppage; where players
         mix, what each of the 22 has in mind (`cprm_gym.envs.players.mixing.Mode`, -1 for who does not mix).
         """
-        w = self.core.sim.world[0]
-        table = np.zeros((23, STATE_OBJECT))
-        table[:, 0:2], table[:, 2:4] = w["pos"], w["vel"]
-        table[1:, 4], table[1:, 5], table[1:, 6] = w["body"], w["neck"], w["stamina"]
-        table[1:] *= w["enabled"][:, None]
-        tail = (w["mode"], w["time"], w["score"][0], w["score"][1], self.core.cycle[0], w["stoppage"])
-        minds = self.core.intentions()[0] if self.core.mixes else ()
-        return np.concatenate([table.ravel(), np.array((*tail, *minds), dtype=np.float64)]).astype(np.float32)
+        return states(self.core)[0]
+
+
+def states(core: SoccerCore) -> np.ndarray:
+    """(W, n) float32: `SoccerParallelEnv.state` of every world."""
+    w, count = core.sim.world, core.worlds
+    table = np.zeros((count, 23, STATE_OBJECT), np.float32)
+    table[..., 0:2], table[..., 2:4] = w["pos"], w["vel"]
+    table[:, 1:, 4], table[:, 1:, 5], table[:, 1:, 6] = w["body"], w["neck"], w["stamina"]
+    table[:, 1:] *= w["enabled"][..., None]
+    parts = [table.reshape(count, -1)]
+    parts += [np.asarray(c, np.float32).reshape(count, -1) for c in (w["mode"], w["time"], w["score"], core.cycle, w["stoppage"])]
+    if core.mixes:
+        parts.append(core.intentions().astype(np.float32))
+    return np.concatenate(parts, axis=1)
 
 
 def state_space(mixes: bool = False) -> spaces.Box:

@@ -219,7 +219,7 @@ def test_actions_of_all_agents_are_a_dict(actions):
         ({"left": 12}, ParameterError, "`left` takes a number of players from 0 to 11, got 12"),
         ({"task": GoToBall(max_cycles=0)}, ParameterError, "max_cycles: 0 given, a whole number of at least 1 is needed"),
         ({"task": GoToBall(max_cycles=2.5)}, ParameterError, "max_cycles: 2.5 given"),
-        ({"others": "mediun"}, UnknownName, r"unknown scripted policy 'mediun'. Did you mean 'medium'\?"),
+        ({"others": "mediun"}, UnknownName, r"unknown scripted policy or controller 'mediun'. Did you mean 'medium'\?"),
         ({"others": 5}, UnknownName, "others: expected a string or a sequence of strings, got int 5"),
         ({"include": 5}, UnknownName, "include: expected a string or a sequence of strings, got int 5"),
         ({"include": "memry"}, UnknownName, r"unknown part of an observation 'memry'. Did you mean 'memory'\?"),

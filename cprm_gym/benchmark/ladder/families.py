@@ -14,7 +14,7 @@ from ...errors import unknown_name
 
 def eased(share: int, strength: str = "strong") -> str:
     """A scripted player who acts in `share` of 100 cycles."""
-    return f"eased:strength={strength}:share={share}"
+    return f"eased:share={share}" if strength == "strong" else f"eased:strength={strength}:share={share}"
 
 
 @dataclass(frozen=True)
@@ -65,29 +65,28 @@ class Family:
         return won.astype(np.float64)
 
 
-TEAMS = ("hold", "random", "knock", "chase", "weak", eased(20), eased(50), "medium", "mixing", "strong")
-"""On the ladders of whole sides, from those who stand still upwards."""
+TEAMS = ("hold", "random", "knock", "weak", eased(20), eased(50), "medium", "mixing", "strong")
+"""Whole sides, and attackers."""
+DEFENDERS = ("hold", "random", "knock", eased(10), eased(20), eased(50), "weak", "medium", "strong")
+"""Those who mix do so with the ball alone: as defenders they are the strong team."""
 UNSEEN = (eased(35), eased(70), eased(60, "medium"))
 """Graded opponents that stay out of training."""
 
 FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (
-        Family(
-            "soccer", ("Soccer", "Soccer5v5", "Soccer11v11"), "Soccer5v5", TEAMS, TEAMS, UNSEEN, "either", {"max_cycles": 1500},
-        ),
+        Family("soccer", ("Soccer", "Soccer5v5", "Soccer11v11"), "Soccer5v5", TEAMS, TEAMS, UNSEEN, "either", {"max_cycles": 1500}),
         Family(
             "half_field",
             ("HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "FrontGoalBlockedShot", "FrontGoalSupportOption",
              "FrontGoalPassingLane", "FrontGoalCompactDefense", "KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2",
              "PassAndAdvance2v3"),
-            "HFO2v2", ("weak", eased(50), "medium", "strong"), TEAMS, UNSEEN,
+            "HFO2v2", ("weak", eased(50), "medium", "strong"), DEFENDERS, UNSEEN,
         ),
-        Family("goalie", ("Goalie", "Goalie2v1", "Goalie3v2"), "Goalie2v1", ("weak", eased(50), "medium", "strong"), TEAMS, UNSEEN),
+        Family("goalie", ("Goalie", "Goalie2v1", "Goalie3v2"), "Goalie2v1", ("hold", eased(25), eased(50), "strong"), TEAMS, UNSEEN),
         Family(
             "keepaway", ("Keepaway3v2", "Keepaway4v3", "Keepaway5v4"), "Keepaway3v2", ("keep_random", "keep_hold", "keep_hand"),
-            ("hold", "random", "knock", "chase", "weak", eased(20), eased(50), "medium", "take"), UNSEEN,
-            "right", {"max_cycles": 100},
+            ("hold", "random", "knock", eased(10), eased(20), eased(50), "weak", "medium", "take"), UNSEEN, "right", {"max_cycles": 100},
         ),
     )
 }  # fmt: skip

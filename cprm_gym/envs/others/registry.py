@@ -48,7 +48,7 @@ def other_player(given: OtherPlayer) -> str | tuple[str, ControllerFactory]:
         if given in POLICIES:
             return given
         if split_options(given)[0] not in controller_entries():
-            raise unknown_name("scripted policy or controller", given, (*POLICIES, *controller_entries()))
+            raise unknown_name("scripted policy or controller", given, {**dict.fromkeys(POLICIES), **controller_entries()})
         return given, load_controller(given)
     if not callable(given):
         raise UnknownName(f"others: expected the name of a player or a factory of controllers, got {type(given).__name__} {given!r:.60}")

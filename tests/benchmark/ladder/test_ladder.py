@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cprm_gym.benchmark.ladder.families import FAMILIES, TEAMS
+from cprm_gym.benchmark.ladder.families import DEFENDERS, FAMILIES, TEAMS
 from cprm_gym.benchmark.ladder.plan import AGAINST, LadderPlan, play_games, standings
 from cprm_gym.benchmark.ladder.rating import rate
 from cprm_gym.benchmark.plan import BlockResult
@@ -35,7 +35,7 @@ def test_all_pairs_meet_on_both_sides():
     assert pairs == {f"{a}{AGAINST}{b}" for a in TEAMS for b in TEAMS if a != b}
     assert sum(block.count for block in blocks) == 70 * len(pairs)
     plan = LadderPlan("half_field", rivals=("scripted",), more=("eased:share=5",))
-    assert len({block.controller for block in plan.blocks()}) == 5 * (len(TEAMS) + 4)
+    assert len({block.controller for block in plan.blocks()}) == 5 * (len(DEFENDERS) + 4)
 
 
 def test_strengths_come_out_of_games_that_follow_them():
@@ -141,7 +141,7 @@ def test_the_command_writes_the_ladder_and_takes_one_up(tmp_path):
     (folder,) = [p for p in tmp_path.iterdir() if p.is_dir()]
     data = json.loads((folder / "ladder.json").read_text())
     assert data["plan"]["held_out"] is False
-    assert len(data["standings"]) == 14
+    assert len(data["standings"]) == 13
     assert {s["games"] for s in data["standings"] if s["side"] == "right"} == {8}
     page = (folder / "ladder.md").read_text()
     assert "| right | `strong` |" in page

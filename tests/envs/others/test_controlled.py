@@ -7,7 +7,7 @@ from cprm_baselines.random_policy import make_controller as make_random
 from cprm_baselines.scripted import make_controller as make_scripted
 
 import cprm_gym  # noqa: F401
-from cprm_gym.envs import SoccerEnv, SoccerVectorEnv, soccer_v1
+from cprm_gym.envs import SoccerEnv, SoccerVectorEnv, soccer_v2
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
@@ -114,17 +114,17 @@ def test_equal_seeds_give_equal_games_in_every_face():
     for make in (
         lambda: SoccerEnv("HFO1v1", others="eased", observation="raw"),
         lambda: SoccerVectorEnv(2, "HFO1v1", others="eased", observation="raw"),
-        lambda: gymnasium.make("cprm/HFO1v1-v1", others="eased", observation="raw").unwrapped,
+        lambda: gymnasium.make("cprm/HFO1v1-v2", others="eased", observation="raw").unwrapped,
     ):
         np.testing.assert_array_equal(gym(make), gym(make))
 
     def zoo():
-        env = soccer_v1.parallel_env(task="HFO1v1", others="eased", observation="raw")
+        env = soccer_v2.parallel_env(task="HFO1v1", others="eased", observation="raw")
         env.reset(seed=4)
         return [env.step({a: np.array([1, 4, 2, 0]) for a in env.agents})[0]["left_1"]["players"] for _ in range(20)]
 
     def aec():
-        env = soccer_v1.env(task="HFO1v1", others="eased", observation="raw")
+        env = soccer_v2.env(task="HFO1v1", others="eased", observation="raw")
         env.reset(seed=4)
         observed = []
         for _ in range(20):
