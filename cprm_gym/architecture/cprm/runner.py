@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from ..petri.execution.commands import Commands
 from ..petri.execution.executor import Executor
 from ..prm.grounding.grounding import Grounding
 from ..prm.grounding.slices import GroundVariable
+from ..prm.inference.alone.questions import Question
 from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
 from ..prm.inference.filter import make_engine
 from ..prm.inference.filter_bank import FilterBank
@@ -24,6 +25,7 @@ from ..prm.inference.links import Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
 from .separate import Holding, Perceived, SeparateBeliefs, Told, separate_filters
+from .sights import Columns, Sight, Sights
 from .slow import SlowBeliefs, Timing, slow_banks, slow_separately
 from .value import CPRM, Observe, view_of
 
@@ -150,6 +152,8 @@ class CPRMRunner:
         self._by_class = {c: tuple(o for o, k in cprm.objects.items() if k == c) for c in cprm.objects.values()}
         counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
         self.executor = Executor(compiled, batch, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
+        self._inputs = frozenset(self.executor.input_names)
+        read = list(self.executor.input_names)  # of percepts, and for the observations of places too
         self.places = set(self.executor.net.place_names)
         self._beliefs = [(p.name, p.variable, view_of(p), float(p.value)) for p in self.executor.belief_places]
         self._class_at = {p.name: p.class_name for p in compiled.net.places if isinstance(p, ObjectPlace)}
@@ -177,14 +181,23 @@ class CPRMRunner:
                 alike = not cprm.clusters and cprm.period == 1 and at_once
                 self.bank = FilterBank(grounding, batch, engine, on_impossible=on_impossible, seed=seed, alike=alike)
                 self._sights, self._domains = _sights(cprm.observations, self.bank.variables)
+                self._observed = [s.name for s in self._sights]
                 self._sight_names = tuple(dict.fromkeys(s.name for s in self._sights))
+                read += [name for s in self._sights for formula in (s.value, s.when) for name in formula.names]
                 if not at_once:
                     other = FilterBank(grounding, batch, self.bank.settings.engine, on_impossible=on_impossible, seed=seed)
                     self.slow = slow_banks(self.bank, other, self.timing, cprm.period)
+        self._questions = self._questions_of(self.bank) if self.bank is not None and batch == 1 else ()
+        self._columns = Columns(tuple(dict.fromkeys(read)), self.executor)
+        self._rows: NDArray[np.float64] | None = None
+        self._reader: Sights | None = None
+        """Of the observations; None where real numbers are observed, or nothing is."""
+        if self.bank is not None and self._sights and not any(v.quantity is not None for v, _ in self._domains):
+            self._reader = Sights(self._sights, self.bank.variables, {name: k for k, name in enumerate(self._columns.names)})
         self._demand = Formula(demand) if demand else None
         self._trace = trace
         self._percepts: Percepts = {}
-        self._seen: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
+        self._seen: tuple[Iterable[str], Iterable[NDArray[np.float64]], Iterable[NDArray[np.bool_]]] = ((), (), ())
         self._in_force: tuple[Link, ...] = ()
         self._cycle = np.zeros(batch, np.int64)
 
@@ -230,8 +243,9 @@ class CPRMRunner:
             When a percept that is needed is missing, or is not a finite number.
         """
         self._percepts = percepts
-        inputs = {name: self._needed(percepts, name) for name in self.executor.input_names}
-        self.executor.observe(inputs)
+        self._rows = self._columns.gather(percepts)
+        if self._rows is None or not percepts.keys() >= self._inputs or not self.executor.observe_columns(self._rows):
+            self.executor.observe({name: self._needed(percepts, name) for name in self.executor.input_names})
         due = self._cycle % self.cprm.period == 0
         if self.slow is not None:
             self._infer_slowly(self.slow, percepts)
@@ -254,7 +268,8 @@ class CPRMRunner:
         """One slice of the model for the agents that are due: observations, relations, posterior, belief places."""
         self._in_force = self._links()
         bank.step(self._read(bank, percepts), self._in_force, due)
-        self.executor.believe(self._views(bank, due))
+        together = bank.views(self._questions, self.executor.held) if self._questions else None
+        self.executor.believe(self._views(bank, due) if together is None else together)
 
     def _views(self, bank: FilterBank, agents: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
         """The belief places: of some agents what their last step answers, of the others as they are."""
@@ -268,6 +283,19 @@ class CPRMRunner:
                 read = bank.view(view, variable)
             values[name] = read if agents.all() else np.where(agents, read, self.executor.read(name))
         return values
+
+    def _questions_of(self, bank: FilterBank) -> tuple[Question, ...]:
+        """The belief places as questions to a bank of one agent; none where one is about a relation's variable."""
+        questions = []
+        for _, variable, view, default in self._beliefs:
+            owner, _, attribute = variable.partition(".")
+            meant = owner in self._class_at
+            class_name = self._class_at[owner] if meant else bank.grounding.objects.get(owner)
+            if class_name is None:
+                return ()
+            index = self.executor.object_names.index(owner) if meant else bank.members[class_name].index(owner)
+            questions.append(Question(view, class_name, index, meant, attribute, default))
+        return tuple(questions)
 
     def _infer_each(self, beliefs: SeparateBeliefs, percepts: Percepts, due: NDArray[np.bool_]) -> None:
         """As `_infer`, agent by agent."""
@@ -288,7 +316,7 @@ class CPRMRunner:
         for link, formulas, when in self._links_read:
             shown = self._evaluate([when], percepts)[0] >= 0.5
             told.append((link, self._evaluate(formulas, percepts), shown & (link.variable not in self.withheld)))
-        self._seen = [(link.variable, values[0], shown) for link, values, shown in told]
+        self._seen = [l.variable for l, _, _ in told], [values[0] for _, values, _ in told], [shown for _, _, shown in told]
         present = {name: self._evaluate([formula], percepts)[0] >= 0.5 for name, formula in self._present.items()}
         return Perceived(told, {name: self.executor.holds(name) for name in self._class_at}, present)
 
@@ -354,6 +382,11 @@ class CPRMRunner:
         """What the model is told: (W,) states of each name, -1 where not observed, and real numbers, NaN there."""
         if not self._sights:
             return StateRows((), np.empty((0, self.batch), np.int64))
+        if self._reader is not None and self._rows is not None:
+            read = self._reader.read(self._columns.add_places(self._rows), self.withheld)
+            if read is not None:
+                self._seen = self._observed, *read[1]
+                return read[0]
         values = self._evaluate([s.value for s in self._sights], percepts)
         shown = self._evaluate([s.when for s in self._sights], percepts) >= 0.5
         if self.withheld:
@@ -375,7 +408,7 @@ class CPRMRunner:
                 for sight, row, mask in zip(self._sights[rows], numbers, seen):
                     state_of(bank.variables[sight.name], row[mask])
                 raise
-        self._seen = [(sight.name, row, mask) for sight, row, mask in zip(self._sights, values, shown)]
+        self._seen = self._observed, values, shown
         told = StateRows(self._sight_names, states if len(states) == len(self._sight_names) else self._merged(states))
         return {**told, **reals} if reals else told
 
@@ -407,6 +440,11 @@ class CPRMRunner:
 
     # ------------------------------------------------------------------ explanations
 
+    @property
+    def told(self) -> list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]]:
+        """Of the last slice each observed variable, its (W,) values, and for whom the model was told of it."""
+        return list(zip(*self._seen))
+
     def explain(self, copy: int = 0) -> Decision:
         """The last decision of an agent; the controller must have been made with ``trace=True`` for what fired.
 
@@ -426,7 +464,7 @@ class CPRMRunner:
                     fired.append(firing.transition)
                     enabled.update(firing.enabled)
         row = executor.marking[copy]
-        told = {name: float(values[copy]) if shown[copy] else None for name, values, shown in self._seen}
+        told = {name: float(values[copy]) if shown[copy] else None for name, values, shown in self.told}
         commands = {
             name: {key: float(v[copy]) for key, v in executor._commands.values[name].items()}
             for name, out in executor._commands.fired.items() if out[copy]
@@ -455,22 +493,14 @@ def _told(link: Observe, values: NDArray[np.float64], shown: bool) -> Told:
     return Told(link, None, values) if link.likelihood else Told(link, float(values[0]), None)
 
 
-class _Sight(NamedTuple):
-    """An observation, its expressions parsed."""
-
-    name: str
-    value: Formula
-    when: Formula
-
-
 def _sights(
     observations: Sequence[Observe], variables: Mapping[str, GroundVariable]
-) -> tuple[list[_Sight], list[tuple[GroundVariable, slice]]]:
+) -> tuple[list[Sight], list[tuple[GroundVariable, slice]]]:
     """Observations in an order in which those of one domain stand together, and where: they are read as one array."""
-    groups: dict[Any, list[_Sight]] = {}
+    groups: dict[Any, list[Sight]] = {}
     for link in observations:
-        groups.setdefault(variables[link.variable].domain, []).append(_Sight(link.variable, Formula(link.value), Formula(link.when or "1")))
-    sights: list[_Sight] = []
+        groups.setdefault(variables[link.variable].domain, []).append(Sight(link.variable, Formula(link.value), Formula(link.when or "1")))
+    sights: list[Sight] = []
     places = []
     for group in groups.values():
         places.append((variables[group[0].name], slice(len(sights), len(sights) + len(group))))

@@ -185,7 +185,7 @@ def moved(run: Run, agent: str, variable: str) -> Message:
     if variable not in (known := variables(runner)):
         raise unknown_name("variable", variable, known)
     i = run.agents.index(agent)
-    told = [name for name, _, shown in runner._seen if shown[0]]
+    told = [name for name, _, shown in runner.told if shown[0]]
     after, at = distribution(runner, variable), marginal(runner, variable)
     kind = known[variable]
     names = list(dict.fromkeys(told))
@@ -194,7 +194,7 @@ def moved(run: Run, agent: str, variable: str) -> Message:
         return distribution(runner, variable), marginal(runner, variable)
 
     answers = run.without(i, [names, *([name] for name in names)], read)
-    values = {name: float(value[0]) for name, value, _ in runner._seen}
+    values = {name: float(value[0]) for name, value, _ in runner.told}
     evidence = []
     for name, (message, found) in zip(names, answers[1:]):
         evidence.append({"name": name, "value": number(values[name]), "moved": number(_far(at, found, kind)), "mean": message.get("mean")})

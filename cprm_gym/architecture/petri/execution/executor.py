@@ -163,6 +163,13 @@ class Executor:
         return view
 
     @property
+    def held(self) -> NDArray[np.int32]:
+        """(W, O) index of the object in each of `object_names`, -1 for none; a view that must not be written."""
+        view = self._state.held[:]
+        view.flags.writeable = False
+        return view
+
+    @property
     def conflicts(self) -> list[Conflict]:
         """Conflicts among transitions of equal priority met since the executor was made."""
         names = self.net.transition_names
@@ -213,6 +220,10 @@ class Executor:
     def observe(self, inputs: Values) -> None:
         """Write observations into input places: the first part of `step`."""
         self._surroundings.observe(inputs)
+
+    def observe_columns(self, rows: NDArray[np.float64]) -> bool:
+        """`observe` from an array (W, at least len(input_names)) whose columns begin with the inputs; False where one is not finite."""
+        return self._surroundings.observe_columns(rows)
 
     def believe(self, beliefs: Values) -> None:
         """Write belief places: the second part of `step`."""

@@ -87,7 +87,11 @@ class Surroundings:
                 values[:, column] = inputs[name]
         except (KeyError, TypeError, ValueError, OverflowError):
             return False
-        return bool(kernels.write(self.state.row, layout.input_slots, layout.input_columns, values, self.failed))
+        return self.observe_columns(values)
+
+    def observe_columns(self, rows: NDArray[np.float64]) -> bool:
+        """Write the inputs from an array of which they are the first columns; False at a number that is not finite."""
+        return bool(kernels.write(self.state.row, self.layout.input_slots, self.layout.input_columns, rows, self.failed))
 
     def believe(self, beliefs: Values) -> None:
         """Write belief places."""

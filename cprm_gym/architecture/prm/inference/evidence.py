@@ -63,10 +63,12 @@ class StateRows(Mapping[str, Index]):
     names : tuple of str
     states : (n, W) int64 array
         -1 where not observed.
+    checked : bool
+        Every entry is known to be a state of its variable, or -1.
     """
 
-    def __init__(self, names: tuple[str, ...], states: np.ndarray) -> None:
-        self.names, self.states = names, states
+    def __init__(self, names: tuple[str, ...], states: np.ndarray, checked: bool = False) -> None:
+        self.names, self.states, self.checked = names, states, checked
 
     def __getitem__(self, name: str) -> Index:
         if name not in self.names:

@@ -28,11 +28,14 @@ from ..grounding.grounding import Grounding
 from ..grounding.slices import GroundVariable
 from ..model.schema import canonical_tuple, one_or_many, parse_tuple
 from . import filtering
+from .alone.questions import Asked, Question, find
+from .alone.ways import Way, Ways, key_of
 from .compiled.cache import Recent
 from .compiled.slice_info import SliceInfo
 from .continuous.number_evidence import Numbers, nothing, read_numbers
 from .engines.engine import Engine
-from .evidence import UNOBSERVED, Readings, read_hard, state_of
+from .engines.exact import FactoredResult
+from .evidence import UNOBSERVED, Readings, StateRows, read_hard, state_of
 from .filter import Filter, make_engine, make_settings
 from .filtering import FilterState
 from .forms import Renamings, fronted, rename_tuple
@@ -109,6 +112,12 @@ class FilterBank:
         self._exchangeable = self._divisible and not continuous and not refers and not grounding.static
         self._rows_in: Recent[SliceInfo, _Rows] = Recent(256)
         self._renamings = Renamings(self.settings, grounding)
+        self._ways = Ways()
+        self._gone: tuple[Way, Posterior] | None = None  # the way of the last step, and its answer
+        self._asked: Recent[tuple[Any, ...], list[Asked] | None] = Recent(2048)
+        self._continuous = continuous
+        self._nothing = np.full((len(self._names) + 1, batch), UNOBSERVED, np.int64)
+        self._told_rows: dict[tuple[str, ...], Indices] = {}
         self._rows_of: dict[str, Indices] = {}
         self.object_in: dict[str, Indices] = {}
         """By class whose objects are alike, an array (W, n) of the object in each place of an agent's own order."""
@@ -250,6 +259,9 @@ class FilterBank:
             raise EvidenceError(f"evidence is a mapping of variables to what was observed, got {evidence!r:.60}")
         evidence, numbers = self._numbers(evidence)
         hard, others = self._read(evidence, numbers)
+        if self._goes_alone(due, others, numbers):
+            self._step_alone(hard, one_or_many(relations, "relations"))
+            return
         ties = [self._tie(link, due) for link in one_or_many(relations, "relations")]
         self._turn(self._engaged(ties), due)
         hard = self._renumbered(hard)
@@ -273,9 +285,48 @@ class FilterBank:
         self.answers, self._answered_for = answers, dict(self._place_of)
         self._settle(after)
 
+    def _goes_alone(self, due: NDArray[np.bool_], others: Mapping[str, Any], numbers: Mapping[str, Numbers]) -> bool:
+        """Whether this is a step of one agent whose next slice follows from whom he means."""
+        return self.batch == 1 and self._divisible and bool(due[0]) and not others and not numbers
+
+    def _step_alone(self, hard: NDArray[np.int64], links: Sequence[Link]) -> None:
+        """As `step`, of the only agent: what follows from his relations is looked up where he has been there before."""
+        agents, state = self._cohorts[0]
+        stand = self._ways.stand(state, self.object_in)
+        key = key_of(links)
+        way = stand.ways.get(key)
+        if way is None:
+            way = stand.ways[key] = self._way(links)
+            state = self._cohorts[0].state
+        elif way.names:
+            state = self._renamings.of(state, way.names)
+        if len(way.lost) and (hard[way.lost] >= 0).any():
+            self._readings(way.info, self._renumbered(hard), {}, {}, agents)  # says which
+        readings = Readings(hard[way.rows], {})
+        state, posterior = filtering.advance(self.settings, state, readings, way.situation, way.info)
+        self.log_likelihood += posterior.increment
+        self.impossible_count += posterior.impossible
+        self.object_in, self._place_of = dict(way.object_in), dict(way.place_of)
+        self.answers, self._answered_for = [(agents, posterior)], dict(way.place_of)
+        self._cohorts = [_Cohort(agents, state)]
+        self._ways.went(way, state, self.object_in)
+        self._gone = way, posterior
+
+    def _way(self, links: Sequence[Link]) -> Way:
+        """Turn to the objects in relations, and what the next slice of the only agent is then."""
+        everybody = np.ones(1, bool)
+        ties = [self._tie(link, everybody) for link in links]
+        names = self._turn(self._engaged(ties), everybody).get(0, {})
+        ((cohort, tuples),) = self._groups(ties, everybody)
+        state = cohort.state
+        situation = self.grounding.situation(tuples or (), None, state.relations if state.step else None)
+        info = filtering.slice_info(self.settings, state, self.grounding.ground(situation, first=state.step == 0))
+        told, rows = self._renumbered(np.arange(len(self._names) + 1)[:, None])[:, 0], self._rows(info)
+        return Way(names, situation, info, told[rows.found], told[rows.lost], dict(self.object_in), dict(self._place_of))
+
     def _numbers(self, evidence: Mapping[str, Any]) -> tuple[Mapping[str, Any], dict[str, Numbers]]:
         """What is told of states, and of real numbers, with the defaults of those that are given."""
-        if not self.grounding.model.continuous:
+        if not self._continuous:
             return evidence, {}
         numbers: dict[str, Numbers] = {}
         rest: dict[str, Any] = {}
@@ -292,6 +343,11 @@ class FilterBank:
     def _read(self, evidence: Mapping[str, Any], numbers: Mapping[str, Numbers]) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
         """What is told of objects, with a last row of nothing, and what is told of variables that only some relations have."""
         others: dict[str, NDArray[np.int64]] = {}
+        if isinstance(evidence, StateRows) and evidence.checked and not numbers and self._all_known(evidence.names):
+            hard = self._nothing.copy()
+            hard[self._told_rows[evidence.names]] = evidence.states
+            self._fill_in(hard)
+            return hard, others
         if not evidence.keys() <= self._row.keys():
             for name in evidence.keys() - self._row.keys():
                 others[name] = np.broadcast_to(np.asarray(state_of(self.variable(name), evidence[name]), np.int64), (self.batch,))
@@ -302,13 +358,25 @@ class FilterBank:
                 hard[self._row[name]] = np.where(read.seen, 0, UNOBSERVED)
             else:
                 others[name] = np.where(read.seen, 0, UNOBSERVED)
+        self._fill_in(hard)
+        return np.concatenate([hard, self._nothing[:1]]), others
+
+    def _all_known(self, names: tuple[str, ...]) -> bool:
+        """Whether all variables are objects'; then their rows are in `_told_rows`."""
+        if names not in self._told_rows:
+            if not all(name in self._row for name in names):
+                return False
+            self._told_rows[names] = np.array([self._row[name] for name in names], np.int64)
+        return True
+
+    def _fill_in(self, hard: NDArray[np.int64]) -> None:
+        """Put the defaults of what is given where nothing is told, in place."""
         for row, name, default in self._given:
             missing = hard[row] < 0
             if missing.any():
                 if default < 0:
                     raise EvidenceError(f"{name!r} must be given for every agent in every slice: it has no default")
                 hard[row, missing] = default
-        return np.concatenate([hard, np.full((1, self.batch), UNOBSERVED, np.int64)]), others
 
     def variable(self, name: str) -> GroundVariable:
         """A variable of an object, or of a relation tuple, ``"possesses(o3,ball).shoot"``.
@@ -378,8 +446,8 @@ class FilterBank:
                     marks[tie.held, role.index[tie.held]] = True
         return engaged
 
-    def _turn(self, engaged: Mapping[str, NDArray[np.bool_]], due: NDArray[np.bool_]) -> None:
-        """Let every agent's own order begin with the objects in its relations, and rename beliefs accordingly.
+    def _turn(self, engaged: Mapping[str, NDArray[np.bool_]], due: NDArray[np.bool_]) -> dict[int, dict[str, str]]:
+        """Let every agent's own order begin with the objects in its relations, and rename beliefs accordingly; the new names by agent.
 
         Who is in front already keeps his place; who was and is no longer comes next, so that a belief's form says little about
         where it comes from.
@@ -400,7 +468,7 @@ class FilterBank:
                 renamed.setdefault(k, {}).update({names[old]: names[new] for new, old in enumerate(came_from) if new != old})
             self._place_of[class_name] = np.argsort(order, axis=1)
         if not renamed:
-            return
+            return renamed
         parts: dict[Any, list[int]] = {}
         for k in range(self.batch):
             parts.setdefault((self._cohort_of[k], tuple(renamed.get(k, {}).items())), []).append(k)
@@ -409,6 +477,7 @@ class FilterBank:
             part = self._those(self._cohorts[number], np.array(members))
             cohorts.append(part._replace(state=self._renamings.of(part.state, dict(pairs))) if pairs else part)
         self._settle(cohorts)
+        return renamed
 
     def _codes(self, ties: Sequence[Tie]) -> dict[tuple[str, ...], NDArray[np.int64]]:
         """For each kind of tie the tuples that hold for an agent, as sorted numbers (W, k) that `tuples_of` reads; -1 fills up."""
@@ -505,6 +574,38 @@ class FilterBank:
                         out[agents[inside]] = view(posterior[own][inside], posterior.variables[own])
             return out
         return self.view_of(view, Role(class_name, np.full(self.batch, self.members[class_name].index(owner))), attribute)
+
+    def views(self, questions: tuple[Question, ...], held: NDArray[np.int32]) -> NDArray[np.float64] | None:
+        """All numbers that are asked of the only agent at once; None where each has to be asked for itself.
+
+        Parameters
+        ----------
+        questions : tuple of Question
+        held : (1, n) int32 array
+            Numbers of the objects that the agent means, -1 for nobody.
+
+        Returns
+        -------
+        (1, len(questions)) float array
+        """
+        if self._gone is None or not self.answers or self.answers[0][1] is not self._gone[1]:
+            return None
+        way, posterior = self._gone
+        result = posterior.result
+        if not isinstance(result, FactoredResult) or result.alone is None or result.replaced:
+            return None
+        program, flat = result.alone
+        key = program, way, held.tobytes(), questions
+        asked = self._asked.fetch(
+            key,
+            lambda: find(questions, held[0].tolist(), self.members, way.place_of, result.info.variables, result.slice_step, program),
+        )
+        if asked is None:
+            return None
+        out = np.empty((1, len(questions)))
+        for where, read in asked:
+            out[0, where] = read(flat)
+        return out
 
     def _by_own_name(self, variable: str, agents: Indices) -> dict[str, Any]:
         """The names that a variable has in the own orders of agents, and who of them has each."""

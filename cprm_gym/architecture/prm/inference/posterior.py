@@ -62,6 +62,11 @@ class Posterior(Mapping[str, Any]):
         self.relations = relations
 
     @property
+    def result(self) -> StepResult:
+        """What the engine gave."""
+        return self._result
+
+    @property
     def report(self) -> dict[str, Any]:
         """What else the engine has to say."""
         return self._result.report

@@ -28,7 +28,11 @@ class Recent(OrderedDict[Key, Value], Generic[Key, Value]):
         if key in self:
             self.move_to_end(key)
             return self[key]
-        value = self[key] = make()
+        return self.keep(key, make())
+
+    def keep(self, key: Key, value: Value) -> Value:
+        """Remember a value."""
+        self[key] = value
         if len(self) > self.limit:
             self.popitem(last=False)
         return value

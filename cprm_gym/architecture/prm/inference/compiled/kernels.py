@@ -16,8 +16,8 @@ from cprm_gym.compilation import kernel_group
 
 kernel = kernel_group()
 
-CONTRACT, DIVIDE, NORMALISE, ENTROPY, BAND_ROWS, BAND_SUM = 0, 1, 2, 3, 4, 5
-"""What an operation does."""
+CONTRACT, DIVIDE, NORMALISE, ENTROPY, BAND_ROWS, BAND_SUM, IN_ORDER = 0, 1, 2, 3, 4, 5, 6
+"""What an operation does; `IN_ORDER` is `CONTRACT` whose sums are taken one term after the other, as `lanes` takes them."""
 
 KIND, A, B, C, SIZE, LOOP, LOOP_END, A_SHIFT, A_SHIFT_END, B_SHIFT, B_SHIFT_END, EXTRA = range(12)
 """Columns of the table of operations."""
@@ -81,6 +81,31 @@ def dot(heap, a, b, c, n, count, sa, sb, sc, step_b):
 
 
 @kernel
+def dot_in_order(heap, a, b, c, n, count, sa, sb, sc, ja, jb):
+    """``heap[c + k sc] += sum_j heap[a + k sa + j ja] * heap[b + k sb + j jb]``, one term after the other; four sums side by side."""
+    k = 0
+    while sc != 0 and k + 4 <= count:
+        ai, bi, ci = a + k * sa, b + k * sb, c + k * sc
+        s0, s1, s2, s3 = heap[ci], heap[ci + sc], heap[ci + 2 * sc], heap[ci + 3 * sc]
+        for _ in range(n):
+            s0 += heap[ai] * heap[bi]
+            s1 += heap[ai + sa] * heap[bi + sb]
+            s2 += heap[ai + 2 * sa] * heap[bi + 2 * sb]
+            s3 += heap[ai + 3 * sa] * heap[bi + 3 * sb]
+            ai, bi = ai + ja, bi + jb
+        heap[ci], heap[ci + sc], heap[ci + 2 * sc], heap[ci + 3 * sc] = s0, s1, s2, s3
+        k += 4
+    while k < count:
+        ai, bi = a + k * sa, b + k * sb
+        s0 = heap[c + k * sc]
+        for _ in range(n):
+            s0 += heap[ai] * heap[bi]
+            ai, bi = ai + ja, bi + jb
+        heap[c + k * sc] = s0
+        k += 1
+
+
+@kernel
 def strided(heap, a, b, c, n, count, sa, sb, sc, ja, jb, jc):
     """``heap[c + k sc + j jc] += heap[a + k sa + j ja] * heap[b + k sb + j jb]``, any strides."""
     for k in range(count):
@@ -123,7 +148,8 @@ def band_sum(heap, rows, values, a, b, c, n, sa):
 def contract(heap, kind, constant, rows, values, a, b, c, loops, first, last, counter):
     """Add the sum of products that the loops ``loops[first:last]`` describe to the table at `c`.
 
-    kind : `CONTRACT`; `BAND_ROWS` or `BAND_SUM` where the table at `a` or `b` is one of bands, and its address the number of a row
+    kind : `CONTRACT` or `IN_ORDER`
+        Or `BAND_ROWS` or `BAND_SUM`, where the table at `a` or `b` is one of bands and its address the number of a row.
     counter : (at least last - first,) int scratch
     """
     n, ja, jb, jc = 1, 0, 0, 0
@@ -144,6 +170,8 @@ def contract(heap, kind, constant, rows, values, a, b, c, loops, first, last, co
             axpy(heap, a, b, c, n, count, sa, sb, sc)
         elif jc == 1 and ja == 1 and jb == 1:
             multiply_add(heap, a, b, c, n, count, sa, sb, sc)
+        elif jc == 0 and kind == IN_ORDER:
+            dot_in_order(heap, a, b, c, n, count, sa, sb, sc, ja, jb)
         elif jc == 0 and ja == 1 and jb <= 1:
             dot(heap, a, b, c, n, count, sa, sb, sc, jb)
         else:
@@ -171,9 +199,9 @@ def normalise(heap, at, size):
     total = 0.0
     for i in range(at, at + size):
         total += heap[i]
-    if total > 0.0:
-        for i in range(at, at + size):
-            heap[i] /= total
+    scale = 1.0 / total if total > 0.0 else 1.0
+    for i in range(at, at + size):
+        heap[i] *= scale
     return total
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from cprm_gym.errors import CostError, ModelError, ParameterError, did_you_mean
 
 from ...grounding.slices import SAME, STATIC
+from ..compiled.alone.program import MOST_PLANS, Program, Shelf, fits
 from ..compiled.belief import FactoredBelief, Layout, Renaming, belief_factors, join, merge, nothing_yet, renaming, select
 from ..compiled.cache import Recent, TableStore
 from ..compiled.slice_info import PAST, PRESENT, SliceInfo
@@ -48,6 +49,8 @@ class FactoredResult(StepResult):
         Normalising constants of each group of components.
     replaced : list of (agents, FactoredResult)
         Agents whose answer comes from another step: those that began anew.
+    alone : (Program, float array), optional
+        Of one agent: the program that was run, and all marginals as one array.
     """
 
     belief: Any
@@ -63,6 +66,7 @@ class FactoredResult(StepResult):
     engine: str = "exact"
     exact: bool = True
     report: dict[str, Any] = field(default_factory=dict)
+    alone: tuple[Program, np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         self.status = self.slice_step.status
@@ -123,6 +127,8 @@ class ExactEngine(Engine):
     name: ClassVar[str] = "exact"
     exact: ClassVar[bool] = True
     divisible: ClassVar[bool] = True
+    max_flops: float = np.inf
+    """Operations of a step from which on a belief is projected: never."""
 
     def __init__(self, memory_limit: float = 2.0**31, threads: int = 1) -> None:
         if threads < 1:
@@ -132,6 +138,9 @@ class ExactEngine(Engine):
         self.store = TableStore()
         self.compiler = Compiler(self.store)
         self.memory_limit = memory_limit
+        self._shelf = Shelf()
+        self._programs: Recent[SliceStep, Program | None] = Recent(512)
+        self._known: Recent[tuple[Any, ...], SliceStep] = Recent(2048)  # steps of one agent, by what he observes
         self.temporal = frozenset()
         self._renamings: Recent[tuple[Layout, SliceInfo, tuple[tuple[str, str], ...]], Renaming] = Recent(1024)
 
@@ -147,7 +156,16 @@ class ExactEngine(Engine):
         return self.compiler.slice_step(belief.layout, info, status)
 
     def advance(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, forgive: np.ndarray | None = None) -> FactoredResult:
-        return self.advance_as(belief, info, readings, None)
+        if readings.hard.shape[1] > 1 or readings.soft:
+            return self.advance_as(belief, info, readings, None)
+        key = belief.layout, info, (readings.hard >= 0).tobytes(), self.temporal, self.max_flops
+        known = self._known.get(key)
+        if known is not None:
+            return self.run(belief, info, readings, known)
+        result = self.advance_as(belief, info, readings, None)
+        if not result.report:  # nothing was projected
+            self._known.keep(key, result.slice_step)
+        return result
 
     def advance_as(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, status: np.ndarray | None) -> FactoredResult:
         """As `advance`, with every variable's status given."""
@@ -158,6 +176,9 @@ class ExactEngine(Engine):
     def run(self, belief: FactoredBelief, info: SliceInfo, readings: Readings, slice_step: SliceStep) -> FactoredResult:
         """Run a compiled step."""
         batch = readings.hard.shape[1]
+        program = self._program(slice_step, belief.layout) if batch == 1 else None
+        if program is not None:
+            return self._run_alone(belief, info, readings, slice_step, program)
         soft = soft_array(slice_step, info, readings)
         messages, marginals, sums = [], [], []
         increment = np.zeros(batch)
@@ -171,6 +192,29 @@ class ExactEngine(Engine):
             sums.append(totals)
         after = FactoredBelief(slice_step.layout, tuple(messages), readings.hard)
         return FactoredResult(after, after, info, readings, slice_step, marginals, increment, np.zeros(batch), sums, engine=self.name)
+
+    def _program(self, slice_step: SliceStep, before: Layout) -> Program | None:
+        """A step as a program for one agent, if it can be one."""
+
+        def make() -> Program | None:
+            if len(self._shelf.places) > MOST_PLANS:
+                self._shelf = Shelf()
+            return Program(self._shelf, slice_step, before) if fits(slice_step) else None
+
+        return self._programs.fetch(slice_step, make)
+
+    def _run_alone(
+        self, belief: FactoredBelief, info: SliceInfo, readings: Readings, slice_step: SliceStep, program: Program
+    ) -> FactoredResult:
+        """As `run`, for one agent."""
+        soft = soft_array(slice_step, info, readings) if slice_step.soft_width else program.no_soft
+        before = np.concatenate(belief.messages, axis=None) if belief.messages else np.empty(0)
+        found = program.run(before, readings.hard, belief.hard, soft)
+        after = FactoredBelief(slice_step.layout, found.messages, readings.hard)
+        zero, given = np.zeros(1), (program, found.flat)
+        return FactoredResult(
+            after, after, info, readings, slice_step, found.marginals, found.increment, zero, found.sums, engine=self.name, alone=given
+        )
 
     def replace_agents(self, result: StepResult, first: SliceInfo, readings: Readings, agents: np.ndarray, forgive: bool) -> FactoredResult:
         assert isinstance(result, FactoredResult)
