@@ -19,18 +19,17 @@ from typing import Any
 import numpy as np
 
 from ..architecture.cprm import CPRM, Cluster, Observe
+from ..architecture.cprm.percepts import PerceptNames, PerceptTable
 from ..architecture.petri import Belief, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
-from ..envs.observations import BodyFeature, ObjectFeature, SelfFeature
 from ..envs.tasks import Task
 from ..errors import ParameterError, unknown_name
 from ..simulator.pitch import HALF_LENGTH, PENALTY_X, PENALTY_Y
-from ..simulator.senses import BallLevel, PlayerLevel
-from ..simulator.state import PlayMode
 from .body import DEFAULT, Body, number
+from .kernels import goalie as kernels
 from .models import goalie_model
-from .percepts import Percepts, body_percepts
+from .percepts import Percepts, parts, table
 from .play import SoccerAgent
 from .skills.catch_ball import catch_ball
 from .skills.clear import AT_HAND, clear
@@ -285,7 +284,7 @@ def goalie_cprm(
     )
 
 
-def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
+def goalie_percepts(observation: Observation, opponents: int = 11) -> PerceptTable:
     """What the goalie feels and sees, in the frame of his team's pitch (metres, degrees, m / cycle).
 
     Parameters
@@ -302,42 +301,15 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
         ``ball.vy``, ``ball.distance`` (from him), ``ball.age``; for each opponent ``o1.seen``, ``o1.x``, ``o1.y``, ``o1.faced`` (the way he
         faces was told: only of one who is seen with his number), ``o1.facing`` (index of `FACING`).
     """
-    percepts = body_percepts(observation)
-    me = np.asarray(observation["self"], np.float64)
-    memory = np.asarray(observation["memory"], np.float64)
-    age = np.asarray(observation["memory_age"])
-    level = np.asarray(observation["level"])
-    fresh = percepts["body.fresh"] > 0
-    percepts["self.x"], percepts["self.y"] = me[:, SelfFeature.X], me[:, SelfFeature.Y]
-    percepts["self.vx"], percepts["self.vy"] = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
-    percepts["self.body_deg"] = np.degrees(me[:, SelfFeature.BODY])
-    percepts["body.view_width"] = np.asarray(observation["body"][:, BodyFeature.VIEW_WIDTH], np.float64)
-    mode = observation["body"][:, BodyFeature.PLAY_MODE]
-    percepts["game.stopped"] = (mode != PlayMode.play_on).astype(np.float64)
-    percepts["ball.seen"] = (fresh & (level[:, 0] > 0)).astype(np.float64)
-    located = me[:, SelfFeature.LOCATED] > 0
-    percepts["ball.placed"] = (fresh & located & (level[:, 0] > 0)).astype(np.float64)
-    percepts["ball.moving"] = (fresh & located & (level[:, 0] >= BallLevel.MOVING)).astype(np.float64)
-    for k, name in enumerate(("ball.x", "ball.y", "ball.vx", "ball.vy")):
-        percepts[name] = memory[:, 0, k]
-    percepts["ball.distance"] = np.hypot(memory[:, 0, 0] - percepts["self.x"], memory[:, 0, 1] - percepts["self.y"])
-    percepts["ball.age"] = np.asarray(age[:, 0], np.float64)
-    rows = slice(12, 12 + opponents)
-    first = 11 if observation["body"][0, BodyFeature.SIDE] > 0 else 0
-    x, y = memory[:, rows, 0], memory[:, rows, 1]
-    seen = (fresh & located)[:, None] & (age[:, rows] == 0)
-    faced = seen & (level[:, 1 + first : 1 + first + opponents] >= PlayerLevel.NUMBER)
-    bodies = np.asarray(observation["players"][:, first : first + opponents, ObjectFeature.BODY], np.float64)
-    heading = me[:, SelfFeature.FACE, None] + bodies
-    off = np.degrees(heading - np.arctan2(-y, GOAL_X - x))
-    off = np.abs((off + 180.0) % 360.0 - 180.0)
-    facing = np.where(off < 40.0, 0.0, np.where(off > 110.0, 2.0, 1.0))
-    for k in range(opponents):
-        name = f"o{k + 1}"
-        percepts[f"{name}.seen"], percepts[f"{name}.faced"] = seen[:, k].astype(np.float64), faced[:, k].astype(np.float64)
-        percepts[f"{name}.facing"] = facing[:, k]
-        percepts[f"{name}.x"], percepts[f"{name}.y"] = x[:, k], y[:, k]
-    return percepts
+    known = parts(observation, "body", "self", "level", "memory", "memory_age", "players")
+    out = table(_columns(opponents), len(known[0]))
+    kernels.guards(*known, opponents, GOAL_X, out.table)
+    return out
+
+
+@functools.lru_cache(maxsize=32)
+def _columns(opponents: int) -> PerceptNames:
+    return PerceptNames((*kernels.GOALIE, *(f"o{k + 1}.{part}" for k in range(opponents) for part in kernels.OPPONENT)))
 
 
 def opponent_attributes(observation: Observation, opponents: int = 11) -> Mapping[str, Mapping[str, np.ndarray]]:
@@ -348,11 +320,10 @@ def opponent_attributes(observation: Observation, opponents: int = 11) -> Mappin
     dict of str to dict of str to (N, opponents) float64
         ``Opponent``: ``danger`` (the nearer to the ball the more, 0 for those not seen for two seconds), ``ball_gap`` (m).
     """
-    memory = np.asarray(observation["memory"], np.float64)
-    age = np.asarray(observation["memory_age"])[:, 12 : 12 + opponents]
-    gap = np.hypot(*(memory[:, 12 : 12 + opponents, k] - memory[:, :1, k] for k in (0, 1)))
-    known = age <= 20
-    return {"Opponent": {"danger": np.where(known, 1.0 / (1.0 + gap), 0.0), "ball_gap": np.where(known & (age <= 4), gap, 99.0)}}
+    memory, age = parts(observation, "memory", "memory_age")
+    danger, gaps = np.empty((2, len(memory), opponents))
+    kernels.dangers(memory, age, opponents, danger, gaps)
+    return {"Opponent": {"danger": danger, "ball_gap": gaps}}
 
 
 CLUSTERS = (("ball.x", "ball.vx"), ("ball.y", "ball.vy"))

@@ -33,7 +33,7 @@ from ..simulator.pitch import HALF_LENGTH
 from .attacker import agent as attacker
 from .body import DEFAULT, Body, number
 from .models import passer_model
-from .percepts import NEVER, OFF_PITCH, Percepts, field_percepts, mate_attributes, mates_percepts, motion_percepts
+from .percepts import NEVER, OFF_PITCH, Percepts, mate_attributes, passer_percepts
 from .play import SoccerAgent
 from .skills.advance import advance
 from .skills.go_to_ball import go_to_ball_reflex
@@ -281,9 +281,7 @@ class PasserAgent(SoccerAgent):
         cprm = passer_cprm(recovering, mates, body)
 
         def percepts(observation: Observation) -> Percepts:
-            found = motion_percepts(observation, field_percepts(observation), body)
-            found.update(mates_percepts(observation, mates))
-            return found
+            return passer_percepts(observation, body, mates)
 
         def objects(observation: Observation) -> Mapping[str, Mapping[str, np.ndarray]]:
             return {"Teammate": mate_attributes(observation, mates)}

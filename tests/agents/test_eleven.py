@@ -8,9 +8,10 @@ import pytest
 from cprm_gym.agents.catalogue import shipped_net
 from cprm_gym.agents.eleven import Eleven, make_controller
 from cprm_gym.agents.goalie import GoalieAgent
+from cprm_gym.agents.kernels import outfield as kernels
 from cprm_gym.agents.outfielder.agent import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
 from cprm_gym.agents.outfielder.model import OUTFIELD_MODEL
-from cprm_gym.agents.outfielder.percepts import lane, meeting, outfield_attributes, outfield_percepts
+from cprm_gym.agents.outfielder.percepts import outfield_attributes, outfield_percepts, terms
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.registry import make_controller as registered
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
@@ -219,22 +220,23 @@ def test_the_places_of_the_formation_shift_with_the_ball():
 
 
 def test_a_forward_lane_is_closed_by_an_opponent_on_it_and_open_beside_him():
-    ball, opponents, known = np.zeros((1, 2)), np.array([[[10.0, 0.0]]]), np.array([[True]])
-    room = lane(ball, np.array([[20.0, 0.0]]), np.array([[0.0, 20.0]]), 2.0, opponents, known)
-    assert room[0, 0] < 0.0
-    assert room[0, 1] > 5.0
-    assert lane(ball, np.array([[20.0]]), np.array([[0.0]]), 2.0, opponents, ~known)[0, 0] == 20.0
+    memory, age = np.zeros((23, 4)), np.full(23, 1000.0)
+    memory[12], age[12] = (10.0, 0.0, 0.0, 0.0), 0.0
+    assert kernels.lane(memory, age, 20.0, 0.0, 2.0, 15.0) < 0.0
+    assert kernels.lane(memory, age, 0.0, 20.0, 2.0, 15.0) > 5.0
+    age[12] = 1000.0
+    assert kernels.lane(memory, age, 20.0, 0.0, 2.0, 15.0) == 20.0
 
 
 def test_the_meeting_with_a_rolling_ball_is_where_it_is_when_he_is_there():
-    memory = np.zeros((1, 23, 4))
-    memory[0, 0] = 10.0, 0.0, 1.0, 0.0
-    time, x, y = meeting(memory, np.array([[0.0, 25.0]]), np.array([[0.0, 0.0]]))
-    rolled = (1.0 - 0.94 ** time[0]) / 0.06
-    assert x[0] == pytest.approx(10.0 + rolled, abs=0.3)
-    assert (y == 0.0).all()
-    assert time[0, 1] < time[0, 0]
-    assert abs(x[0, 1] - 25.0) - 0.8 == pytest.approx(0.95 * time[0, 1], abs=1.5)
+    ball = np.array([10.0, 0.0, 1.0, 0.0])
+    meetings = [kernels.meeting(ball, x, 0.0, terms()) for x in (0.0, 25.0)]
+    for time, x, y in meetings:
+        assert x == pytest.approx(10.0 + (1.0 - 0.94**time) / 0.06, abs=0.3)
+        assert y == 0.0
+    (later, _, _), (time, x, _) = meetings
+    assert time < later
+    assert abs(x - 25.0) - 0.8 == pytest.approx(0.95 * time, abs=1.5)
 
 
 def test_what_one_copy_perceives_does_not_depend_on_the_others():

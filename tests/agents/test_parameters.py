@@ -12,10 +12,11 @@ from cprm_baselines.scripted import ScriptedController
 from cprm_gym.agents.body import DEFAULT, Body
 from cprm_gym.agents.catalogue import shipped_net
 from cprm_gym.agents.goalie import GoalieAgent
+from cprm_gym.agents.kernels.outfield import meeting
 from cprm_gym.agents.models import ball_model, goalie_model, passer_model
 from cprm_gym.agents.outfielder.agent import outfielder_cprm
 from cprm_gym.agents.outfielder.model import outfield_model
-from cprm_gym.agents.outfielder.percepts import meeting
+from cprm_gym.agents.outfielder.percepts import terms
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.percepts import ball_percepts, field_percepts
 from cprm_gym.agents.play import SoccerAgent
@@ -209,8 +210,8 @@ def test_a_rolling_ball_is_met_where_it_is_when_he_is_there_on_any_pitch():
     memory[0, 0] = 10.0, 0.0, 1.0, 0.0
     for decay in (0.8, 0.94, 0.98):
         body = Body(ServerParameters(ball_decay=decay))
-        time, x, _ = meeting(memory, np.zeros((1, 1)), np.zeros((1, 1)), body)
-        assert x[0, 0] == pytest.approx(10.0 + (1.0 - decay ** time[0, 0]) / (1.0 - decay), rel=0.03)
+        time, x, _ = meeting(memory[0, 0], 0.0, 0.0, terms(body))
+        assert x == pytest.approx(10.0 + (1.0 - decay**time) / (1.0 - decay), rel=0.03)
 
 
 def test_models_move_the_ball_as_the_pitch_does_and_see_it_as_the_eye_does():

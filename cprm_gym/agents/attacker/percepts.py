@@ -173,8 +173,8 @@ def attacker_percepts(
     percepts["gaze.direction_deg"] = _gaze(
         percepts, places, ages, rivals[..., :2], rival_age, stale, towards(percepts["ball.x"], percepts["ball.y"]), motion.clock
     )
-    percepts["gaze.narrow"] = (percepts["gaze.at_ball"] > 0) & (percepts["ball.reckoned_distance"] < focus)
-    percepts["gaze.narrow"] = percepts["gaze.narrow"].astype(np.float64)
+    narrow = (percepts["gaze.at_ball"] > 0) & (percepts["ball.reckoned_distance"] < focus)
+    percepts["gaze.narrow"] = narrow.astype(np.float64)
     return percepts
 
 

@@ -152,7 +152,6 @@ class CPRMRunner:
         self._by_class = {c: tuple(o for o, k in cprm.objects.items() if k == c) for c in cprm.objects.values()}
         counts = {p.class_name: len(self._by_class.get(p.class_name, ())) for p in compiled.net.places if isinstance(p, ObjectPlace)}
         self.executor = Executor(compiled, batch, objects=counts, exclusive=exclusive, trace=trace, seed=seed)
-        self._inputs = frozenset(self.executor.input_names)
         read = list(self.executor.input_names)  # of percepts, and for the observations of places too
         self.places = set(self.executor.net.place_names)
         self._beliefs = [(p.name, p.variable, view_of(p), float(p.value)) for p in self.executor.belief_places]
@@ -244,7 +243,7 @@ class CPRMRunner:
         """
         self._percepts = percepts
         self._rows = self._columns.gather(percepts)
-        if self._rows is None or not percepts.keys() >= self._inputs or not self.executor.observe_columns(self._rows):
+        if self._rows is None or not self.executor.observe_columns(self._rows):
             self.executor.observe({name: self._needed(percepts, name) for name in self.executor.input_names})
         due = self._cycle % self.cprm.period == 0
         if self.slow is not None:

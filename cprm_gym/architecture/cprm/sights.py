@@ -15,6 +15,7 @@ from ..prm.grounding.slices import GroundVariable
 from ..prm.inference.evidence import StateRows
 from ..prm.model.formulas import Formula
 from . import kernels
+from .percepts import PerceptNames, PerceptTable
 
 
 class Sight(NamedTuple):
@@ -32,36 +33,22 @@ class Seen(NamedTuple):
     shown: NDArray[np.bool_]
 
 
-class PerceptTable(dict[str, Any]):
-    """Percepts that stand in one array: a mapping from name to (W,) view, to which others may be added.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The same object in every cycle, so that whoever reads the table finds his columns once.
-    table : (W, n) float array
-    """
-
-    def __init__(self, names: tuple[str, ...], table: NDArray[np.float64]) -> None:
-        super().__init__(zip(names, table.T))
-        self.names, self.table = names, table
-
-
 class Columns:
     """Gathers the numbers that are read in a cycle.
 
     Parameters
     ----------
     names : sequence of str
-        Percepts, or where there is no such percept places of the net.
+        First the inputs of the net, which are percepts; then percepts, or where there is no such percept places of the net.
     executor : Executor
     """
 
     def __init__(self, names: Sequence[str], executor: Executor) -> None:
         self.names = tuple(names)
         self._executor = executor
+        self._inputs = len(executor.input_names)
         self._every = list(enumerate(self.names))
-        self._of: tuple[str, ...] = ()
+        self._of: PerceptNames | None = None
         self._found = np.zeros(0, np.int64)
         self._rest = self._every
         self._places: list[tuple[int, int]] = []
@@ -70,8 +57,8 @@ class Columns:
         """(W, N) the numbers that are percepts, one column for each name; None where one is no number, or is neither percept nor place."""
         rest = self._every
         if isinstance(percepts, PerceptTable):
-            if percepts.names is not self._of:
-                self._look_up(percepts.names)
+            if percepts.columns is not self._of:
+                self._look_up(percepts.columns)
             rows, rest = percepts.table.take(self._found, axis=1), self._rest
         else:
             rows = np.empty((self._executor.batch, len(self.names)))
@@ -80,8 +67,10 @@ class Columns:
             for column, name in rest:
                 if name in percepts:
                     rows[:, column] = percepts[name]
-                else:
+                elif column >= self._inputs:
                     places.append((column, self._executor.net.place(name)))
+                else:
+                    return None
         except (TypeError, ValueError, OverflowError, UnknownName):
             return None
         self._places = places
@@ -93,12 +82,11 @@ class Columns:
             rows[:, column] = self._executor.marking[:, place]
         return rows
 
-    def _look_up(self, names: tuple[str, ...]) -> None:
+    def _look_up(self, columns: PerceptNames) -> None:
         """Find the columns of a table of percepts."""
-        at = {name: k for k, name in enumerate(names)}
-        self._of = names
-        self._found = np.array([at.get(name, 0) for name in self.names], np.int64)
-        self._rest = [(k, name) for k, name in self._every if name not in at]
+        self._of = columns
+        self._found = np.array([columns.at.get(name, 0) for name in self.names], np.int64)
+        self._rest = [(k, name) for k, name in self._every if name not in columns.at]
 
 
 class Sights:

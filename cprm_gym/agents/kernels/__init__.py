@@ -1,0 +1,1 @@
+"""Compiled percepts: kernels compute, `percepts` and the agents name what they give."""
