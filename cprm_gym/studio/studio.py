@@ -24,7 +24,9 @@ from .running.setup import Setup
 from .watching.comparison import Comparison
 from .watching.curves import Curves
 from .watching.debugger import Debugger
+from .watching.readings import Readings
 from .watching.session import Session
+from .watching.typing import Typing
 
 Publish = Callable[..., None]
 
@@ -71,10 +73,12 @@ class Studio:
         self.calls.add("watch", self.debugger.calls())
         self.calls.add("watch", Comparison(self.session).calls())
         self.calls.add("watch", Curves(self.session).calls())
+        self.calls.add("watch", Typing(self.session).calls())
         self.playing = RunRoom(self.session, self.edited_nets, lambda: self.desk.models(), results, state_folder() / "run.json")
         self.calls.add("run", self.playing.calls())
         self.desk = Desk(publish, Path.cwd())
         self.calls.add("edit", self.desk.calls())
+        self.calls.add("watch", Readings(self.session, self.desk.files).calls())
         self.calls.add("model", Models(self.desk).calls())
         self.calls.add("game", Games(lambda id, definition: self.desk.document(id).definition(definition)).calls())
         if file is not None:

@@ -1,7 +1,10 @@
 """The editors in a browser: a net is changed and saved, a broken contract is reported, nothing is lost by a reload, a model is asked."""
 
+import re
+
 import pytest
 
+from cprm_gym.agents.goalie import GOALIE_NET
 from cprm_gym.agents.skills.orient import ORIENT
 from cprm_gym.architecture.petri import load_net, save_net
 from cprm_gym.architecture.prm import Attribute, Grounding, Model, PRMClass, Table, world_to_json
@@ -359,3 +362,29 @@ def test_the_expression_of_a_model_is_checked_by_the_names_of_its_parents(serve,
     field.press("Enter")
     page.wait_for_selector("section[data-view=models] [data-do=undo]:not([disabled])")
     assert field.inner_text() == "0.9 * vx"
+
+
+def test_the_model_of_an_agent_is_learned_from_the_readings_of_the_run_that_is_watched(serve, open_page, tmp_path):
+    served = serve(demo="goalie", seed=2)
+    page = open_page(served.address)
+    page.wait_for_selector(".netcanvas .node")
+    served.studio.session.step(6)
+    page.get_by_role("tab", name="Percepts").click()
+    page.locator("[data-do=readings]").click()
+    page.get_by_label("file", exact=True).fill("told.json")
+    page.keyboard.press("Enter")
+    page.get_by_text("written: told.json, 7 cycles").wait_for()
+    page.get_by_role("tab", name="Models").click()
+    page.locator(".side:visible .doc", has_text="seen_vx").wait_for()
+    before = served.studio.desk.models()
+    page.locator("[data-do=learn]").click()
+    page.get_by_role("option", name="told.json").click()
+    page.get_by_label("iterations", exact=True).fill("2")
+    page.get_by_role("button", name="learn", exact=True).click()
+    page.get_by_text(re.compile(r"learned \d+ CPDs from 7 slices")).wait_for(timeout=60_000)
+    said = re.search(r"ln P of the log (\S+) → (\S+)", page.inner_text("#notes"))
+    assert float(said[2]) > float(said[1])
+    page.locator("section[data-view=models] [data-do=undo]:not([disabled])").wait_for()
+    assert served.studio.desk.models().keys() == before.keys() == {"goalie"}
+    assert served.studio.desk.models() != before
+    assert served.studio.desk.document("d1").value().net == GOALIE_NET

@@ -76,6 +76,40 @@ def test_a_breakpoint_is_set_hit_and_still_there_after_a_reload(serve, open_page
     assert served.studio.session.run.cycle == shown_cycle(page)
 
 
+def test_expressions_of_breakpoints_and_curves_are_checked_and_completed_while_they_are_typed(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("s")
+    field = page.get_by_label("expression", exact=True)
+    field.fill("P(ball.x < -45) > 0.8 and sav.turns")
+    page.wait_for_selector("text='sav.turns' is neither a percept nor a place.")
+    assert page.inner_text(".mistake") == "sav.turns"
+    assert field.get_attribute("aria-invalid") == "true"
+    field.fill("E(ball.")
+    page.keyboard.type("v")
+    page.wait_for_selector(".cm-tooltip-autocomplete li:has-text('ball.vx')")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.keyboard.type(") < 0")
+    assert field.inner_text() == "E(ball.vx) < 0"
+    page.wait_for_selector(".mistake", state="detached")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".break")
+    assert served.studio.debugger.breakpoints["goalie"][0].what == "E(ball.vx) < 0"
+    assert field.inner_text().strip() == ""
+    page.select_option("[aria-label='kind of breakpoint']", "fires")
+    field.fill("lep")
+    page.wait_for_selector("text=unknown transition 'lep'. Did you mean 'leap'?")
+    field.press("Escape")  # the list of names
+    field.press("Escape")
+    assert page.locator(".breaks-panel .bad").inner_text() == ""
+    page.keyboard.press("Tab")
+    page.keyboard.press("g")
+    curve = page.get_by_label("expression of a curve")
+    curve.fill("P(ball.xx < 3)")
+    page.wait_for_selector("text=unknown variable 'ball.xx'")
+    assert page.inner_text(".curves .mistake") == "ball.xx"
+
+
 def test_why_a_transition_did_not_fire_and_which_reading_moved_a_belief(serve, open_page):
     served, page = opened(serve, open_page, demo="goalie", seed=2)
     page.keyboard.press("ArrowRight")
@@ -392,7 +426,7 @@ def test_curves_are_drawn_and_a_click_on_them_goes_to_that_cycle(serve, open_pag
     page.wait_for_function("() => /^cycle (19|20|21) of 40/.test(document.querySelector('[data-show=cycle]').textContent)")
     page.fill("[aria-label='expression of a curve']", "nix")
     page.keyboard.press("Enter")
-    page.wait_for_selector(".curves .bad:not([hidden])")
+    page.wait_for_selector(".curves .bad:not(:empty)")
     assert "neither a percept nor a place" in page.inner_text(".curves .bad")
     page.click("[aria-label='remove the curve E(ball.y)']")
     page.wait_for_function("() => document.querySelectorAll('[data-curve]').length === 2")

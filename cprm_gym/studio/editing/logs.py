@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...architecture.prm import Episode, Grounding, Model, Observed, count, em
-from ...errors import FormatError, unknown_name
+from ...errors import FormatError, ParameterError, unknown_name
 from ...files import parse_json, read_bounded
 
 MAX_BYTES = 2**26
 METHODS = ("count", "em")
+ITERATIONS, MOST_ITERATIONS = 10, 1000
+"""Of expectation-maximisation."""
 
 
 def read_log(path: Path) -> list[Episode]:
@@ -82,7 +86,16 @@ def _value(cell: str) -> str | float:
         return cell
 
 
-def learn(grounding: Grounding, episodes: list[Episode], method: str = "em", prior: float = 1.0) -> tuple[Model, dict[str, Any]]:
+def log_text(episodes: Iterable[Sequence[tuple[Mapping[str, Any], Sequence[str]]]]) -> str:
+    """A log in JSON, of slices with what was observed, None for what was not, and the relations in force."""
+    said = [[{"evidence": {n: v for n, v in told.items() if v is not None}, "relations": list(relations)} for told, relations in episode]
+            for episode in episodes]  # fmt: skip
+    return json.dumps({"episodes": said}, separators=(",", ":"), ensure_ascii=False) + "\n"
+
+
+def learn(
+    grounding: Grounding, episodes: list[Episode], method: str = "em", prior: float | None = None, iterations: int = ITERATIONS
+) -> tuple[Model, dict[str, Any]]:
     """The model with learned CPDs, and what to tell about it.
 
     Parameters
@@ -91,8 +104,10 @@ def learn(grounding: Grounding, episodes: list[Episode], method: str = "em", pri
     episodes : list of Episode
     method : {"count", "em"}
         Everything is observed; or something is hidden.
-    prior : float
-        Counts added to each state of a table.
+    prior : float, optional
+        Counts added to each state of a table: by default 1 for ``count``, 0 for ``em``, which leaves rows that were not seen as they were.
+    iterations : int
+        Of ``em``, at most.
 
     Raises
     ------
@@ -101,7 +116,12 @@ def learn(grounding: Grounding, episodes: list[Episode], method: str = "em", pri
     """
     if method not in METHODS:
         raise unknown_name("method", method, METHODS)
-    fit = (count if method == "count" else em)(grounding, episodes, prior=prior)
+    if not 1 <= iterations <= MOST_ITERATIONS:
+        raise ParameterError(f"iterations: 1 to {MOST_ITERATIONS}, got {iterations}")
+    if method == "count":
+        fit = count(grounding, episodes, prior=1.0 if prior is None else prior)
+    else:
+        fit = em(grounding, episodes, prior=prior or 0.0, iterations=iterations)
     told = {
         "episodes": len(episodes),
         "slices": sum(len(e.steps) for e in episodes),

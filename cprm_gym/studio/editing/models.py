@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ...architecture.cprm import CPRM
 from ...architecture.prm import Grounding
-from ...errors import FormatError
+from ...errors import ParameterError
 from . import model_view
 from .desk import Desk
+from .document import Value
 from .expressions import check_text
-from .logs import learn, read_log
+from .logs import ITERATIONS, learn, read_log
 
 
 class Models:
@@ -58,13 +60,17 @@ class Models:
         """What is believed after some slices (`model_view.query`)."""
         return model_view.query(self.desk.document(id).grounding(), slices, engine)
 
-    def learn(self, id: str, path: str, method: str = "em", prior: float = 1.0) -> dict[str, Any]:
+    def learn(self, id: str, path: str, method: str = "em", prior: float | None = None, iterations: int = ITERATIONS) -> dict[str, Any]:
         """Learn the CPDs from a log; the document then holds the learned model, which can be undone."""
         document = self.desk.document(id)
-        grounding = document.grounding()
-        model, told = learn(grounding, read_log(self.desk.files.inside(path)), method, prior)
+        grounding, revision = document.grounding(), document.revision
+        model, told = learn(grounding, read_log(self.desk.files.inside(path)), method, prior, iterations)
+        if document.revision != revision:
+            raise ParameterError(f"{document.name}: was changed while its model was being learned; learn again")
         value = document.value()
+        made: Value = model
         if isinstance(value, CPRM):
-            raise FormatError(f"{document.name}: learn in the file of the model; a CPRM takes the model from there")
-        made = Grounding(model, grounding.objects, document.data.get("references") or {}) if isinstance(value, Grounding) else model
+            made = replace(value, model=model)
+        elif isinstance(value, Grounding):
+            made = Grounding(model, grounding.objects, document.data.get("references") or {})
         return {**self.desk.replace(id, made, f"learned from {path}"), "learned": told}

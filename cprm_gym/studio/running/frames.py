@@ -132,7 +132,7 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
         "enabled": enabled,
         "commands": {name: {k: number(v, 1) for k, v in values.items()} for name, values in decision.commands.items()},
         "percepts": {name: number(value) for name, value in decision.percepts.items()},
-        "evidence": {name: None if value is None else number(value) for name, value in decision.evidence.items()},
+        "evidence": {name: reading(runner, name, value) for name, value in decision.evidence.items()},
         "relations": list(decision.relations),
         "places": {name: number(value) for name, value in decision.beliefs.items()},
     }
@@ -198,6 +198,14 @@ def variables(runner: CPRMRunner) -> Mapping[str, Any]:
     """The variables of the last slice, by the names that the objects have for everybody."""
     posterior = posterior_of(runner)
     return {} if posterior is None else posterior.variables
+
+
+def reading(runner: CPRMRunner, name: str, value: float | None) -> float | str | None:
+    """What was observed of a variable, as its state's name or as a number; None for what was not."""
+    known = variables(runner).get(name)
+    if value is None or known is None or known.edges is not None or known.quantity is not None:
+        return None if value is None else number(value)
+    return str(known.states[int(value)])
 
 
 def marginal(runner: CPRMRunner, name: str) -> Any:

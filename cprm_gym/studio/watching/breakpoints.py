@@ -26,7 +26,8 @@ from ..running.frames import marginal, moments, variables
 FORMAT, VERSION, LARGEST = "cprm_gym breakpoints", 1, 1 << 20
 MOST = 200
 """Breakpoints of a net."""
-_CALL = re.compile(r"\b([PE]|clock)\(\s*([A-Za-z_][\w.]*(?:\([\w,]*\)\.\w+)?)\s*(?:(<=|>=|==|<|>)\s*('[^']*'|-?[\w.+]+)\s*)?\)")
+CALL = re.compile(r"\b([PE]|clock)\(\s*([A-Za-z_][\w.]*(?:\([\w,]*\)\.\w+)?)\s*(?:(<=|>=|==|<|>)\s*('[^']*'|-?[\w.+]+)\s*)?\)")
+"""A belief or a clock in an expression: which of them, of what, and for ``P`` the relation and the bound."""
 _TERM = "belief_{}"
 
 
@@ -113,7 +114,7 @@ class Term:
             self.beliefs.append((kind, variable, relation or "", bound or ""))
             return _TERM.format(len(self.beliefs) - 1)
 
-        plain = _CALL.sub(named, text)
+        plain = CALL.sub(named, text)
         try:
             self.formula = Formula(plain)
         except ModelError as error:

@@ -6,12 +6,16 @@ import time
 import pytest
 
 from cprm_gym.errors import CprmError, FormatError, ParameterError, UnknownName
+from cprm_gym.studio.editing.files import Files
+from cprm_gym.studio.editing.logs import read_log
 from cprm_gym.studio.running.memory import runner_of
 from cprm_gym.studio.running.setup import Setup
 from cprm_gym.studio.watching.breakpoints import Breakpoint, Term, read_breakpoints, write_breakpoints
 from cprm_gym.studio.watching.comparison import Comparison
 from cprm_gym.studio.watching.debugger import Debugger
+from cprm_gym.studio.watching.readings import Readings
 from cprm_gym.studio.watching.session import Session
+from cprm_gym.studio.watching.typing import Typing
 
 
 class Watched:
@@ -151,6 +155,37 @@ def test_expressions_over_places_percepts_and_beliefs_are_what_they_say(watched)
 
 
 @pytest.mark.parametrize(
+    ("kind", "text", "error", "part"),
+    [
+        ("when", "P(ball.x < -45) > 0.8", "", ""),
+        ("when", "P(ball.x < 3) + (", "'(' was never closed", "("),
+        ("when", "E(ball.x) + P(ball.y > 1) + * 2", "invalid syntax", "* 2"),
+        ("when", "ball_x + P(ball.z < 3)", "unknown variable 'ball.z'", "ball.z < 3)"),
+        ("when", "P(ball.x) > 1", "written as P", "P(ball.x) > 1"),
+        ("when", "1 + nowhere", "neither a percept nor a place", "nowhere"),
+        ("when", "sqt(2)", "unknown function 'sqt'", "sqt(2)"),
+        ("fires", "leap", "", ""),
+        ("fires", "lep", "unknown transition 'lep'. Did you mean 'leap'?", "lep"),
+        ("marked", "guard", "", ""),
+        ("ends", "", "", ""),
+    ],
+)
+def test_what_is_being_typed_is_checked_where_it_stands(watched, kind, text, error, part):
+    told = Typing(watched.session).typed("left_1", kind, text)
+    assert told["ok"] == (not error)
+    assert error in told["error"]
+    assert not part or text[told["at"] :].startswith(part)
+    assert told["ok"] or "belief_" not in told["error"]
+
+
+def test_what_might_be_typed_is_listed(watched):
+    told = Typing(watched.session).typed("left_1", "when", "0")
+    assert {"ball.x", "guard", "body.stamina", "cycle"} <= set(told["known"])
+    assert {"E", "P", "clock", "sqrt"} <= set(told["functions"])
+    assert "leap" in Typing(watched.session).typed("left_1", "fires", "")["known"]
+
+
+@pytest.mark.parametrize(
     "text", ["", "[]", "{}", '{"format": "cprm_gym breakpoints", "version": 1, "nets": {"a": [{"kind": "no"}]}}', "\x00"]
 )
 def test_a_file_that_holds_no_breakpoints_is_named(tmp_path, text):
@@ -242,6 +277,25 @@ def test_names_that_there_are_not_are_said(watched):
     ):
         with pytest.raises(CprmError, match="unknown"):
             call(*given)
+
+
+# ------------------------------------------------------------------ readings as a log
+
+
+def test_the_readings_of_a_run_are_a_log_with_states_by_name(watched, tmp_path):
+    readings = Readings(watched.session, Files(tmp_path))
+    watched.session.step(5)
+    assert readings.readings("left_1", "log.json") == {"written": "log.json", "slices": 6}
+    (episode,) = read_log(tmp_path / "log.json")
+    inner = watched.session.frame(5)["agents"]["left_1"]
+    assert episode.steps[5].evidence == {name: value for name, value in inner["evidence"].items() if value is not None}
+    assert list(episode.steps[5].relations) == inner["relations"]
+    assert any(step.evidence.get("o1.seen_facing") in ("goal", "aside", "away") for step in episode.steps)
+    for path, words in (("log.json", "is there already"), ("log.csv", "is written as .json"), ("../log.json", "outside the folder")):
+        with pytest.raises(FormatError, match=words):
+            readings.readings("left_1", path)
+    with pytest.raises(CprmError, match="left_2: no cycle is kept"):
+        readings.readings("left_2", "other.json")
 
 
 # ------------------------------------------------------------------ side by side

@@ -41,9 +41,9 @@ function tidy() {
 
 /**
  * An editor of one expression. Enter and leaving commit, Shift+Enter begins a line, Escape takes back, Tab leaves; Ctrl+Space lists names.
- * `names()` promises `{known, functions}`.
+ * `names()` promises `{known, functions}`. With `line`, leaving does nothing and there is one line.
  */
-export function expressionEditor({ label, describedby, value, typed, commit, cancel, names }) {
+export function expressionEditor({ label, describedby, value, typed, commit, cancel, names, line = false }) {
   tidy();
   const complete = async (context) => {
     const word = context.matchBefore(/[A-Za-z_][\w.]*/);
@@ -54,19 +54,19 @@ export function expressionEditor({ label, describedby, value, typed, commit, can
   };
   const keys = [
     { key: "Enter", run: () => (commit(), true) },
-    { key: "Shift-Enter", run: insertNewline },
+    { key: "Shift-Enter", run: line ? () => true : insertNewline },
     { key: "Escape", run: () => (cancel(), true) },
   ];
   const view = new EditorView({
     state: EditorState.create({
       doc: value,
       extensions: [
-        mistake, history(), bracketMatching(), EditorView.lineWrapping,
+        mistake, history(), bracketMatching(), ...(line ? [] : [EditorView.lineWrapping]),
         autocompletion({ override: [complete], selectOnOpen: false, icons: false, activateOnTypingDelay: 60, interactionDelay: 0 }),
         keymap.of([...keys, ...historyKeymap, ...standardKeymap]),
         EditorView.contentAttributes.of({ "aria-label": label, "aria-describedby": describedby, spellcheck: "false", autocapitalize: "off" }),
         EditorView.updateListener.of((update) => update.docChanged && typed()),
-        EditorView.domEventHandlers({ blur: () => { commit(); } }),
+        EditorView.domEventHandlers({ blur: () => { if (!line) commit(); } }),
       ],
     }),
   });

@@ -49,30 +49,99 @@ export function field(label, value, commit, { type = "text", options = null, hin
   return row;
 }
 
+/** What is typed into an editor is checked by the server a moment later; a mistake is underlined and said in `error`. */
+class Checked {
+  constructor(editor, error, check, optional) {
+    Object.assign(this, { editor, error, check, optional, number: 0, listed: null });
+  }
+
+  say(text, at = 0) {
+    this.error.textContent = text;
+    this.editor.mark(text ? at : null);
+  }
+
+  later() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.look().catch(() => {}), 120);
+  }
+
+  async look() {
+    const mine = (this.number += 1);
+    const text = this.editor.value;
+    if (this.optional && !text.trim()) {
+      this.say("");
+      return;
+    }
+    const answer = await this.check(text);
+    this.listed = answer;
+    if (mine === this.number) this.say(answer.ok ? "" : answer.error, answer.at);
+  }
+
+  /** What was asked does not matter any more. */
+  stop() {
+    clearTimeout(this.timer);
+    this.number += 1;
+  }
+
+  /** Names and functions that might stand there. */
+  async names() {
+    this.listed ??= await this.check(this.editor.value || "0");
+    return this.listed;
+  }
+}
+
+/** A line for an expression that Enter gives to `enter(text)`, which promises whether it was taken; `hint` stands in it while it is empty. */
+export function expressionLine(label, hint, enter, check) {
+  const id = `f${(count += 1)}`;
+  const error = el("p", { class: "bad mono lines", id: `${id}e`, role: "status" });
+  const holder = el("div", { class: "line-editor empty", "data-hint": hint });
+  const typed = () => holder.classList.toggle("empty", !editor.value);
+  const editor = expressionEditor({
+    label, describedby: `${id}e`, value: "", line: true,
+    typed: () => { typed(); checked.later(); },
+    commit: () => line.enter(),
+    cancel: () => line.clear(),
+    names: () => checked.names(),
+  });
+  const checked = new Checked(editor, error, check, true);
+  holder.append(editor.element);
+  const line = {
+    element: holder,
+    error,
+    get value() { return editor.value.trim(); },
+    async enter() {
+      checked.stop();
+      try {
+        if (await enter(line.value)) line.clear();
+      } catch (wrong) {
+        checked.say(wrong.message);
+      }
+    },
+    clear() {
+      checked.stop();
+      editor.value = "";
+      checked.stop();
+      checked.say("");
+      typed();
+    },
+    say: (text) => checked.say(text),
+    /** Other names might stand there. */
+    anew(text = hint) {
+      checked.listed = null;
+      holder.dataset.hint = text;
+      if (editor.value) checked.later();
+    },
+    set disabled(off) { holder.inert = off; },
+  };
+  return line;
+}
+
 /** A field for an expression, checked by the server while it is typed; a mistake is underlined where it stands. */
 export function expressionField(label, value, commit, check, { optional = false, hint = "" } = {}) {
   const id = `f${(count += 1)}`;
   const error = el("div", { class: "wrong", id: `${id}e`, role: "status" });
   let was = String(value ?? "");
   let now = was;
-  let number = 0;
-  let timer;
-  let listed = null;
-  const say = (text, at) => {
-    error.textContent = text;
-    editor.mark(text ? at : null);
-  };
-  const look = async () => {
-    const mine = (number += 1);
-    const text = editor.value;
-    if (optional && !text.trim()) {
-      say("", 0);
-      return;
-    }
-    const answer = await check(text);
-    listed = answer;
-    if (mine === number) say(answer.ok ? "" : answer.error, answer.at);
-  };
   const done = async () => {
     const given = editor.value;
     if (given === now) return;
@@ -80,26 +149,23 @@ export function expressionField(label, value, commit, check, { optional = false,
     const wrong = await commit(given);
     if (!wrong) was = given;
     if (editor.value !== given) return;
-    clearTimeout(timer);
-    if (!wrong) say("", 0);
-    else if (!error.textContent) say(wrong, 0);
+    checked.stop();
+    if (!wrong) checked.say("");
+    else if (!error.textContent) checked.say(wrong);
   };
   const editor = expressionEditor({
     label, describedby: `${id}e`, value: was, commit: done,
-    typed: () => {
-      clearTimeout(timer);
-      timer = setTimeout(() => look().catch(() => {}), 120);
-    },
+    typed: () => checked.later(),
     cancel: () => {
-      number += 1;
       now = was;
       if (editor.value !== was) editor.value = was;
-      clearTimeout(timer);
-      say("", 0);
+      checked.stop();
+      checked.say("");
       editor.blur();
     },
-    names: async () => listed ?? (listed = await check(editor.value || "0")),
+    names: () => checked.names(),
   });
+  const checked = new Checked(editor, error, check, optional);
   const row = el("div", { class: "entry" }, el("label", { onclick: () => editor.focus() }, label), editor.element, error, hint ? el("div", { class: "soft hint" }, hint) : null);
   row.input = editor;
   row.error = error;

@@ -1,6 +1,6 @@
 // The editor of models: classes, relations and objects at the left, tables or the ground net in the middle, forms at the right.
 
-import { el, memory } from "../dom.js";
+import { choose, el, memory } from "../dom.js";
 import { CpdTable } from "../edit/cpdtable.js";
 import { deskOf, told } from "../edit/desk.js";
 import { ask, askText, download, openFile, pick, save } from "../edit/dialogs.js";
@@ -121,7 +121,7 @@ class ModelsView {
       this.centre.replaceChildren(el("div", { class: "empty" }, el("h1", {}, this.desk.current ? "This file holds a net, no model." : "No model is open."), el("p", {}, "Open a file of a relational model or a CPRM, or begin a new model."), el("div", { class: "bar" }, ...others.slice(0, 4).map((one) => el("button", { onclick: () => this.desk.show(one.id) }, one.name)), el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { class: "main", onclick: () => this.newModel() }, "New…"))));
       return;
     }
-    this.problem.textContent = this.desk.current.problem ? `not finished: ${this.desk.current.problem}` : "";
+    if (!this.learning) this.problem.textContent = this.desk.current.problem ? `not finished: ${this.desk.current.problem}` : "";
     if (this.selection && this.forms.part(this.selection) === null) this.selection = null;
     this.middle();
   }
@@ -170,19 +170,42 @@ class ModelsView {
 
   async learn() {
     const files = await this.desk.call("logs", {});
-    const path = await pick("Learn the CPDs from a log", files.map((file) => [file, file]), { empty: `no .csv or .json logs in ${this.desk.root}`, hint: "CSV: a column for each variable, a row for each slice, an empty row between episodes. Empty cells were not observed." });
+    const path = await pick("Learn the CPDs from a log", files.map((file) => [file, file]), { empty: `no .csv or .json logs in ${this.desk.root}`, hint: "CSV: a column for each variable, a row for each slice, an empty row between episodes; empty cells were not observed. Watch writes the readings of a run as a log (tab Percepts)." });
     if (!path) return;
-    const method = await ask("How", (close) => [el("p", {}, "Is every variable in the log, or is something hidden?"), el("div", { class: "bar" }, el("button", { class: "main", onclick: () => close("count") }, "everything is there: count"), el("button", { onclick: () => close("em") }, "something is hidden: EM"), el("button", { onclick: () => close(null) }, "cancel"))]);
-    if (!method) return;
+    const how = await askHow();
+    if (!how) return;
+    this.problem.textContent = `learning from ${path} …, which takes a while where something is hidden`;
+    this.learning = true;
     try {
-      const state = await this.desk.call("model.learn", { id: this.desk.current.id, path, method });
+      const state = await this.desk.call("model.learn", { id: this.desk.current.id, path, ...how });
       this.desk.take(state);
       const { learned } = state;
-      this.studio.note(`learned ${learned.learned.length} CPDs from ${learned.slices} slices; ln P of the log ${learned.log_likelihoods.map((v) => v.toFixed(2)).slice(-2).join(" → ")}`);
+      const values = learned.log_likelihoods;
+      this.studio.note(`learned ${learned.learned.length} CPDs from ${learned.slices} slices; ln P of the log ${(values.length > 1 ? [values[0], values.at(-1)] : values).map((v) => v.toFixed(2)).join(" → ")}`);
     } catch (error) {
       this.studio.note(error.message, "error");
     }
+    this.learning = false;
+    this.changed();
   }
+}
+
+/** How a model is learned; null when it is not. */
+function askHow() {
+  return ask("How", (close) => {
+    const method = choose([["em", "something is hidden or missing: EM"], ["count", "everything is in the log: count"]], "em", (value) => {
+      iterations.disabled = value === "count";
+      prior.value = value === "count" ? 1 : 0;
+    }, { "aria-label": "method" });
+    const prior = el("input", { type: "number", min: 0, step: "any", value: 0, required: true, "aria-label": "counts added to each state" });
+    const iterations = el("input", { type: "number", min: 1, max: 1000, step: 1, value: 10, required: true, "aria-label": "iterations" });
+    return el("form", { class: "rows", onsubmit: (event) => {
+      event.preventDefault();
+      close({ method: method.value, prior: Number(prior.value), iterations: Number(iterations.value) });
+    } }, el("label", {}, "method", method), el("label", {}, "counts added to each state", prior), el("label", {}, "iterations of EM, at most", iterations),
+    el("p", { class: "soft" }, "With 0 counts, EM leaves rows that the log does not speak of as they are; many counts draw large tables to what is uniform."),
+    el("div", { class: "bar" }, el("span", { class: "room" }), el("button", { type: "button", onclick: () => close(null) }, "cancel"), el("button", { class: "main" }, "learn")));
+  });
 }
 
 function kindOf(domain) {

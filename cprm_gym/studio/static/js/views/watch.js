@@ -1,6 +1,7 @@
 // The view Watch: field, net, beliefs and decisions of a run, live and back; stopped, asked and changed by hand.
 
 import { choose, el, memory } from "../dom.js";
+import { askText } from "../edit/dialogs.js";
 import { Beliefs } from "../watch/beliefs.js";
 import { Beside } from "../watch/beside.js";
 import { Curves } from "../watch/curves.js";
@@ -52,11 +53,12 @@ class Watch {
     this.net = new NetView((name, given) => this.call(name, given), (key) => this.choose(key));
     this.beside = new Beside({ call: (name, given) => this.connection.call(name, given), note: (text, kind) => this.studio.note(text, kind), choose: (key) => this.choose(key, true), seek: (key) => this.net.seek(key), moved: (v) => this.moved(v), look: (cycle) => this.inTurn(() => this.look(cycle)), here: { field: this.field, net: this.net } });
     this.ask = new Ask({ ask: (t) => this.why(t), seek: (key) => this.net.seek(key), breakAt: (kind, what) => this.breakAt(kind, what), moved: (v) => this.moved(v), edit: (part) => this.edit(part), curve: (text) => { this.tab("curves"); this.curves.add(text); } });
-    this.breaks = new Breaks({ set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
+    const typed = (kind, text) => this.connection.call("watch.typed", { agent: this.agent, kind, text });
+    this.breaks = new Breaks({ typed, set: (kind, what, on = true) => this.setBreak(kind, what, on), remove: (kind, what) => this.call("watch.unbreak", { net: this.inside?.net, kind, what }) });
     this.log = new Log((cycle) => this.inTurn(() => this.look(cycle)));
     this.hands = new Hands({ change: (given) => this.change(given, true), undo: () => this.call("watch.undo") });
-    this.numbers = new Numbers();
-    this.curves = new Curves({ ask: (agent, what, cycles) => this.connection.call("watch.curves", { agent, what, cycles }), look: (cycle) => this.look(cycle) });
+    this.numbers = new Numbers(() => this.writeReadings());
+    this.curves = new Curves({ typed, ask: (agent, what, cycles) => this.connection.call("watch.curves", { agent, what, cycles }), look: (cycle) => this.look(cycle) });
     this.tabs = [["beliefs", "Beliefs", this.beliefs], ["numbers", "Percepts", this.numbers], ["curves", "Curves", this.curves], ["differences", "Differences", this.beside]];
     this.panels = [["ask", "Why?", this.ask], ["breaks", "Breakpoints", this.breaks], ["log", "Log", this.log], ["hands", "Change", this.hands]];
     const toggle = (name, text) => el("label", {}, el("input", { type: "checkbox", checked: this.field.show[name], onchange: (e) => { this.field.show[name] = e.target.checked; this.#draw(); } }), ` ${text}`);
@@ -476,6 +478,13 @@ class Watch {
       if (this.#past()) await this.goOn();
       return told ? this.connection.call("watch.change", given) : this.call("watch.change", given);
     });
+  }
+
+  /** Keep what the model was told as a log. */
+  async writeReadings() {
+    const path = await askText("Readings as a log", { value: `${this.agent}_readings.json`, label: "file", action: "write", hint: "A new .json file in the folder of the studio; Learn… in Models reads it." });
+    const done = path && (await this.call("watch.readings", { agent: this.agent, path }));
+    if (done) this.studio.note(`written: ${done.written}, ${done.slices} cycles`);
   }
 
   edit(part) {

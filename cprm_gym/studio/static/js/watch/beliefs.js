@@ -122,7 +122,7 @@ export class Beliefs {
       rect.setAttribute("height", height.toFixed(1));
     });
     const seen = observed(name, evidence);
-    const at = seen === null || !edges ? null : ((Math.min(Math.max(seen, low), edges.at(-1)) - low) / span) * WIDTH;
+    const at = typeof seen !== "number" || !edges ? null : ((Math.min(Math.max(seen, low), edges.at(-1)) - low) / span) * WIDTH;
     row.seen.style.display = at === null ? "none" : "";
     if (at !== null) {
       row.seen.setAttribute("x1", at);
@@ -142,7 +142,7 @@ export function observed(name, evidence) {
   return null;
 }
 
-export const short = (value) => (value === null || value === undefined ? "–" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) >= 10 ? value.toFixed(1) : value.toFixed(2));
+export const short = (value) => (typeof value === "string" ? value : value === null || value === undefined ? "–" : Math.abs(value) >= 100 ? value.toFixed(0) : Math.abs(value) >= 10 ? value.toFixed(1) : value.toFixed(2));
 
 function best(belief, known) {
   if (!belief.p) return "";

@@ -2,26 +2,25 @@
 
 import uPlot from "../../vendor/uplot/uPlot.esm.js";
 import { choose, el, memory } from "../dom.js";
+import { expressionLine } from "../edit/fields.js";
 import { short } from "./beliefs.js";
 
 const MOST = 6;
 const LENGTHS = [["100", "100 cycles"], ["200", "200 cycles"], ["1000", "1000 cycles"], ["6000", "the whole run"]];
 const EVERY = 500; // ms between two readings of cycles that were not sent
 
-/** Curves of one agent: `ask(agent, what, cycles)` gives their values, `look(cycle)` goes there. */
+/** Curves of one agent: `ask(agent, what, cycles)` gives their values, `look(cycle)` goes there, `typed(kind, text)` checks an expression. */
 export class Curves {
-  constructor({ ask, look }) {
+  constructor({ ask, look, typed }) {
     this.act = { ask, look };
     this.what = [];
     this.values = new Map(); // cycle -> expression -> [value, true value]
     this.length = memory.get("curves.length", "200");
-    this.text = el("input", { class: "mono", list: "curve-names", placeholder: "P(ball.x < -45)", size: 22, "aria-label": "expression of a curve", spellcheck: "false", autocomplete: "off",
-      onkeydown: (event) => event.key === "Enter" && this.add(this.text.value) });
-    this.names = el("datalist", { id: "curve-names" });
-    this.wrong = el("p", { class: "bad", role: "status", hidden: true });
+    this.text = expressionLine("expression of a curve", "P(ball.x < -45)", (text) => this.add(text), (text) => typed("when", text));
+    this.wrong = this.text.error;
     this.chips = el("div", { class: "curve-chips", role: "list", "aria-label": "curves" });
     this.holder = el("div", { class: "plot", role: "img" });
-    const bar = el("div", { class: "bar" }, this.text, this.names, el("button", { "data-do": "curve", onclick: () => this.add(this.text.value) }, "draw"),
+    const bar = el("div", { class: "bar" }, this.text.element, el("button", { "data-do": "curve", onclick: () => this.text.enter() }, "draw"),
       choose(LENGTHS, this.length, (value) => this.#span(value), { "aria-label": "how many cycles" }), el("span", { class: "soft" }, "dashed: as it is"));
     this.element = el("div", { class: "curves" }, bar, this.wrong, this.chips, this.holder);
     new ResizeObserver(() => this.#size()).observe(this.holder);
@@ -35,9 +34,7 @@ export class Curves {
     this.values.clear();
     this.fail("");
     const variables = Object.entries(inside?.variables ?? {}).filter(([, v]) => v.edges && !v.auxiliary).map(([name]) => name);
-    const clocks = Object.keys(inside?.delays ?? {}).map((name) => `clock(${name})`);
-    this.names.replaceChildren(...[...variables.map((name) => `E(${name})`), ...clocks, ...(inside?.places ?? [])].map((value) => el("option", { value })));
-    this.text.placeholder = variables.length ? `P(${variables[0]} < 0)` : "place or percept";
+    this.text.anew(variables.length ? `P(${variables[0]} < 0)` : "place or percept");
     const first = [...new Set(Object.values(inside?.reads ?? {}))].filter((name) => variables.includes(name)).slice(0, 2);
     this.what = memory.get(`curves.${inside?.net}`, first.map((name) => `E(${name})`));
     this.#chips();
@@ -45,20 +42,20 @@ export class Curves {
     this.late = true;
   }
 
+  /** Draw another expression; promises whether it is drawn. */
   async add(text) {
     const given = text.trim();
-    if (!given || this.what.includes(given)) return;
+    if (!given || this.what.includes(given)) return Boolean(given);
     if (this.what.length >= MOST) {
       this.fail(`${MOST} curves are drawn at once: remove one first`);
-      return;
+      return false;
     }
     this.what.push(given);
-    if (await this.#fetch()) this.text.value = "";
+    return this.#fetch();
   }
 
   fail(text) {
-    this.wrong.textContent = text;
-    this.wrong.hidden = !text;
+    this.text.say(text);
   }
 
   #remove(text) {
@@ -88,7 +85,7 @@ export class Curves {
     if (agent !== this.agent) return false;
     const wrong = Object.entries(answer.wrong);
     this.what = this.what.filter((text) => !(text in answer.wrong));
-    this.fail(wrong.map(([, why]) => why).join(" "));
+    if (wrong.length) this.fail(wrong.map(([, why]) => why).join(" "));
     if (!wrong.length) memory.set(`curves.${this.inside.net}`, this.what);
     this.values = new Map(answer.cycles.map((cycle, i) => [cycle, Object.fromEntries(this.what.map((text) => [text, answer.values[text]?.[i] ?? [null, null]]))]));
     this.#chips();
@@ -211,7 +208,7 @@ export class Curves {
     const now = this.values.get(cycle) ?? {};
     const told = this.what.map((text) => now[text] ?? [null, null]);
     told.forEach(([value, truth], k) => {
-      this.shown[k].textContent = value === null ? "–" : `${short(value)}${truth === null ? "" : ` (true ${short(truth)})`}`;
+      if (this.shown[k]) this.shown[k].textContent = value === null ? "–" : `${short(value)}${truth === null ? "" : ` (true ${short(truth)})`}`;
     });
     this.holder.setAttribute("aria-label", `cycle ${cycle}: ${this.what.map((text, k) => `${text} ${told[k][0] ?? "unknown"}`).join(", ")}`);
   }

@@ -1,6 +1,7 @@
 // What stands below the net: the answer to a question, breakpoints, the log of decisions, changes by hand, percepts.
 
 import { choose, el, refill } from "../dom.js";
+import { expressionLine } from "../edit/fields.js";
 import { nameOf } from "./field.js";
 import { observed, short } from "./beliefs.js";
 
@@ -79,35 +80,30 @@ export class Ask {
   }
 }
 
-/** Breakpoints of the agent's net. */
+const HINTS = { when: "P(ball.x < -45) > 0.8", fires: "transition", marked: "place", ends: "" };
+
+/** Breakpoints of the agent's net; `typed(kind, text)` says whether a text can stand in one. */
 export class Breaks {
-  constructor({ set, remove }) {
+  constructor({ set, remove, typed }) {
     this.act = { set, remove };
     this.list = el("div", { class: "breaks" });
-    this.text = el("input", { class: "mono", placeholder: "P(ball.x < -45) > 0.8", "aria-label": "expression", size: 26, onkeydown: (e) => e.key === "Enter" && this.#add() });
+    this.text = expressionLine("expression", HINTS.when, () => this.#add(), (text) => typed(this.kind.value, text));
     this.kind = choose([["when", "when"], ["fires", "transition fires"], ["marked", "place is marked"], ["ends", "the episode ends"]], "when", () => this.#kind(), { "aria-label": "kind of breakpoint" });
-    this.wrong = el("p", { class: "bad mono lines", hidden: true });
     this.where = el("p", { class: "soft" });
     this.element = el("div", { class: "breaks-panel" },
-      el("div", { class: "bar" }, this.kind, this.text, el("button", { "data-do": "add-break", onclick: () => this.#add() }, "stop there")), this.wrong, this.list, this.where);
+      el("div", { class: "bar" }, this.kind, this.text.element, el("button", { "data-do": "add-break", onclick: () => this.text.enter() }, "stop there")), this.text.error, this.list, this.where);
   }
 
   #kind() {
     this.text.disabled = this.kind.value === "ends";
-    if (this.kind.value === "when") this.text.removeAttribute("list");
-    else this.text.setAttribute("list", "net-parts");
-    this.text.placeholder = this.kind.value === "when" ? "P(ball.x < -45) > 0.8" : "name";
+    this.text.anew(HINTS[this.kind.value]);
   }
 
   async #add() {
-    this.wrong.hidden = true;
-    try {
-      await this.act.set(this.kind.value, this.kind.value === "ends" ? "" : this.text.value.trim());
-      this.text.value = "";
-    } catch (error) {
-      this.wrong.textContent = error.message;
-      this.wrong.hidden = false;
-    }
+    const ends = this.kind.value === "ends";
+    if (!ends && !this.text.value) return false;
+    await this.act.set(this.kind.value, ends ? "" : this.text.value);
+    return true;
   }
 
   draw(breakpoints, file, hit) {
@@ -246,17 +242,20 @@ export class Hands {
   }
 }
 
-/** Percepts and readings as numbers. */
+/** Percepts and readings as numbers; `write()` keeps the readings of the run as a log. */
 export class Numbers {
-  constructor() {
-    this.element = el("div", { class: "numbers" });
+  constructor(write) {
+    this.body = el("div", { class: "numbers" });
+    this.log = el("button", { "data-do": "readings", title: "what the model was told in the cycles so far, as a log from which Models learns", onclick: write }, "write the readings as a log…");
+    this.element = el("div", {}, this.body, el("div", { class: "bar" }, this.log));
   }
 
   draw(inner) {
-    if (!inner?.percepts) return refill(this.element, el("p", { class: "soft" }, "Nothing is known of what this player perceives."));
+    this.log.hidden = !inner?.beliefs;
+    if (!inner?.percepts) return refill(this.body, el("p", { class: "soft" }, "Nothing is known of what this player perceives."));
     const evidence = Object.entries(inner.evidence);
     const table = (title, rows) => el("div", {}, el("h3", {}, title), el("table", {}, el("tbody", {}, ...rows.map(([name, value]) => el("tr", { class: value === null ? "soft" : "" }, el("td", {}, name), el("td", { class: "mono" }, value === null ? "not observed" : short(value)))))));
-    return refill(this.element, table("percepts", Object.entries(inner.percepts)), evidence.length ? table("told to the model", evidence) : null, table("places of beliefs", Object.entries(inner.places)));
+    return refill(this.body, table("percepts", Object.entries(inner.percepts)), evidence.length ? table("told to the model", evidence) : null, table("places of beliefs", Object.entries(inner.places)));
   }
 }
 
