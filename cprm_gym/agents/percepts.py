@@ -39,7 +39,8 @@ def body_percepts(observation: Mapping[str, np.ndarray]) -> PerceptTable:
     -------
     dict of (N,) float64
         ``body.stamina``, ``body.effort``, ``body.speed`` (m / cycle), ``body.speed_direction_deg`` and ``body.neck_deg`` (degrees),
-        ``body.fresh`` (1 if he saw something this cycle), ``body.locked`` (cycles until the body obeys again).
+        ``body.fresh`` (1 if he saw something this cycle), ``body.locked`` (cycles until the body obeys again), ``body.view_width``
+        (1 narrow, 2 normal, 3 wide).
     """
     (body,) = parts(observation, "body")
     out = table(_BODY, len(body))

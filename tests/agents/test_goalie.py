@@ -34,7 +34,8 @@ def alone(module):
     return executor
 
 
-BODY = {"body.speed": 0.0, "body.stamina": 8000.0, "body.neck_deg": 0.0, "body.fresh": 1.0, "ball.seen": 1.0, "game.stopped": 0.0}
+BODY = {"body.speed": 0.0, "body.stamina": 8000.0, "body.neck_deg": 0.0, "body.view_width": 2.0, "body.fresh": 1.0, "ball.seen": 1.0,
+        "game.stopped": 0.0}  # fmt: skip
 SHOT = {"ball_distance": 9.0, "ball_direction": 70.0, "next_distance": 7.0, "way_distance": 1.5, "way_direction": -10.0, "coming": 1.0,
         "behind": 0.0, "flank": 60.0}  # fmt: skip
 
@@ -137,6 +138,17 @@ def test_the_eyes_follow_the_ball_warn_and_sweep_when_it_is_lost():
     step(executor, ball_direction=30.0, coming=0.0)
     assert holds(executor, "stopped")
     assert not holds(executor, "ongoing")
+
+
+@pytest.mark.parametrize(("width", "aside"), [(1.0, 60.0), (2.0, 90.0), (3.0, 90.0)], ids=["narrow", "normal", "wide"])
+def test_a_first_look_without_the_ball_is_followed_by_one_to_each_side(width, aside):
+    executor = alone(WATCH_BALL)
+    unseen = {"ball.seen": 0.0, "body.view_width": width}
+    assert step(executor, ball_direction=30.0, coming=0.0, **unseen) == {"look": {"direction": aside}}
+    assert step(executor, ball_direction=30.0, coming=0.0, **unseen, **{"body.neck_deg": aside}) == {"look": {"direction": -aside}}
+    seen = {"body.neck_deg": -aside, "body.view_width": width}
+    assert step(executor, ball_direction=30.0, coming=0.0, **seen) == {"look": {"direction": 30.0}}
+    assert step(executor, ball_direction=30.0, coming=0.0, **seen | unseen) == {"look": {"direction": 30.0}}, "he knows where it was"
 
 
 PERCEPTS = {**BODY, "self.x": -50.0, "self.y": 0.0, "self.body_deg": 80.0, "self.vx": 0.0, "self.vy": 0.0, "ball.moving": 1.0,

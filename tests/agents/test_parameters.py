@@ -159,7 +159,7 @@ def test_agents_of_the_registry_and_the_baselines_know_the_parameters_of_their_t
 
 PERCEPTS = {"goal.distance": 20.0, "goal.direction_deg": 0.0, "ball.reckoned_distance": 0.7, "ball.reckoned_direction_deg": 40.0,
             "ball.age": 0.0, "ball.speed_ahead": 0.0, "ball.speed_aside": 0.0, "body.speed": 0.3, "game.stopped": 0.0, "ball.seen": 0.0,
-            "body.fresh": 1.0, "body.neck_deg": 30.0}  # fmt: skip
+            "body.fresh": 1.0, "body.neck_deg": 30.0, "body.view_width": 2.0}  # fmt: skip
 
 
 def command(net, percepts=PERCEPTS, **parameters_given):

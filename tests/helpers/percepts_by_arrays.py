@@ -30,6 +30,7 @@ def body_percepts(observation: Mapping[str, np.ndarray]) -> Percepts:
         "body.speed_direction_deg": np.degrees(body[:, BodyFeature.SPEED_DIRECTION]) + neck,
         "body.neck_deg": neck,
         "body.fresh": body[:, BodyFeature.FRESH],
+        "body.view_width": body[:, BodyFeature.VIEW_WIDTH],
         "body.locked": np.maximum(body[:, BodyFeature.TACKLE_EXPIRES], body[:, BodyFeature.FOUL_CHARGED]),
     }
 
@@ -193,7 +194,6 @@ def goalie_percepts(observation: Observation, opponents: int = 11) -> Percepts:
     percepts["self.x"], percepts["self.y"] = me[:, SelfFeature.X], me[:, SelfFeature.Y]
     percepts["self.vx"], percepts["self.vy"] = me[:, SelfFeature.VX], me[:, SelfFeature.VY]
     percepts["self.body_deg"] = np.degrees(me[:, SelfFeature.BODY])
-    percepts["body.view_width"] = np.asarray(observation["body"][:, BodyFeature.VIEW_WIDTH], np.float64)
     mode = observation["body"][:, BodyFeature.PLAY_MODE]
     percepts["game.stopped"] = (mode != PlayMode.play_on).astype(np.float64)
     percepts["ball.seen"] = (fresh & (level[:, 0] > 0)).astype(np.float64)

@@ -154,6 +154,7 @@ class Skill:
         self._initial = [self._states.index(p) for p in start.outputs if p in self._states]
         if len(self._initial) != 1:
             raise ModelError(f"skill {self.name!r}: {start.name!r} marks {len(self._initial)} states; a machine is in one")
+        self._counted = [float({**start.outputs, **start.sets}.get(p, 0.0)) for p in self.registers]
         self._begins = self._begun(start)
         rules = [
             self._rule(t) for t in self.net.transitions
@@ -222,7 +223,7 @@ class Skill:
     def begun(self, worlds: int) -> State:
         """The state in which it begins."""
         state = self.idle(worlds)
-        state.at[:] = self._initial[0]
+        state.at[:], state.registers[:] = self._initial[0], self._counted
         if self._begins != NOTHING:
             self._call(state, self._begins, np.ones(worlds, np.bool_))
         return state

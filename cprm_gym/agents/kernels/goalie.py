@@ -12,15 +12,15 @@ from .percepts import BODY, FRESH, degrees, faces, feel, one
 
 kernel = kernel_group(_nrt=False)
 
-_WIDTH, _SIDE, _MODE = int(BodyFeature.VIEW_WIDTH), int(BodyFeature.SIDE), int(BodyFeature.PLAY_MODE)
+_SIDE, _MODE = int(BodyFeature.SIDE), int(BodyFeature.PLAY_MODE)
 _POSE, _MOVING, _NUMBER, _PLAY_ON = int(ObjectFeature.BODY), int(BallLevel.MOVING), int(PlayerLevel.NUMBER), int(PlayMode.play_on)
 _X, _Y, _VX, _VY, _FACING, _EYES, _LOCATED = (int(SelfFeature[n]) for n in ("X", "Y", "VX", "VY", "BODY", "FACE", "LOCATED"))
 
 GOALIE = (
-    *BODY, "self.x", "self.y", "self.vx", "self.vy", "self.body_deg", "body.view_width", "game.stopped", "ball.seen", "ball.placed",
+    *BODY, "self.x", "self.y", "self.vx", "self.vy", "self.body_deg", "game.stopped", "ball.seen", "ball.placed",
     "ball.moving", "ball.x", "ball.y", "ball.vx", "ball.vy", "ball.distance", "ball.age",
 )  # fmt: skip
-X, Y, VX, VY, FACING, VIEW_WIDTH, STOPPED, BALL_SEEN, BALL_PLACED, BALL_MOVING = range(7, 17)
+X, Y, VX, VY, FACING, STOPPED, BALL_SEEN, BALL_PLACED, BALL_MOVING = range(8, 17)
 BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_DISTANCE, BALL_AGE = range(17, 23)
 OPPONENT = ("seen", "faced", "facing", "x", "y")
 """Of each opponent, behind `GOALIE`."""
@@ -31,7 +31,7 @@ def guard(body, me, level, memory, age, players, opponents, goal_x, out):
     """`GOALIE` and `OPPONENT` of each opponent."""
     feel(body, out)
     out[X], out[Y], out[VX], out[VY], out[FACING] = me[_X], me[_Y], me[_VX], me[_VY], degrees(me[_FACING])
-    out[VIEW_WIDTH], out[STOPPED] = body[_WIDTH], one(int(body[_MODE]) != _PLAY_ON)
+    out[STOPPED] = one(int(body[_MODE]) != _PLAY_ON)
     fresh = out[FRESH] > 0
     sure = fresh and me[_LOCATED] > 0
     out[BALL_SEEN] = one(fresh and level[0] > 0)

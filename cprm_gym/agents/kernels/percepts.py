@@ -19,6 +19,7 @@ kernel = kernel_group(_nrt=False)
 
 _STAMINA, _EFFORT, _SPEED, _WAY = (int(BodyFeature[n]) for n in ("STAMINA", "EFFORT", "SPEED", "SPEED_DIRECTION"))
 _NECK, _FRESH, _TACKLE, _FOUL = (int(BodyFeature[n]) for n in ("NECK", "FRESH", "TACKLE_EXPIRES", "FOUL_CHARGED"))
+_WIDTH = int(BodyFeature.VIEW_WIDTH)
 _SIDE, _UNUM, _MODE, _HIT = (int(BodyFeature[n]) for n in ("SIDE", "UNUM", "PLAY_MODE", "COLLIDED_BALL"))
 _DISTANCE, _DIRECTION, _NEARER, _ROUND, _POSE = (
     int(ObjectFeature[n]) for n in ("DISTANCE", "DIRECTION", "DISTANCE_CHANGE", "DIRECTION_CHANGE", "BODY")
@@ -30,24 +31,25 @@ _FIRST_SET_PLAY, _LAST_SET_PLAY = int(PlayMode.kick_off_l), int(PlayMode.goal_ki
 
 BODY = (
     "body.stamina", "body.effort", "body.speed", "body.speed_direction_deg", "body.neck_deg", "body.fresh", "body.locked",
+    "body.view_width",
 )  # fmt: skip
-STAMINA, EFFORT, SPEED, SPEED_DIRECTION, NECK, FRESH, LOCKED = range(7)
+STAMINA, EFFORT, SPEED, SPEED_DIRECTION, NECK, FRESH, LOCKED, VIEW_WIDTH = range(8)
 BALL = (
     *BODY, "ball.seen", "ball.moving", "ball.distance", "ball.direction_deg", "ball.distance_change", "ball.direction_change_deg",
 )  # fmt: skip
-BALL_SEEN, BALL_MOVING, BALL_DISTANCE, BALL_DIRECTION, BALL_NEARER, BALL_ROUND = range(7, 13)
+BALL_SEEN, BALL_MOVING, BALL_DISTANCE, BALL_DIRECTION, BALL_NEARER, BALL_ROUND = range(8, 14)
 FIELD = (
     *BALL, "me.x", "me.y", "me.facing_deg", "me.located", "ball.x", "ball.y", "ball.age", "ball.reckoned_distance",
     "ball.reckoned_direction_deg", "ball.speed_ahead", "ball.speed_aside", "ball.approach", "goal.distance", "goal.direction_deg",
     "mate.x", "mate.y", "mate.age", "mate.distance", "mate.direction_deg", "game.waiting", "game.playing", "game.ours",
 )  # fmt: skip
-X, Y, FACING, LOCATED, BALL_X, BALL_Y, BALL_AGE, RECKONED_DISTANCE = range(13, 21)
-RECKONED_DIRECTION, AHEAD, ASIDE, APPROACH, GOAL_DISTANCE, GOAL_DIRECTION = range(21, 27)
-MATE_X, MATE_Y, MATE_AGE, MATE_DISTANCE, MATE_DIRECTION, WAITING, PLAYING, OURS = range(27, 35)
+X, Y, FACING, LOCATED, BALL_X, BALL_Y, BALL_AGE, RECKONED_DISTANCE = range(14, 22)
+RECKONED_DIRECTION, AHEAD, ASIDE, APPROACH, GOAL_DISTANCE, GOAL_DIRECTION = range(22, 28)
+MATE_X, MATE_Y, MATE_AGE, MATE_DISTANCE, MATE_DIRECTION, WAITING, PLAYING, OURS = range(28, 36)
 MOTION = (
     *FIELD, "ball.bearing_deg", "ball.placed", "ball.rolling", "ball.swinging_deg", "me.met", "me.slid_deg", "me.eyes_deg", "body.hit_ball",
 )  # fmt: skip
-BEARING, PLACED, ROLLING, SWINGING, MET, SLID, EYES, HIT_BALL = range(35, 43)
+BEARING, PLACED, ROLLING, SWINGING, MET, SLID, EYES, HIT_BALL = range(36, 44)
 MATE = ("seen", "faced", "x", "y", "facing")
 """Of each player who is seen."""
 
@@ -77,6 +79,7 @@ def feel(body, out):
     out[NECK] = degrees(body[_NECK])
     out[SPEED_DIRECTION] = degrees(body[_WAY]) + out[NECK]
     out[FRESH], out[LOCKED] = body[_FRESH], max(body[_TACKLE], body[_FOUL])
+    out[VIEW_WIDTH] = body[_WIDTH]
 
 
 @kernel

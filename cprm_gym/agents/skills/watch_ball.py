@@ -7,8 +7,8 @@
     stop ---------------> [close] --> stopped
     lid --> [narrow | widen] --> lid_moved --(one cycle)--> lid          where it is wanted, beside all of it
 
-The neck points where the ball is believed to be. If the last looks did not show it, the neck sweeps from side to side. The skill
-moves nothing but the neck, so it runs concurrently with skills that move the body.
+The neck points where the ball is believed to be. If the last looks did not show it, or the first one of all, the neck sweeps from side
+to side, as far as the cone is wide. The skill moves nothing but the neck, so it runs concurrently with skills that move the body.
 
 With `focus` the view is narrow, and there is a look in every cycle, while looks show the ball; a look that does not widens it again.
 """
@@ -21,6 +21,8 @@ from ..body import Body, number, of_body
 
 LOOKS = 4
 """Looks in a row without the ball after which the neck sweeps."""
+NARROW_CONE = 60
+"""Degrees that the narrow cone shows."""
 
 
 def _lid(focus: bool) -> tuple[tuple[AnyPlace, ...], tuple[Transition, ...]]:
@@ -28,7 +30,7 @@ def _lid(focus: bool) -> tuple[tuple[AnyPlace, ...], tuple[Transition, ...]]:
     if not focus:
         return (), ()
     places = (
-        Place("lid", capacity=1), Place("lid_moved", capacity=1), Input("width", observes="body.view_width"),
+        Place("lid", capacity=1), Place("lid_moved", capacity=1),
         Continuous("narrow_width", float(ViewWidth.NARROW)), Continuous("normal_width", float(ViewWidth.NORMAL)),
     )  # fmt: skip
     transitions = (
@@ -46,7 +48,8 @@ def _lid(focus: bool) -> tuple[tuple[AnyPlace, ...], tuple[Transition, ...]]:
 def watch_ball(body: Body, focus: bool = False) -> PetriNet:
     """The skill of a player as a module; it goes on until it is stopped."""
     lid, lids = _lid(focus)
-    begun, shut = ("ongoing", "open", *(("lid",) if focus else ())), {"missed": 0, "ball_coming": 0}
+    begun = ("ongoing", "open", *(("lid",) if focus else ()))
+    shut = {"missed": 0, "ball_coming": 0}
     shut |= {"lid": 0, "lid_moved": 0} if focus else {}
     return PetriNet(
         "watch_ball",
@@ -61,11 +64,16 @@ def watch_ball(body: Body, focus: bool = False) -> PetriNet:
             Continuous("ball_direction"),  # degrees from the body, believed
             Continuous("coming"),  # 1 while the ball is a danger
             Input("seen", observes="ball.seen"), Input("fresh", observes="body.fresh"), Input("neck", observes="body.neck_deg"),
+            Input("width", observes="body.view_width"),
             *lid,
-            Math("other_side", f"{number(body.server.minneckang)} if neck > 0 else {number(body.server.maxneckang)}"),
+            # so far that the cone ends where it began before
+            Math("aside", f"{NARROW_CONE} if width < {int(ViewWidth.NORMAL)} else 180"),
+            Math("other_side",
+                 f"max({number(body.server.minneckang)}, -aside) if neck > 0 else min({number(body.server.maxneckang)}, aside)"),
         ),
         transitions=(
-            Transition("start", ("begin",), begun),
+            # nobody knows yet where the ball is: a look that does not show it is followed by one to the side
+            Transition("start", ("begin",), begun, sets={"missed": LOOKS}),
             Transition("close_open", ("stop", "ongoing", "open"), ("stopped",), sets=shut, priority=9),
             Transition("close_moved", ("stop", "ongoing", "moved"), ("stopped",), sets=shut, priority=9),
             Transition("ignore", ("stop",), inhibitors=("ongoing", "begin"), priority=8),
