@@ -241,11 +241,11 @@ def ladder(
         )  # fmt: skip
     table = Table(box=None, padding=(0, 1))
     for head in ("side", "player", "Elo", "95 %", "score", "games", ""):
-        table.add_column(head, no_wrap=True, overflow="ignore" if head == "player" else "ellipsis")
+        table.add_column(head, no_wrap=True)
     for s in played.table:
         interval, held_out = f"{s.low:.0f} to {s.high:.0f}", "held out" if s.held_out else ""
         table.add_row(s.side, escape(s.player), f"{s.elo:.0f}", interval, f"{100 * s.score:.1f} %", str(s.games), held_out)
-    console.print(table)
+    console.print(table, width=max(100, console.width), soft_wrap=True)
     console.print(f"wrote {played.folder / 'ladder.md'}", highlight=False, soft_wrap=True)
     if played.again:
         complaints.print(f"interrupted; go on with: {escape(played.again)}", highlight=False, soft_wrap=True)

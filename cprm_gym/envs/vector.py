@@ -13,11 +13,13 @@ from gymnasium.vector.utils import batch_space
 from ..errors import CprmError, ParameterError, UnknownName
 from . import infos
 from .core import SoccerCore
-from .rendering import FPS
+from .rendering import FPS, Viewer
 from .single import ego_options
 from .tasks.base import Task, checked_reset
 from .tasks.base import marked as marked_worlds
 
+RENDERED = ("rgb_array", "ansi")
+"""Render modes: `SoccerVectorEnv.render` gives a picture of each world."""
 NOW = ("action_mask", "truth")
 """Infos that belong to the observation, not to the cycle that led to it."""
 
@@ -39,6 +41,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         Return copies of the observations and action masks (default). ``False`` returns the same arrays every time.
     threads : int
         Threads that share the worlds.
+    render_mode : str, optional
+        ``rgb_array`` or ``ansi``: pictures of all worlds.
 
     Raises
     ------
@@ -58,8 +62,8 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
     ) -> None:
         if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
             raise ParameterError(f"num_envs: {num_envs!r} given, a whole number of at least 1 is needed")
-        if render_mode is not None:
-            raise UnknownName(f"render_mode {render_mode!r}: only None is allowed; pictures are drawn by `SoccerEnv` and soccer_v2")
+        if render_mode not in (None, *RENDERED):
+            raise UnknownName(f"render_mode {render_mode!r}: allowed are {', '.join(RENDERED)} or None; a window has room for one world")
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
@@ -68,12 +72,13 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
         self.core = SoccerCore(self.options, num_envs, threads=threads)
         self.task = self.core.task
         self.num_envs = num_envs
-        self.metadata = {"render_modes": [], "render_fps": FPS, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {"render_modes": list(RENDERED), "render_fps": FPS, "autoreset_mode": self.autoreset_mode}
         self.render_mode = render_mode
         self.single_observation_space = self.core.observation_space()
         self.single_action_space = self.core.view.space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self._viewers: list[Viewer] = []
         self._copy = copy
         self._over = np.zeros(num_envs, bool)
         self._everywhere = np.ones(num_envs, bool)
@@ -177,8 +182,20 @@ class SoccerVectorEnv(gymnasium.vector.VectorEnv[Any, Any, np.ndarray]):
             return output[world, 0].copy()
         return {name: values[world, 0].copy() for name, values in output.items()}
 
+    def render(self) -> tuple[Any, ...] | None:
+        """A picture of each world (``rgb_array``) or a text (``ansi``); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        if not self._viewers:
+            goal_width = self.core.parameters.goal_width
+            self._viewers = [Viewer(str(self.render_mode), FPS, self.task.region, goal_width) for _ in range(self.num_envs)]
+        return tuple(viewer.draw(self.core.sim.world[k]) for k, viewer in enumerate(self._viewers))
+
     def close_extras(self, **kwargs: Any) -> None:
-        """Leave the server, if it is played on one."""
+        """Let go of what draws, and leave the server, if it is played on one."""
+        for viewer in self._viewers:
+            viewer.close()
+        self._viewers = []
         self.core.close()
 
 

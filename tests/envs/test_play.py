@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.cli import app
+from cprm_gym.envs import SoccerVectorEnv, soccer_v2
 from cprm_gym.envs.play import Film, play
 from cprm_gym.envs.tasks import make_task
 from cprm_gym.errors import UnknownName
@@ -107,3 +108,75 @@ def test_gymnasium_records_videos(tmp_path):
     env.close()
     (video,) = tmp_path.glob("videos/*.mp4")
     assert len(pictures_of(video)) == 7
+
+
+def watched(env):
+    """The wrapped environment, and the pictures that it has given."""
+    drawn = []
+    draw = env.render
+
+    def render():
+        drawn.append(draw())
+        return drawn[-1]
+
+    env.render = render
+    return env, drawn
+
+
+def ends_on(video, picture):
+    """Whether the last picture of a film is this one, and no other, up to what its compression does."""
+    pictures = pictures_of(video)
+    gaps = [np.abs(shown.astype(int) - picture).mean() for shown in pictures]
+    return int(np.argmin(gaps)) == len(gaps) - 1
+
+
+@leaves_pipes
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:moviepy.*")
+def test_films_of_worlds_end_with_the_last_cycle(tmp_path):
+    env = gymnasium.make_vec("cprm/GoToBall-v2", num_envs=1, render_mode="rgb_array", max_episode_steps=8)
+    env, drawn = watched(env)
+    env = gymnasium.wrappers.vector.RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda episode: episode == 0)
+    env.reset(seed=1)
+    for _ in range(8):
+        _, _, _, truncated, _ = env.step(np.array([[1, 4, 11, 0]]))
+    assert truncated[0]
+    last = drawn[8][0]
+    for _ in range(2):
+        env.step(np.array([[1, 4, 11, 0]]))
+    env.close()
+    (video,) = tmp_path.glob("videos/*.mp4")
+    assert ends_on(video, last)
+
+
+@leaves_pipes
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:moviepy.*")
+def test_films_of_pettingzoo_end_with_the_last_cycle(tmp_path):
+    from pettingzoo.utils.wrappers import RecordVideoParallel
+
+    env, drawn = watched(soccer_v2.parallel_env(task="HFO2v1", render_mode="rgb_array", max_cycles=8))
+    env = RecordVideoParallel(env, str(tmp_path / "videos"), episode_trigger=lambda episode: True, disable_logger=True)
+    env.reset(seed=1)
+    while env.agents:
+        env.step({agent: np.array([1, 4, 11, 0]) for agent in env.agents})
+    env.close()
+    (video,) = tmp_path.glob("videos/*.mp4")
+    assert ends_on(video, drawn[-1])
+
+
+def test_worlds_are_drawn_each_for_itself():
+    env = SoccerVectorEnv(3, "HFO1v1", render_mode="rgb_array")
+    env.reset(seed=5)
+    pictures = env.render()
+    assert len(pictures) == 3
+    assert not np.array_equal(pictures[0], pictures[1])
+    alone = gymnasium.make("cprm/HFO1v1-v2", render_mode="rgb_array").unwrapped
+    alone.core.sim.first_world = 2
+    alone.reset(seed=5)
+    np.testing.assert_array_equal(pictures[2], alone.render())
+    env.close()
+    assert SoccerVectorEnv(2).render() is None
+    texts = SoccerVectorEnv(2, render_mode="ansi")
+    texts.reset(seed=0)
+    assert all(isinstance(text, str) for text in texts.render())
+    with pytest.raises(UnknownName, match="allowed are rgb_array, ansi or None"):
+        SoccerVectorEnv(2, render_mode="human")
