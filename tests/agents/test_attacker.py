@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, AttackerAgent, make_controller
+from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, HAVE, MEET, AttackerAgent, make_controller
 from cprm_gym.agents.attacker.constants import AttackerConstants
-from cprm_gym.agents.attacker.kernels import EMPTY, gap_at, judge
+from cprm_gym.agents.attacker.kernels import ASIDE, EMPTY, gap_at, judge
 from cprm_gym.agents.attacker.percepts import FORGET, NAMES, NEAR, Motion, terms
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.knowledge import informed
@@ -14,6 +14,7 @@ from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.passer import make_controller as make_passer
 from cprm_gym.agents.registry import AGENTS
 from cprm_gym.agents.striker import make_controller as make_striker
+from cprm_gym.architecture.petri import Executor
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.knowledge import SENSES, STATED
 from cprm_gym.benchmark.statistics import wilson_interval
@@ -68,6 +69,58 @@ def test_no_pass_goes_through_an_opponent_and_none_to_who_is_offside():
     assert free["pass.room"] > 3.0
     assert free["pass.worth"] > blocked["pass.worth"]
     assert judged([], ball=(5.0, 0.0, 0.0, 0.0), me=(4.4, 0.0, 0.0, 0.0, 0.0), mate=(15.0, 8.0))["pass.worth"] == -1e9
+
+
+def test_the_ball_is_not_driven_into_a_team_mate_who_is_offside():
+    """He may not touch it, and is ruled when it touches him."""
+    aside, before, onside = (judged([], mate=mate)["way.angle"] for mate in ((5.0, 8.0), (5.0, 0.0), (-0.5, 3.0)))
+    assert abs(aside) < 0.01
+    assert abs(onside) < 0.01
+    assert abs(before) > np.arctan2(ASIDE, 5.0)
+
+
+def test_who_is_offside_goes_back_even_where_he_is_nearest_to_the_ball():
+    """The ball comes to him, and behind him there is no place from which to take a pass."""
+    spot = judged([(-10.0, 0.0), (-12.0, 5.0)], ball=(20.0, 0.0, 1.0, 0.0), me=(26.0, 0.5, 0.0, 0.0, 0.0), mate=(5.0, 0.0))
+    assert spot["me.time"] < spot["mate.time"]
+    assert spot["support.x"] < spot["line.x"] - 1.0
+    assert abs(spot["support.y"]) > 3.0
+
+
+def played(cycles, net=COMBINING_NET):
+    """A net that is told these inputs, cycle by cycle; its markings after each."""
+    executor = Executor(net)
+    nothing = {**dict.fromkeys(executor.input_names, 0.0), "game.playing": 1.0, "mate.age": 0.0, "mate.ball_gap": 30.0, "mate.time": 30.0,
+               "me.time": 10.0, "ball.reckoned_distance": 10.0, "pass.worth": -1e9, "support.x": -20.0}  # fmt: skip
+    told = []
+    for given in cycles:
+        executor.step({**nothing, **given})
+        told.append({name: float(executor.read(name)[0]) for name in ("offside", "plan")})
+    return told
+
+
+BEYOND = {"me.x": 12.0, "line.x": 5.0}
+PUSHES = {"mate.ball_gap": 0.8, "mate.time": 0.0}
+
+
+def test_who_is_offside_when_his_mate_plays_the_ball_leaves_it_alone():
+    told = played([{**PUSHES, **BEYOND}, {**BEYOND, "ball.reckoned_distance": 0.7, "me.time": 0.0}])
+    assert [cycle["offside"] for cycle in told] == [1.0, 1.0]
+    assert told[1]["plan"] not in (HAVE, MEET)
+    assert played([PUSHES, {"ball.reckoned_distance": 0.7, "me.time": 0.0}])[1]["plan"] == HAVE
+
+
+def test_a_ball_that_passes_him_does_not_put_him_onside_his_mate_does():
+    rolls = {"mate.ball_gap": 1.9, "mate.time": 2.0, "me.x": 12.0, "line.x": 13.0}
+    assert played([{**PUSHES, **BEYOND}, rolls, rolls])[-1]["offside"] == 1.0
+    assert played([{**PUSHES, **BEYOND}, {**PUSHES, "me.x": 12.0, "line.x": 13.0}])[-1]["offside"] == 0.0
+
+
+def test_an_opponent_whom_the_ball_passes_does_not_put_him_onside_one_who_has_it_does():
+    near = {**BEYOND, "rival.has_ball": 1.0}
+    assert played([{**PUSHES, **BEYOND}, near, BEYOND, BEYOND])[-1]["offside"] == 1.0
+    assert played([{**PUSHES, **BEYOND}, near, near, near, near])[-1]["offside"] == 0.0
+    assert played([{**PUSHES, **BEYOND}] + [{**near, **PUSHES}] * 4)[-1]["offside"] == 1.0, "his mate is at it too"
 
 
 def test_a_pass_leads_a_mate_away_from_the_opponent_beside_him():

@@ -83,7 +83,8 @@ def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace,
         Math("off_place", "hypot(support_x - me_x, support_y - me_y)"),
         Math("off_axis", "abs(ball_direction)"),
         Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
-        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost or seeks else {HAVE} if reach else {MEET} if chase else off_ball"),
+        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost or seeks else {HAVE} if reach and not offside else "
+                     f"{MEET} if chase else off_ball"),
         # with the ball
         Math("enough", f"1 if swaps + his >= {passes} else 0" if passes else "1"),
         Math("kicking", "1 if push.ongoing + give.ongoing >= 1 else 0"),
@@ -100,6 +101,7 @@ def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace,
         Math("give_direction", "mate_direction if ours else pass_direction"),
         Math("mates", f"1 if mate_gap < {number(body.within(SURE) + c.tolerance)} and mate_age < 6 and ball_age < 6 and not reach else 0"),
         Math("his_ball", f"1 if mate_gap < {CLOSE} and mate_time < me_time and mate_age < {OFFSIDE_AGE} and not reach else 0"),
+        Math("his_feet", f"1 if his_ball and mate_gap < {number(body.within(SURE) + c.tolerance)} else 0"),
         Math("released", "1 if mate_gap < 2 or approach > 0.2 else 0"),
         Math("search_moment", body.turn("60")),
         Math("face_moment", body.turn("ball_direction")),
@@ -145,6 +147,8 @@ def _transitions(passes: int) -> tuple[Transition, ...]:
 
 CLOSE, OFFSIDE_AGE = 2.5, 12
 """Metres from the ball, and cycles since he was seen, within which the team-mate is taken to have it where offside is judged."""
+PLAYED = 2
+"""Cycles that an opponent must have had the ball to have played it."""
 PATIENCE = 60
 """Cycles after which a set play is taken to be over."""
 
@@ -161,9 +165,11 @@ def _possession(passes: int) -> tuple[Transition, ...]:
         # an opponent at the ball kicks it too
         Transition("taken_from_me", ("mine",), ("nobodys",), tests={"theirs": 1}, priority=9),
         Transition("taken_from_him", ("his",), ("nobodys",), tests={"theirs": 1}, priority=9),
-        Transition("be_offside", (), ("offside",), tests={"his_ball": 1, "beyond": 1}, inhibitors=("offside", "theirs"), priority=9),
-        Transition("be_onside", ("offside",), (), tests={"his_ball": 1}, inhibitors={"beyond": 1}, priority=9),
-        Transition("put_onside", ("offside",), (), tests={"theirs": 1}, priority=9),
+        Transition("be_offside", (), ("offside",), tests={"his_ball": 1, "beyond": 1}, inhibitors=("offside",), priority=9),
+        # judged when the team-mate plays the ball: one that he has just pushed draws the line with it
+        Transition("be_onside", ("offside",), (), tests={"his_feet": 1}, inhibitors={"beyond": 1}, priority=9),
+        # an opponent whom the ball passes, or who is beside the team-mate, may not have played it
+        Transition("put_onside", ("offside",), (), tests={"theirs": 1}, inhibitors={"his_ball": 1}, delay=PLAYED, priority=9),
     )
 
 

@@ -24,7 +24,7 @@ class AttackerConstants(Constants):
     """Share of the top speed that opponents make."""
     rival_start: float = between(1.0, 0.0, 4.0)
     """Cycles that an opponent loses by turning and getting up speed."""
-    rival_turn: float = between(0.7, 0.0, 2.0)
+    rival_turn: float = between(1.2, 0.0, 2.0)
     """Cycles that he loses more when he must turn by a right angle."""
     carried: float = between(0.6, 0.0, 1.5)
     """Cycles for which his motion carries him on whatever he wants."""
@@ -36,11 +36,11 @@ class AttackerConstants(Constants):
     """Metres that an opponent may have gone for each cycle since he was seen."""
     hold: float = between(2.5, 0.0, 6.0)
     """Cycles that he or his team-mate needs to play on a ball that he has met; whole ones count."""
-    safe: float = between(0.6, -1.0, 3.0)
+    safe: float = between(1.0, -1.0, 3.0)
     """Metres of room below which a push or pass is in danger."""
     enough: float = between(4.0, 1.0, 10.0)
     """Metres of room beyond which more is worth nothing."""
-    progress: float = between(4.0, 0.5, 12.0)
+    progress: float = between(6.0, 0.5, 12.0)
     """What a metre towards the goal in each cycle is worth, in metres of room."""
     soft: float = between(0.3, 0.0, 2.0)
     """What a pass loses for each m / cycle with which it arrives."""
@@ -54,11 +54,11 @@ class AttackerConstants(Constants):
     """Metres of room that each metre costs by which it may go past the post."""
     still: float = between(0.5, 0.0, 2.0)
     """What a push is worth less that leaves the ball where it is."""
-    closer: float = between(0.1, 0.0, 0.4)
+    closer: float = between(0.02, 0.0, 0.4)
     """Metres of room that a metre of the way to the goal costs."""
     shot_room: float = between(-1.0, -5.0, 3.0)
     """Room, less both, that a shot must have."""
-    shot_far: float = between(22.0, 10.0, 32.0)
+    shot_far: float = between(30.0, 10.0, 32.0)
     """Metres from the goal from which he shoots."""
     shot_near: float = between(8.0, 2.0, 16.0)
     """Metres from the goal within which he shoots in any case."""

@@ -30,8 +30,12 @@ FORGOTTEN = 60.0
 """Cycles after which an opponent is no longer reckoned with."""
 WAYS, PUSHES = 16, 6
 """Directions and speeds of a push that are tried."""
+BACK = 4.0
+"""Metres aside to which he goes who is offside and has no place to wait."""
 SWERVES, PASSES = 4, 6
 """Directions on each side of the team-mate, and speeds, of a pass that are tried."""
+ASIDE = 1.3
+"""Metres beside a team-mate who is offside at which the ball passes him."""
 AIMS = 13
 """Points of the goal that are tried."""
 
@@ -212,7 +216,18 @@ def until_held(x, y, t, room, rivals, age, c):
 
 
 @kernel
-def dribble(ball, me, power, rivals, age, c, out):
+def into_mate(ball, ux, uy, length, mates, mate_age, line, c):
+    """Whether a ball that rolls so far meets a team-mate who is offside, and so may not touch it."""
+    for m in range(mates.shape[0]):
+        dx, dy = mates[m, 0] - ball[0], mates[m, 1] - ball[1]
+        along = dx * ux + dy * uy
+        if mate_age[m] <= OLDEST and mates[m, 0] > line and 0.0 < along < length + c.reach and abs(dx * uy - dy * ux) < ASIDE:
+            return True
+    return False
+
+
+@kernel
+def dribble(ball, me, mates, mate_age, line, power, rivals, age, c, out):
     """The best push: direction, speed, room, worth into out[0..3]."""
     out[3] = -1e9
     here, speed = goal_way(ball[0], ball[1], c), math.hypot(me[2], me[3])
@@ -236,7 +251,7 @@ def dribble(ball, me, power, rivals, age, c, out):
                 if math.hypot(x - x0, y - y0) - c.reach <= c.pace * max(0.0, t - 1.0 - turn - c.start):
                     met = t
                     break
-            if met == 0 or not inside(x, y, c):
+            if met == 0 or not inside(x, y, c) or into_mate(ball, ux, uy, s, mates, mate_age, line, c):
                 continue
             room = until_held(x, y, met, room, rivals, age, c)
             value = worth(here - goal_way(x, y, c), met, room, c) - (c.still if met <= 2 else 0.0)
@@ -282,8 +297,11 @@ def give(ball, power, mates, mate_age, line, rivals, age, c, out):
 
 @kernel
 def support(ball_x, ball_y, me, line, rivals, age, c, out):
-    """Where a pass from there could best be taken: x, y into out[0..1]."""
+    """Where a pass from there could best be taken: x, y into out[0..1]; back and aside where all of it is offside."""
     best = -1e9
+    out[0], out[1] = me[0], me[1]
+    if me[0] > line:
+        out[0], out[1] = line - 2.0, me[1] + (BACK if me[1] > ball_y else -BACK)
     for i in range(5):
         for k in range(-3, 4):
             x = ball_x + c.ahead + 4.0 * (i - 2)
@@ -338,7 +356,7 @@ def judge(ball, me, mates, mate_age, rivals, age, near, c, out):
                 if t < o[3]:
                     o[3], meet_x, meet_y = t, x, y
         o[4], o[5] = p[0], p[1]
-        if o[0] > o[3]:
+        if o[0] > o[3] or p[0] > line - 0.5:
             support(meet_x, meet_y, p, line, rivals[n], age[n], c, o[4:6])
         o[6], o[7], o[18] = 0.0, -EMPTY, 0.0
         o[8], o[9], o[10], o[11] = 0.0, 1.0, -EMPTY, -1e9
@@ -350,5 +368,5 @@ def judge(ball, me, mates, mate_age, rivals, age, near, c, out):
         if math.hypot(b[0] - p[0], b[1] - p[1]) < near:
             power = strength(b, p, c)
             o[6], o[18], o[7] = shot(b, power, rivals[n], age[n], c)
-            dribble(b, p, power, rivals[n], age[n], c, o[8:12])
+            dribble(b, p, mates[n], mate_age[n], line, power, rivals[n], age[n], c, o[8:12])
             give(b, power, mates[n], mate_age[n], line, rivals[n], age[n], c, o[12:16])
