@@ -23,7 +23,8 @@ def studio(
     """Watch an agent think, stop it and ask why, edit its net and model: a local page in the browser."""
     import webbrowser
 
-    from .server import Pages, listen, make_app, serve_app
+    from .server import listen, make_app, serve_app
+    from .sockets import Pages
     from .studio import Studio
 
     if sum(given is not None for given in (file, demo, log)) > 1:

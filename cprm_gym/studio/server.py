@@ -6,12 +6,8 @@ It answers only who knows the token that stands in the address, and a websocket 
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import hmac
-import json
 import socket
-from collections import deque
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -19,103 +15,17 @@ from typing import Any
 
 from ..errors import CprmError
 from .calls import Calls
+from .sockets import Answers, Pages, attend
 
 STATIC = Path(__file__).parent / "static"
 """The page's files."""
 LARGEST = 16 << 20
 """Bytes of the largest message that is taken."""
-BACKLOG = 3
-"""Events of a kind marked as passing that may wait for a slow page; older ones are left out."""
 POLICY = "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self'; frame-ancestors 'none'"
 """What the page may load: what comes from here."""
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".png": "image/png",
          ".txt": "text/plain", ".json": "application/json", ".woff2": "font/woff2"}  # fmt: skip
 """Ending -> type, said here because a computer's own list may say otherwise."""
-
-
-class Page:
-    """One page that is connected: what is to be sent to it waits here."""
-
-    def __init__(self) -> None:
-        self._waiting: deque[tuple[str | None, str]] = deque()
-        self._some = asyncio.Event()
-
-    def send(self, text: str, passing: str | None = None) -> None:
-        """Send a text; of those that are `passing`, by its name, only the last few are kept where the page is slow."""
-        if passing is not None and sum(name == passing for name, _ in self._waiting) >= BACKLOG:
-            oldest = next(entry for entry in self._waiting if entry[0] == passing)
-            self._waiting.remove(oldest)
-        self._waiting.append((passing, text))
-        self._some.set()
-
-    async def next(self) -> str:
-        """What is sent next."""
-        while not self._waiting:
-            self._some.clear()
-            await self._some.wait()
-        return self._waiting.popleft()[1]
-
-
-class Pages:
-    """All pages that are connected; events may be published from any thread."""
-
-    def __init__(self) -> None:
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._pages: set[Page] = set()
-
-    def __len__(self) -> int:
-        return len(self._pages)
-
-    def join(self, page: Page) -> None:
-        """One more, in the event loop's thread."""
-        self._loop = asyncio.get_running_loop()
-        self._pages.add(page)
-
-    def leave(self, page: Page) -> None:
-        """One less."""
-        self._pages.discard(page)
-
-    def publish(self, event: str, content: dict[str, Any], passing: bool = False) -> None:
-        """Tell every page of an event.
-
-        Parameters
-        ----------
-        event : str
-        content : dict
-            What JSON can say.
-        passing : bool
-            Whether a newer one makes it worthless, as a picture of a cycle.
-        """
-        if self._loop is None or not self._pages:
-            return
-        text = to_text({"event": event, **content})
-        with contextlib.suppress(RuntimeError):  # the server is closing
-            self._loop.call_soon_threadsafe(self._send, text, event if passing else None)
-
-    def _send(self, text: str, passing: str | None) -> None:
-        for page in self._pages:
-            page.send(text, passing)
-
-
-def to_text(message: Any) -> str:
-    """JSON, compact; a number that JSON does not have is a mistake of ours."""
-    return json.dumps(message, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
-
-
-def from_text(text: str) -> Any:
-    """What a message says.
-
-    Raises
-    ------
-    ValueError
-        When it is not JSON, or holds halves of characters, which could neither be sent to other pages nor be written to a file.
-    RecursionError
-        When it is nested too deeply.
-    """
-    message = json.loads(text)
-    if "\\ud" in text.lower():  # an escape that may be half a character
-        json.dumps(message, ensure_ascii=False).encode()
-    return message
 
 
 def found(path: str) -> Path | None:
@@ -148,7 +58,7 @@ def make_app(calls: Calls, pages: Pages, token: str, hosts: tuple[str, ...]) -> 
         applications, routing, responses = (import_module(f"starlette.{part}") for part in ("applications", "routing", "responses"))
     except ImportError:
         raise CprmError("the studio needs a web server: pip install 'cprm-gym[studio]'") from None
-    rooms: dict[str, asyncio.Lock] = {}
+    answers = Answers(calls)
 
     def allowed(connection: Any) -> bool:
         given = connection.query_params.get("token", "")
@@ -165,57 +75,13 @@ def make_app(calls: Calls, pages: Pages, token: str, hosts: tuple[str, ...]) -> 
             return responses.PlainTextResponse("there is no such file", 404)
         return responses.Response(file.read_bytes(), media_type=TYPES[file.suffix], headers={"Cache-Control": "no-cache"})
 
-    async def answer(page: Page, text: str) -> None:
-        number = None
-        try:
-            message = from_text(text)
-            name, given = message["call"], message.get("with", {})
-            if isinstance(message["id"], (int, str)):
-                number = message["id"]
-            if number is None or not isinstance(name, str) or not isinstance(given, dict):
-                raise TypeError
-        except (ValueError, TypeError, KeyError, RecursionError):
-            page.send(to_text({"re": number, "error": "a message is {id, call, with}", "kind": "FormatError"}))
-            return
-        try:
-            async with rooms.setdefault(name.partition(".")[0], asyncio.Lock()):
-                reply = to_text({"re": number, "result": await asyncio.to_thread(calls.answer, name, given)})
-        except CprmError as error:
-            reply = to_text({"re": number, "error": str(error), "kind": type(error).__name__})
-        except OSError as error:
-            reply = to_text({"re": number, "error": f"{error.filename}: {error.strerror}", "kind": "OSError"})
-        except Exception as error:  # told to the page, which goes on; the trace is for whoever started the server
-            reply = to_text({"re": number, "error": f"{type(error).__name__}: {error}", "kind": "Exception"})
-            asyncio.get_running_loop().call_exception_handler({"message": f"call {name}", "exception": error})
-        page.send(reply)
-
     async def connect(ws: Any) -> None:
         origin = ws.headers.get("origin", "")
         if not allowed(ws) or origin not in [f"http://{host}" for host in hosts]:
             await ws.close(4403)
             return
         await ws.accept()
-        page, tasks = Page(), set()
-        pages.join(page)
-
-        async def send() -> None:
-            while True:
-                await ws.send_text(await page.next())
-
-        sending = asyncio.create_task(send())
-        try:
-            while True:
-                message = await ws.receive()
-                if message["type"] != "websocket.receive":
-                    break
-                task = asyncio.create_task(answer(page, message.get("text") or ""))
-                tasks.add(task)
-                task.add_done_callback(tasks.discard)
-        finally:
-            pages.leave(page)
-            sending.cancel()
-            with contextlib.suppress(asyncio.CancelledError, Exception):  # a page that went away while it was written to
-                await sending
+        await attend(ws, pages, answers)
 
     return applications.Starlette(
         routes=[

@@ -25,7 +25,8 @@ from cprm_gym.architecture.petri.drawing.plan import drawing_plan
 from cprm_gym.studio.running.frames import frame
 from cprm_gym.studio.running.run import Run
 from cprm_gym.studio.running.setup import Setup
-from cprm_gym.studio.server import Pages, listen, make_app, to_text
+from cprm_gym.studio.server import listen, make_app
+from cprm_gym.studio.sockets import Pages, to_text
 from cprm_gym.studio.studio import Studio
 
 TOKEN = "benchmark"

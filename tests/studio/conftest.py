@@ -15,7 +15,8 @@ class Served:
     """A studio that is reached at `address`."""
 
     def __init__(self, **options):
-        from cprm_gym.studio.server import Pages, listen, make_app
+        from cprm_gym.studio.server import listen, make_app
+        from cprm_gym.studio.sockets import Pages
         from cprm_gym.studio.studio import Studio
 
         uvicorn = pytest.importorskip("uvicorn")

@@ -271,7 +271,7 @@ def test_a_part_that_is_looked_for_before_the_net_is_there_is_shown_when_it_come
     page.fill("[type=search]", "nowhere")
     page.keyboard.press("Enter")
     page.wait_for_selector("text=no part of goalie is called nowhere")
-    assert page.get_attribute("[type=search]", "aria-invalid") == ""
+    assert page.get_attribute("[type=search]", "aria-invalid") == "true"
 
 
 def test_episodes_are_played_and_a_failure_is_watched(serve, open_page):
@@ -409,6 +409,39 @@ def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):
     page.wait_for_selector("[data-do=episodes]", state="visible")
     page.keyboard.press("Alt+1")
     page.wait_for_selector(".field", state="visible")
+
+
+def test_a_tall_net_is_shown_so_that_names_can_be_read_and_is_moved_by_bars_and_keys(serve, open_page):
+    _, page = opened(serve, open_page, demo="goalie", seed=2)
+
+    def label():
+        return page.evaluate("document.querySelector('.net-here .node[data-key=shut] .label').getBoundingClientRect().height")
+
+    def top():
+        return page.evaluate("new DOMMatrix(getComputedStyle(document.querySelector('.net-here .world')).transform).f")
+
+    page.wait_for_selector(".net-here .scroll.down")
+    readable = label()
+    assert readable >= 9
+    assert page.locator(".net-here .node[data-key=shut] .label").is_visible()
+    first = top()
+    page.keyboard.press("n")
+    page.keyboard.press("PageDown")
+    assert top() < first - 200
+    page.keyboard.press("PageUp")
+    assert top() == first
+    grip = page.locator(".net-here .scroll.down > div").bounding_box()
+    page.mouse.move(grip["x"] + 3, grip["y"] + 10)
+    page.mouse.down()
+    page.mouse.move(grip["x"] + 3, grip["y"] + 70, steps=3)
+    page.mouse.up()
+    assert top() < first - 100
+    page.keyboard.press("0")
+    page.wait_for_selector(".net-here .scroll.down", state="hidden")
+    assert label() < readable
+    page.keyboard.press("0")
+    page.wait_for_selector(".net-here .scroll.down")
+    assert label() == readable
 
 
 def test_curves_are_drawn_and_a_click_on_them_goes_to_that_cycle(serve, open_page):

@@ -6,6 +6,7 @@ function fill(element, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (name === "value" || name === "checked" || name === "disabled" || name === "hidden") element[name] = value;
+    else if (name.startsWith("aria-") && typeof value === "boolean") element.setAttribute(name, value);
     else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, value === true ? "" : value);
   }
   element.append(...children.flat().filter((child) => child !== null && child !== undefined));
@@ -17,6 +18,12 @@ export const el = (name, attributes = {}, ...children) => fill(document.createEl
 
 /** The same in SVG. */
 export const svg = (name, attributes = {}, ...children) => fill(document.createElementNS(SVG, name), attributes, children);
+
+/** Say, to those who see it and to those who hear it, whether a field holds what cannot be taken. */
+export function invalid(field, wrong) {
+  if (wrong) field.setAttribute("aria-invalid", true);
+  else field.removeAttribute("aria-invalid");
+}
 
 /** Put these children into an element instead of what it holds; null is left out. */
 export function refill(element, ...children) {

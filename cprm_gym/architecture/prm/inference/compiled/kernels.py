@@ -252,31 +252,9 @@ def operate(op, constant, rows, banded, loops, shifts, counter, heap, values, su
 
 @kernel
 def run_plan(
-    ops,
-    constants,
-    rows,
-    banded,
-    loops,
-    shifts,
-    counter,
-    heap,
-    values,
-    message_at,
-    message,
-    columns,
-    evidence,
-    previous,
-    soft,
-    soft_at,
-    outputs,
-    new_message,
-    marginals,
-    sums,
-    entropies,
-    increment,
-    first,
-    last,
-):
+    ops, constants, rows, banded, loops, shifts, counter, heap, values, message_at, message, columns, evidence, previous, soft, soft_at,
+    outputs, new_message, marginals, sums, entropies, increment, first, last,
+):  # fmt: skip
     """Run a plan for every object and the agents from `first` to before `last`.
 
     Parameters

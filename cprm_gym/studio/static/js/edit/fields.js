@@ -1,6 +1,6 @@
 // Fields of forms: what is wrong with an entry stands below it, and the entry stays as it was typed.
 
-import { el } from "../dom.js";
+import { el, invalid } from "../dom.js";
 import { expressionEditor } from "./expressioneditor.js";
 
 let count = 0;
@@ -16,7 +16,7 @@ export function field(label, value, commit, { type = "text", options = null, hin
     input.dataset.now = String(given); // Enter and leaving the field are one entry
     const wrong = await commit(given);
     error.textContent = wrong ?? "";
-    input.toggleAttribute("aria-invalid", Boolean(wrong));
+    invalid(input, Boolean(wrong));
     if (!wrong) input.dataset.was = String(given);
   };
   if (options) {
@@ -35,7 +35,7 @@ export function field(label, value, commit, { type = "text", options = null, hin
       else input.value = input.dataset.was;
       input.dataset.now = input.dataset.was;
       error.textContent = "";
-      input.toggleAttribute("aria-invalid", false);
+      invalid(input, false);
       input.blur();
     }
     if (event.key === "Enter" && multiline && !event.shiftKey) {

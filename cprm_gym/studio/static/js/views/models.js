@@ -2,8 +2,9 @@
 
 import { choose, el, memory } from "../dom.js";
 import { CpdTable } from "../edit/cpdtable.js";
-import { deskOf, told } from "../edit/desk.js";
-import { ask, askText, download, openFile, pick, save } from "../edit/dialogs.js";
+import { deskOf } from "../edit/desk.js";
+import { ask, askText, openFile, pick } from "../edit/dialogs.js";
+import { closeDocument, documentKeys, documentRow, DocumentTools } from "../edit/documents.js";
 import { free, ModelForms } from "../edit/modelforms.js";
 import { ModelGraph } from "../edit/modelgraph.js";
 
@@ -23,7 +24,7 @@ class ModelsView {
     this.desk.addEventListener("documents", () => this.list());
     this.desk.addEventListener("document", () => this.changed());
     document.addEventListener("theme", () => this.middle());
-    this.keys = [["Ctrl+z", "undo", () => this.desk.ask("undo")], ["Ctrl+y", "redo", () => this.desk.ask("redo")], ["Ctrl+s", "save", () => save(this.desk)], ["Ctrl+o", "open a file", () => openFile(this.desk)],
+    this.keys = [...documentKeys(this.desk),
       ["g", "graph and query, or tables", () => this.setMode(this.mode === "graph" ? "table" : "graph")], ["e", "go to the form", () => this.form.querySelector("input")?.focus()],
       ["Tab", "in the graph: the next variable", () => {}], ["Enter", "in the graph: observe the variable", () => {}], ["Delete", "in the graph: no longer observed", () => {}]];
     this.centre.replaceChildren(el("div", { class: "empty" }, el("p", { role: "status" }, "opening…")));
@@ -34,17 +35,9 @@ class ModelsView {
   build(root) {
     const button = (text, title, onclick, name) => el("button", { title, onclick, "data-do": name }, text);
     this.side = el("nav", { class: "panel side", "aria-label": "parts of the model" });
-    this.undo = button("↶", "undo", () => this.desk.ask("undo"), "undo");
-    this.redo = button("↷", "redo", () => this.desk.ask("redo"), "redo");
     this.modes = { table: button("Table", "the CPD of what is selected", () => this.setMode("table"), "table"), graph: button("Graph and query", "the ground net; click variables to observe them (g)", () => this.setMode("graph"), "graph") };
-    const exporting = el("select", { "aria-label": "file", onchange: () => {
-      const form = exporting.value;
-      exporting.value = "";
-      if (form === "as") save(this.desk, { under: true });
-      else if (form) download(this.desk, form);
-    } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), el("option", { value: "json" }, "Export JSON"), el("option", { value: "python" }, "Export Python"));
-    this.state = el("span", { class: "soft", role: "status" });
-    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "model" }, this.modes.table, this.modes.graph, this.undo, this.redo, button("Learn…", "learn the CPDs from a log of readings", () => this.learn(), "learn"), el("span", { class: "room" }), this.state, button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
+    this.files = new DocumentTools(this.desk, [["json", "JSON"], ["python", "Python"]]);
+    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "model" }, this.modes.table, this.modes.graph, this.files.undo, this.files.redo, button("Learn…", "learn the CPDs from a log of readings", () => this.learn(), "learn"), el("span", { class: "room" }), this.files.state, this.files.save, this.files.file);
     this.problem = el("div", { class: "problem bad", role: "status" });
     this.centre = el("div", { class: "panel centre" });
     this.form = el("div", { class: "panel form", "aria-label": "what is selected" });
@@ -75,9 +68,8 @@ class ModelsView {
 
   list() {
     const { current, model } = this.desk;
-    const doc = (one) => el("button", { class: "doc", "aria-current": one.id === current?.id, title: one.source, onclick: () => this.desk.show(one.id) }, one.saved ? "" : "● ", one.name, el("span", { class: "soft" }, ` ${one.kind}`));
     const documents = this.desk.documents.filter((one) => one.model);
-    const parts = [el("h3", {}, "Open"), ...documents.map(doc), el("div", { class: "bar" }, el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { onclick: () => this.newModel() }, "New…"), current && model ? el("button", { onclick: () => this.close() }, "Close") : null)];
+    const parts = [el("h3", {}, "Open"), ...documents.map((one) => documentRow(this.desk, one)), el("div", { class: "bar" }, el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { onclick: () => this.newModel() }, "New…"), current && model ? el("button", { onclick: () => closeDocument(this.desk) }, "Close") : null)];
     if (model) {
       const row = (kind, path, name, depth, more = "") => el("button", { class: `doc depth${depth}`, "aria-current": this.selection?.path?.join() === path.join(), onclick: () => this.select({ kind, path }) }, name, more && el("span", { class: "soft" }, ` ${more}`));
       const { classes = [], relations = [] } = model.model;
@@ -101,12 +93,7 @@ class ModelsView {
       }
     }
     this.side.replaceChildren(...parts);
-    if (current) {
-      [this.undo.disabled, this.redo.disabled] = [!current.history.undo, !current.history.redo];
-      this.undo.title = `undo ${current.history.undo} (Ctrl+Z)`;
-      this.redo.title = `redo ${current.history.redo} (Ctrl+Y)`;
-      this.state.textContent = told(current);
-    }
+    this.files.show();
   }
 
   async changed() {
@@ -156,16 +143,6 @@ class ModelsView {
   async newModel() {
     const name = await askText("A new model", { value: "model", action: "make" });
     if (name) await this.desk.bring("new", { kind: "model", name });
-  }
-
-  async close() {
-    const { current } = this.desk;
-    const sure = current.saved || (await ask("Close without saving?", (close) => [el("p", {}, `${current.name} has changes that were not saved. They are lost when it is closed.`), el("div", { class: "bar" }, el("button", { onclick: () => close(false) }, "keep it open"), el("button", { class: "danger", onclick: () => close(true) }, "close"))]));
-    if (!sure) return;
-    await this.desk.call("close", { id: current.id });
-    this.desk.current = null;
-    memory.set("edit.source", "");
-    await this.desk.begin();
   }
 
   async learn() {

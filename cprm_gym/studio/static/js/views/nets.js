@@ -1,8 +1,9 @@
 // The editor of nets: documents and definitions at the left, the canvas in the middle, what is selected and what checks found at the right.
 
 import { el, memory } from "../dom.js";
-import { deskOf, told } from "../edit/desk.js";
-import { ask, askText, download, openFile, openShipped, pick, save } from "../edit/dialogs.js";
+import { deskOf } from "../edit/desk.js";
+import { askText, openFile, openShipped, pick } from "../edit/dialogs.js";
+import { closeDocument, documentKeys, documentRow, DocumentTools } from "../edit/documents.js";
 import { Game } from "../edit/game.js";
 import { Inspector, NEEDED, portsOf } from "../edit/inspector.js";
 import { NetCanvas } from "../netcanvas.js";
@@ -42,24 +43,16 @@ class NetsView {
     this.side = el("nav", { class: "panel side", "aria-label": "documents" });
     this.arcKind = el("select", { "aria-label": "kind of arc that is drawn", title: "kind of arc that is drawn" }, ...["input or output", "test", "inhibitor", "set"].map((kind) => el("option", { value: kind }, kind)));
     this.arcMode = button("Arcs", "draw arcs by dragging from part to part (w)", () => this.setArcMode(!this.canvas.arcMode), "arcs");
-    this.undo = button("↶", "undo (Ctrl+Z)", () => this.desk.ask("undo"), "undo");
-    this.redo = button("↷", "redo (Ctrl+Y)", () => this.desk.ask("redo"), "redo");
     const add = el("select", { "aria-label": "add a part", "data-do": "add", onchange: () => {
       const kind = add.value;
       add.value = "";
       if (kind) this.add(kind);
     } }, el("option", { value: "" }, "Add…"), ...[...PLACES, ["transition", "Transition"], ["timed", "Timed transition"], ["output", "Transition with a command"], ["module", "Module…"]].map(([value, text]) => el("option", { value }, text)));
-    const exporting = el("select", { "aria-label": "file", onchange: () => {
-      const form = exporting.value;
-      exporting.value = "";
-      if (form === "as") save(this.desk, { under: true });
-      else if (form) download(this.desk, form);
-    } }, el("option", { value: "" }, "File…"), el("option", { value: "as" }, "Save as…"), ...[["json", "JSON"], ["pnml", "PNML"], ["python", "Python"]].map(([value, text]) => el("option", { value }, `Export ${text}`)));
-    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "net" }, add, this.arcMode, this.arcKind, this.undo, this.redo,
+    this.files = new DocumentTools(this.desk, [["json", "JSON"], ["pnml", "PNML"], ["python", "Python"]]);
+    this.tools = el("div", { class: "bar tools", role: "toolbar", "aria-label": "net" }, add, this.arcMode, this.arcKind, this.files.undo, this.files.redo,
       button("Arrange", "forget positions chosen by hand and lay out anew", () => this.desk.try({ op: "arrange", in: this.chosen }), "arrange"), button("Fit", "show all, or, when all is seen, as large as can be read (0)", () => this.canvas.fitOrRead(), "fit"),
       this.values = button("Quantities", "inputs, beliefs, math and continuous places, too (q)", () => this.showQuantities(!this.desk.quantities), "quantities"), button("Play", "the token game (g)", () => this.play(), "play"), el("span", { class: "room" }),
-      button("Save", "save (Ctrl+S)", () => save(this.desk), "save"), exporting);
-    this.state = el("span", { class: "soft", role: "status" });
+      this.files.save, this.files.file);
     this.way = el("div", { class: "bar way", "aria-label": "where" });
     const middle = el("div", { class: "canvas panel" });
     this.canvas = new NetCanvas(middle, { editable: true, label: "net; arrows select, Enter opens, a draws an arc, Delete removes" });
@@ -90,8 +83,7 @@ class NetsView {
   keyMap() {
     const edit = (f) => () => !this.game.on && this.desk.net && f();
     return [
-      ["Ctrl+z", "undo", () => this.desk.ask("undo")], ["Ctrl+y", "redo", () => this.desk.ask("redo")], ["Ctrl+Shift+Z", "redo", () => this.desk.ask("redo")],
-      ["Ctrl+s", "save", () => save(this.desk)], ["Ctrl+o", "open a file", () => openFile(this.desk)],
+      ...documentKeys(this.desk),
       ["p", "add a place", edit(() => this.add("place"))], ["t", "add a transition", edit(() => this.add("transition"))], ["m", "add a module", edit(() => this.add("module"))],
       ["a", "on the canvas: an arc from what is selected; the next part chosen is its end", edit(() => this.canvas.connect())], ["w", "draw arcs by dragging, or move parts", edit(() => this.setArcMode(!this.canvas.arcMode))],
       ["Ctrl+c", "copy what is selected", edit(() => this.copy())], ["Ctrl+v", "paste it, in this net or another", edit(() => this.paste())], ["f", "find a part", () => this.find()],
@@ -122,21 +114,15 @@ class NetsView {
 
   listDocuments() {
     const { current } = this.desk;
-    const row = (one) => el("button", { class: "doc", "aria-current": one.id === current?.id, title: one.source, onclick: () => this.desk.show(one.id) }, one.saved ? "" : "● ", one.name, el("span", { class: "soft" }, ` ${one.kind}`));
     const net = this.desk.net;
     const definitions = net ? Object.keys(net.definitions).reverse() : [];
     const mark = (key) => ({ false: "✗ ", null: "", true: "" })[String(this.worst(key))];
-    this.side.replaceChildren(el("h3", {}, "Open"), ...this.desk.documents.map(row),
+    this.side.replaceChildren(el("h3", {}, "Open"), ...this.desk.documents.map((one) => documentRow(this.desk, one)),
       el("div", { class: "bar" }, el("button", { onclick: () => openFile(this.desk) }, "Open…"), el("button", { onclick: () => this.newNet() }, "New…"), el("button", { onclick: () => openShipped(this.desk) }, "Copy of…")),
       ...(net ? [el("h3", {}, "Nets in it"), ...definitions.map((key) => el("button", { class: "doc", "aria-current": key === this.chosen, onclick: () => this.open(key) }, mark(key), key, key === net.net ? el("span", { class: "soft" }, " file") : "")),
         el("div", { class: "bar" }, el("button", { title: "a new, empty net in this file", onclick: () => this.define() }, "New"), el("button", { title: "the nets of another file", onclick: () => this.bringIn() }, "From file…"), el("button", { title: "remove the net that is shown", disabled: this.chosen === net.net, onclick: () => this.undefine() }, "Remove"))] : []),
-      ...(current ? [el("div", { class: "bar" }, current.path ? el("button", { title: "take back all changes since the file was saved", disabled: current.saved, onclick: () => this.desk.ask("discard") }, "Back to the file") : null, el("button", { onclick: () => this.close() }, "Close"))] : []));
-    if (current) {
-      [this.undo.disabled, this.redo.disabled] = [!current.history.undo, !current.history.redo];
-      this.undo.title = `undo ${current.history.undo} (Ctrl+Z)`;
-      this.redo.title = `redo ${current.history.redo} (Ctrl+Y)`;
-      this.state.textContent = told(current);
-    }
+      ...(current ? [el("div", { class: "bar" }, current.path ? el("button", { title: "take back all changes since the file was saved", disabled: current.saved, onclick: () => this.desk.ask("discard") }, "Back to the file") : null, el("button", { onclick: () => closeDocument(this.desk) }, "Close"))] : []));
+    this.files.show();
   }
 
   async newNet() {
@@ -158,16 +144,6 @@ class NetsView {
     const files = await this.desk.call("browse", {});
     const path = await pick("Nets of another file", files.map((file) => [file, file]), { empty: `no files in ${this.desk.root}` });
     if (path) await this.desk.ask("take_file", { path });
-  }
-
-  async close() {
-    const { current } = this.desk;
-    const sure = current.saved || (await ask("Close without saving?", (close) => [el("p", {}, `${current.name} has changes that were not saved. They are lost when it is closed.`), el("div", { class: "bar" }, el("button", { onclick: () => close(false) }, "keep it open"), el("button", { class: "danger", onclick: () => close(true) }, "close"))]));
-    if (!sure) return;
-    await this.desk.call("close", { id: current.id });
-    this.desk.current = null;
-    memory.set("edit.source", "");
-    await this.desk.begin();
   }
 
   // -- what is shown --------------------------------------------------------------------------------------------------------------------
@@ -223,7 +199,7 @@ class NetsView {
 
   showWay() {
     const path = this.trail ?? [];
-    this.way.replaceChildren(...path.flatMap((key) => [el("button", { class: "plain", onclick: () => this.open(key) }, key), "›"]), el("strong", {}, this.chosen), el("span", { class: "room" }), this.state);
+    this.way.replaceChildren(...path.flatMap((key) => [el("button", { class: "plain", onclick: () => this.open(key) }, key), "›"]), el("strong", {}, this.chosen), el("span", { class: "room" }), this.files.state);
   }
 
   async open(key, part) {

@@ -1,6 +1,6 @@
 // What an agent believes: a distribution for each variable, with what was observed of it, and the relations in force.
 
-import { el, svg } from "../dom.js";
+import { el, invalid, svg } from "../dom.js";
 
 const WIDTH = 190;
 const HEIGHT = 38;
@@ -27,7 +27,9 @@ export class Beliefs {
     const name = this.more.value.trim();
     const known = Object.keys(this.inside?.variables ?? {});
     const chosen = known.filter((one) => one === name || (name && !known.includes(name) && one.startsWith(name)));
-    this.more.classList.toggle("bad", !chosen.length);
+    this.more.setCustomValidity(name && !chosen.length ? `no variable is called ${name}` : "");
+    invalid(this.more, Boolean(name) && !chosen.length);
+    if (name) this.more.reportValidity();
     if (!chosen.length) return;
     this.more.value = "";
     this.onshow([...new Set([...chosen, ...this.rows.keys()])].slice(0, MOST));

@@ -162,11 +162,32 @@ export class Curves {
         return [{ ...line, label: text }, { ...line, label: `${text}, true`, dash: [6, 4], width: 1.5 }];
       })],
       hooks: {
-        draw: [(plot) => this.#mark(plot, colour("--ink"))],
+        draw: [(plot) => { this.#number(plot, colour); this.#mark(plot, colour("--ink")); }],
         setCursor: [() => this.#tell()],
         ready: [(plot) => plot.over.addEventListener("click", () => plot.cursor.idx !== null && this.act.look(plot.data[0][plot.cursor.idx]))],
       },
     };
+  }
+
+  /** The number of each curve at its end, as beside its name: colours alone tell no curves apart. */
+  #number(plot, colour) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    Object.assign(ctx, { font: `bold ${11 * devicePixelRatio}px system-ui, sans-serif`, textAlign: "right", textBaseline: "middle", lineWidth: 4 * devicePixelRatio, strokeStyle: colour("--panel"), lineJoin: "round" });
+    const taken = [];
+    this.what.forEach((_, k) => {
+      const values = plot.data[1 + 2 * k];
+      const last = values?.findLastIndex((v) => v !== null) ?? -1;
+      if (last < 0) return;
+      const x = Math.min(bbox.left + bbox.width - 2, plot.valToPos(plot.data[0][last], "x", true));
+      const y = Math.max(bbox.top + 8, Math.min(bbox.top + bbox.height - 8, plot.valToPos(values[last], plot.series[1 + 2 * k].scale, true)));
+      const beside = taken.filter((other) => Math.abs(other - y) < 10 * devicePixelRatio).length; // where several end, side by side
+      taken.push(y);
+      ctx.fillStyle = colour(`--curve-${k + 1}`);
+      ctx.strokeText(`${k + 1}`, x - 11 * devicePixelRatio * beside, y);
+      ctx.fillText(`${k + 1}`, x - 11 * devicePixelRatio * beside, y);
+    });
+    ctx.restore();
   }
 
   /** A line at the cycle that is shown. */
@@ -197,7 +218,7 @@ export class Curves {
   #chips() {
     this.shown = this.what.map(() => el("output", { class: "mono" }));
     this.chips.replaceChildren(...this.what.map((text, k) => el("span", { class: "curve-chip", role: "listitem", "data-curve": text },
-      el("span", { class: "sample", style: `background: var(--curve-${k + 1})` }), el("span", { class: "mono" }, text), this.shown[k],
+      el("span", { class: "sample", style: `background: var(--curve-${k + 1})` }), el("strong", {}, `${k + 1}`), el("span", { class: "mono" }, text), this.shown[k],
       el("button", { "aria-label": `remove the curve ${text}`, title: "remove", onclick: () => this.#remove(text) }, "×"))));
   }
 

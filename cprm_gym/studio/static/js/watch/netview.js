@@ -1,6 +1,6 @@
 // The net of the agent that is watched, as it works: marking, what fired, what was enabled, clocks, modules at work.
 
-import { choose, el } from "../dom.js";
+import { choose, el, invalid } from "../dom.js";
 import { NetCanvas } from "../netcanvas.js";
 
 const LARGE = 2500;
@@ -69,7 +69,7 @@ export class NetView {
   tell(text, wrong = false) {
     this.told.textContent = this.told.title = text;
     this.told.classList.toggle("bad", wrong);
-    this.find.toggleAttribute("aria-invalid", wrong);
+    invalid(this.find, wrong);
   }
 
   async load(unfold, keep = false) {

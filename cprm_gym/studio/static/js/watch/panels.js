@@ -247,7 +247,7 @@ export class Numbers {
   constructor(write) {
     this.body = el("div", { class: "numbers" });
     this.log = el("button", { "data-do": "readings", title: "what the model was told in the cycles so far, as a log from which Models learns", onclick: write }, "write the readings as a log…");
-    this.element = el("div", {}, this.body, el("div", { class: "bar" }, this.log));
+    this.element = el("div", {}, el("div", { class: "bar" }, this.log), this.body);
   }
 
   draw(inner) {

@@ -363,33 +363,9 @@ def write(heap, constants, outputs, new_message, marginals, sums, lane, row):
 
 @kernel
 def run_plan(
-    ops,
-    band_constants,
-    rows,
-    banded,
-    loops,
-    shifts,
-    counter,
-    heap,
-    tables,
-    values,
-    moves,
-    message_at,
-    message,
-    columns,
-    evidence,
-    previous,
-    soft,
-    soft_at,
-    outputs,
-    new_message,
-    marginals,
-    sums,
-    entropies,
-    increment,
-    first,
-    last,
-):
+    ops, band_constants, rows, banded, loops, shifts, counter, heap, tables, values, moves, message_at, message, columns, evidence,
+    previous, soft, soft_at, outputs, new_message, marginals, sums, entropies, increment, first, last,
+):  # fmt: skip
     """As `kernels.run_plan`, eight rows at a time; the last eight are filled up with the last row.
 
     heap : (H, 8) float scratch
@@ -411,43 +387,12 @@ def run_plan(
     for low in range(0, count, LANES):
         for lane in range(LANES):
             k = min(low + lane, count - 1)
-            read(
-                heap,
-                constants,
-                values,
-                message_at,
-                message,
-                columns,
-                evidence,
-                previous,
-                soft,
-                soft_at,
-                lane,
-                k // share,
-                first + k % share,
-            )
+            read(heap, constants, values, message_at, message, columns, evidence, previous, soft, soft_at, lane,
+                 k // share, first + k % share)  # fmt: skip
         lane_entropies[:] = 0.0
         for o in range(ops.shape[0]):
-            operate(
-                ops[o],
-                band_constants[o],
-                rows,
-                banded,
-                loops,
-                shifts,
-                counter,
-                heap,
-                tables,
-                values,
-                moves,
-                known,
-                total,
-                scale,
-                left,
-                right,
-                lane_sums,
-                lane_entropies,
-            )
+            operate(ops[o], band_constants[o], rows, banded, loops, shifts, counter, heap, tables, values, moves, known, total, scale,
+                    left, right, lane_sums, lane_entropies)  # fmt: skip
         for lane in range(min(LANES, count - low)):
             k = low + lane
             w = first + k % share
