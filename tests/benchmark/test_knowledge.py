@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.agents.knowledge import TIERS
-from cprm_gym.agents.knowledge.players import PLAYERS
+from cprm_gym.agents.knowledge.players import PLAYERS, Player
 from cprm_gym.benchmark import knowledge
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.knowledge import SENSES, KnowledgePlan, play_block, run, summarise
@@ -161,3 +161,13 @@ def test_the_belief_plays_with_the_trackers_numbers_where_there_are_some():
     assert goalie.numbers("belief") == goalie.numbers("tracker") != goalie.numbers("memory")
     assert goalie.origin("belief") == "study tracker"
     assert pair.numbers("belief") == pair.numbers("memory")
+
+
+def test_who_foresees_plays_with_the_numbers_of_who_knows_everything_where_there_are_some(tmp_path, monkeypatch):
+    monkeypatch.setattr("cprm_gym.agents.skills.constants.STUDIES", tmp_path)
+    player = Player(PLAYERS["Goalie2v1"].make, PLAYERS["Goalie2v1"].constants, study="mine")
+    for tier in ("memory", "state"):
+        path = tmp_path / "mine" / f"{tier}.jsonl"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(json.dumps({"tier": tier}) + "\n" + json.dumps({"mean": player.constants().to_dict()}) + "\n")
+        assert player.origin("foresight") == f"study {tier}"

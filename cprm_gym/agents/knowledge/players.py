@@ -33,8 +33,8 @@ from .tiers import Informed
 
 RIVAL = "memory"
 """The tier that the others are compared with, and whose numbers a tier without a study plays with."""
-LIKE = {"belief": "tracker"}
-"""A tier without a study -> the one whose numbers it plays with, where that has a study: both are filters that know the noise."""
+LIKE = {"belief": "tracker", "foresight": "state"}
+"""A tier without a study -> the one whose numbers it plays with, where that has a study: filters that know the noise, oracles."""
 ANYWHERE = tuple(tier for tier in TIERS if tier != "bins")
 """Tiers that know every task; the bins are those of the goalie's model."""
 
