@@ -204,6 +204,7 @@ class SoccerCore(Pitch):
         self._hear = new_hear(self._block, HEARD) if "hear" in told else None
         self._marks = new_landmarks(self._block) if {"landmarks", "lines"} & told else None
         self.see_changes: list[Callable[[See, np.ndarray], None]] = []
+        self._omniscient = self.options.observation == "full" and not (self.scripted or self.played or self.macros or self._memories)
         self._commands = sim.commands
         # a view of the simulator's own array, which stays the same one
         self._ball = sim.world["pos"][:, 0]
@@ -494,7 +495,8 @@ class SoccerCore(Pitch):
 
     def _perceive(self, chosen: np.ndarray, begins: bool) -> None:
         """Senses, memories, observations and feature vectors of some worlds, (n,); `begins`: their episodes do."""
-        see = self.sim.see(self._see, chosen)
+        # where everybody is told the truth and nobody remembers, nobody looks
+        see = self._see if self._omniscient and not self.see_changes else self.sim.see(self._see, chosen)
         for change in self.see_changes:
             change(see, chosen)
         if self._senses.rereads:

@@ -17,6 +17,7 @@ from gymnasium import spaces
 
 from ..errors import UnknownName, unknown_name
 from ..simulator.pitch import HALF_LENGTH, HALF_WIDTH, PENALTY_X, PENALTY_Y, PITCH_WIDTH
+from ..simulator.state import PLAYERS
 from .kernels import observations as kernels
 from .kernels.hfo_high import hfo_high
 from .kernels.hfo_low import hfo_low
@@ -31,6 +32,7 @@ VECTORS = ("hfo_low", "hfo_high", "keepaway")
 """Those that are one vector."""
 REMEMBERED = ("normalised", *VECTORS)
 """Those that are made from the players' memories."""
+TEAM = PLAYERS // 2
 
 
 class Scale:
@@ -44,8 +46,8 @@ class Scale:
         |y| of the inner edges of the goal posts, m.
     ball_speed, stamina : float
         ``ball_speed_max`` and ``stamina_max``.
-    marks : (11, 2) float array
-        Landmarks of HFO: goal centre, goal posts, penalty box centre and corners, centre of the field, corners of the half.
+    marks : (2, 11) float array
+        x and y of the landmarks of HFO: goal centre, goal posts, penalty box centre and corners, centre of the field, corners of the half.
     """
 
     def __init__(self, pitch: Pitch) -> None:
@@ -59,7 +61,7 @@ class Scale:
                 (PENALTY_X, PENALTY_Y), (0.0, 0.0), (0.0, -HALF_WIDTH), (HALF_LENGTH, -HALF_WIDTH), (HALF_LENGTH, HALF_WIDTH),
                 (0.0, HALF_WIDTH),
             ]
-        )  # fmt: skip
+        ).T.copy()  # fmt: skip
 
 
 def check_preset(name: str) -> str:
@@ -152,7 +154,8 @@ class Preset:
         self._mates = np.array([[k for k in range(self.mates) if k != me][:mates] for me in own], np.int64).reshape(len(own), mates)
         self._takers = 11 + np.arange(opponents)
         self._others = np.concatenate([self._mates, np.tile(self._takers, (len(own), 1))], axis=1)
-        self._places, self._ways = np.zeros((2, opponents)), np.zeros((5, mates + opponents))
+        self._places, self._ways, self._sines = np.zeros((2, opponents)), np.zeros((7, PLAYERS)), np.zeros((3, PLAYERS))
+        self._best, self._hiders = np.zeros((6, TEAM)), np.zeros(TEAM, np.int64)
 
     @property
     def plain(self) -> bool:
@@ -214,7 +217,7 @@ class Preset:
         hfo_low(
             sim.world, sim.packed, worlds, pitch.players, pitch.remembered(), sim.commands, pitch.cycle, o["body"],
             int(BodyFeature.COLLIDED_BALL), o["players"], o["level"], self._others, s.marks, s.diagonal, s.ball_speed, s.stamina,
-            self.kicks, self.vector,
+            self._sines, self.kicks, self.vector,
         )  # fmt: skip
 
     def _hfo_high(self, pitch: Pitch, worlds: np.ndarray) -> None:
@@ -222,7 +225,7 @@ class Preset:
         s, sim = self.scale, pitch.sim
         hfo_high(
             sim.world, sim.packed, worlds, pitch.players, pitch.remembered(), sim.commands, pitch.cycle, self._mates, self.opponents,
-            s.post, s.diagonal, s.stamina, self._places, self._ways, self.kicks, self.drawn, self.vector,
+            s.post, s.diagonal, s.stamina, self._places, self._ways, self._best, self._hiders, self.kicks, self.drawn, self.vector,
         )  # fmt: skip
 
     def _keepaway(self, pitch: Pitch, worlds: np.ndarray) -> None:
@@ -231,7 +234,7 @@ class Preset:
         Distances are divided by the diagonal of the region (the pitch for other tasks), angles by pi.
         """
         scale = 2.0 * math.hypot(*pitch.region)
-        keepaway(worlds, pitch.players, pitch.remembered(), self._mates, self._takers, scale, self._ways, self.vector)
+        keepaway(worlds, pitch.players, pitch.remembered(), self._mates, self._takers, scale, self._ways, self._best, self.vector)
 
 
 def see_everything(pitch: Pitch, worlds: np.ndarray) -> None:

@@ -55,7 +55,7 @@ def test_a_glance_at_the_landmarks_places_a_player_as_the_message_does():
         see, body, marks = sim.see(), sim.sense_body(), sim.landmarks()
         memory_kernels.update(
             sim.world, sim.packed, core.every, before, sim.commands, ours.active, see.fresh, see.ball, see.ball_level, see.players,
-            see.players_level, body, True, marks.landmarks, marks.level, marks.lines, marks.line,
+            see.players_level, body, True, np.zeros((3, 55)), marks.landmarks, marks.level, marks.lines, marks.line,
         )  # fmt: skip
         updates += see.fresh.sum()
         np.testing.assert_array_equal(before, ours.records)

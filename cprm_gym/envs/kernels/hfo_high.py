@@ -2,8 +2,9 @@
 
 The goal is looked at along 29 rays. An opponent covers those that pass within half a metre of him (seen from at least 0.3 m away); they
 lie side by side, so cross products of the edges of his cone with the posts tell the first and the last of them. Most opponents are too far
-aside of the goal for any, which their distance from the rays to the posts tells without a root. Covered rays are bits of a word, and an
-arctangent is taken only of the gaps that are left. What is open for team-mates stays as it is until the player has had another look.
+aside of the goal for any, which their distance from the rays to the posts tells without a root, for the whole team at once. Covered rays
+are bits of a word, and an arctangent is taken of the widest gap alone. What is open for team-mates stays as it is until the player has had
+another look.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from ...simulator.kernels.senses import lowest_bit
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from . import kernel
 from .observations import wrapped
-from .vectors import RECENT, angle_between, clear, flag, kickable, last_action_possible, length, near, put, unit
+from .vectors import RECENT, angle_between, arc, clear, flag, kickable, last_action_possible, length, near, put, unit
 
 PI = math.pi
 RAYS = 29
@@ -57,8 +58,8 @@ def above(low, high):
 
 @kernel
 def widest(free, low, high, ahead):
-    """Angle of the widest gap between rays that are free (bits)."""
-    best = 0.0
+    """Angle of the widest gap between rays that are free (bits); gaps are compared by products, and one arctangent is taken at the end."""
+    cross, dot = 0.0, 1.0
     step = (high - low) / (RAYS - 1)
     first = 0
     while free:
@@ -66,11 +67,12 @@ def widest(free, low, high, ahead):
         first += skipped
         free >>= skipped
         count = lowest_bit(~free)
-        if count > 1:
-            best = max(best, angle_between(ahead, low + first * step, ahead, low + (first + count - 1) * step))
+        begin, end = low + first * step, low + (first + count - 1) * step
+        c, d = ahead * (end - begin), ahead * ahead + begin * end
+        cross, dot = (c, d) if c * dot > cross * d else (cross, dot)
         first += count
         free >>= count
-    return best
+    return arc(cross, dot)
 
 
 @kernel
@@ -92,26 +94,66 @@ def gap_from_behind(x, y, post, places, count):
 
 
 @kernel
-def goal_opening(x, y, post, places, count):
+def goal_opening(x, y, post, places, count, hiders):
     """The widest part of the goal that no opponent covers, seen from (x, y), as share of 90 degrees mapped to [-1, 1].
 
-    places : (2, n) x and y of the `count` opponents that are known
+    places : (2, n) x and y of the `count` opponents that are known; hiders : those of `hiders_of`, as bits
     """
     ahead = HALF_LENGTH - x
     if ahead > 0.0:
         low, high = -post - y, post - y
-        low_x, low_y, _ = unit(ahead, low)
-        high_x, high_y, _ = unit(ahead, high)
         cover = np.int64(0)
-        for j in range(count):
-            dx, dy = places[0, j] - x, places[1, j] - y
-            # metres aside of the rays to the posts: who is farther than what he covers hides nothing between them
-            if (dx < ahead) & (low_x * dy - low_y * dx > -ASIDE) & (high_y * dx - high_x * dy > -ASIDE):
-                cover |= covered(dx, dy, low, high, ahead)
-        gap = widest(np.int64(ALL) & ~cover, low, high, ahead) if cover else angle_between(ahead, low, ahead, high)
+        while hiders:
+            j = lowest_bit(hiders)
+            hiders &= hiders - 1
+            cover |= covered(places[0, j] - x, places[1, j] - y, low, high, ahead)
+        gap = widest(np.int64(ALL) & ~cover, low, high, ahead)
     else:
         gap = gap_from_behind(x, y, post, places, count)
     return 2.0 * min(gap / (0.5 * PI), 1.0) - 1.0
+
+
+@kernel
+def rays_to_posts(x, y, post):
+    """Directions (x, y) of the posts seen from (x, y), the lower first."""
+    low_x, low_y, _ = unit(HALF_LENGTH - x, -post - y)
+    high_x, high_y, _ = unit(HALF_LENGTH - x, post - y)
+    return low_x, low_y, high_x, high_y
+
+
+@kernel
+def may_hide(dx, dy, ahead, low_x, low_y, high_x, high_y):
+    """Whether somebody at (dx, dy) may cover a ray: who is farther aside of the rays to the posts than what he covers hides nothing."""
+    return (dx < ahead) & (low_x * dy - low_y * dx > -ASIDE) & (high_y * dx - high_x * dy > -ASIDE)
+
+
+@kernel
+def hiders_of(x, y, post, places, count):
+    """The opponents who may cover a part of the goal from (x, y), as bits."""
+    low_x, low_y, high_x, high_y = rays_to_posts(x, y, post)
+    hiders = np.int64(0)
+    for j in range(count):
+        dx, dy = places[0, j] - x, places[1, j] - y
+        hiders |= np.int64(may_hide(dx, dy, HALF_LENGTH - x, low_x, low_y, high_x, high_y)) << j
+    return hiders
+
+
+@kernel
+def survey_team(m, team, post, places, count, diagonal, rays, squares, hiders):
+    """`hiders_of` and the squared distance of the nearest opponent for all of the own team, side by side.
+
+    rays : (4, 11), squares : (11,), hiders : (11,), to be overwritten; columns are memory indices 0 to `team` - 1
+    """
+    for k in range(team):
+        rays[0, k], rays[1, k], rays[2, k], rays[3, k] = rays_to_posts(m.px[k], m.py[k], post)
+        squares[k], hiders[k] = diagonal * diagonal, 0
+    for j in range(count):
+        x, y = places[0, j], places[1, j]
+        for k in range(team):
+            dx, dy = x - m.px[k], y - m.py[k]
+            squares[k] = min(squares[k], dx * dx + dy * dy)
+            hides = may_hide(dx, dy, HALF_LENGTH - m.px[k], rays[0, k], rays[1, k], rays[2, k], rays[3, k])
+            hiders[k] |= np.int64(hides) << j
 
 
 @kernel
@@ -125,20 +167,23 @@ def nearest(x, y, places, count, diagonal):
 
 
 @kernel
-def pass_opening(tx, ty, ways, count):
-    """Angle between the way (tx, ty) to a team-mate and the opponent nearest to it, as share of 180 degrees mapped to [-1, 1].
+def nearest_ways(m, team, ways, count, best):
+    """For all of the own team, side by side, the opponent whose direction is nearest to the way to them and who is not much farther.
 
-    ways : (3, n) directions (x, y) of the `count` opponents that are known, and how far they are
+    ways : (3, n) directions (x, y) of the `count` opponents that are known, and how far they are; best : (6, 11), overwritten: the way (x,
+    y) and its length, the cosine of the angle (-2: nobody) and the opponent's direction (x, y)
     """
-    ux, uy, distance = unit(tx, ty)
-    best, which = -2.0, -1
+    for k in range(team):
+        best[0, k], best[1, k], best[2, k] = unit(m.px[k] - m.x, m.py[k] - m.y)
+        best[3, k], best[4, k], best[5, k] = -2.0, 1.0, 0.0
     for j in range(count):
-        along = ux * ways[0, j] + uy * ways[1, j]
-        if ways[2, j] < distance + 1.0 and along > best:
-            best, which = along, j
-    if which < 0:
-        return 1.0
-    return 2.0 * angle_between(ux, uy, ways[0, which], ways[1, which]) / PI - 1.0
+        x, y, far = ways[0, j], ways[1, j], ways[2, j]
+        for k in range(team):
+            along = best[0, k] * x + best[1, k] * y
+            nearer = (far < best[2, k] + 1.0) & (along > best[3, k])
+            best[3, k] = along if nearer else best[3, k]
+            best[4, k] = x if nearer else best[4, k]
+            best[5, k] = y if nearer else best[5, k]
 
 
 @kernel
@@ -162,23 +207,24 @@ def put_place(out, at, known, x, y, number):
 
 
 @kernel
-def put_passes(m, mates, ways, count, out, at):
-    """The way to each of the team-mates (memory indices)."""
+def put_passes(m, mates, best, out, at):
+    """For each of the team-mates (memory indices) the angle between the way to him and the opponent nearest to it, as share of 180
+    degrees mapped to [-1, 1]."""
     for k in range(mates.shape[0]):
         j = mates[k]
-        known = m.age[j] <= RECENT
-        put(out, at + k, pass_opening(m.px[j] - m.x, m.py[j] - m.y, ways, count) if known else 0.0)
+        angle = angle_between(best[0, j], best[1, j], best[4, j], best[5, j]) if best[3, j] > -2.0 else PI
+        put(out, at + k, 2.0 * angle / PI - 1.0 if m.age[j] <= RECENT else 0.0)
 
 
 @kernel
-def put_mates(m, mates, post, places, count, diagonal, out, at):
+def put_mates(m, mates, post, places, count, diagonal, squares, hiders, out, at):
     """What is open for the team-mates, entry after entry of each kind, and where they are; their passes lie between."""
     n = mates.shape[0]
     for k in range(n):
         j = mates[k]
         known = m.age[j] <= RECENT
-        put(out, at + k, goal_opening(m.px[j], m.py[j], post, places, count) if known else 0.0)
-        put(out, at + n + k, nearest(m.px[j], m.py[j], places, count, diagonal) if known else 0.0)
+        put(out, at + k, goal_opening(m.px[j], m.py[j], post, places, count, hiders[j]) if known else 0.0)
+        put(out, at + n + k, near(math.sqrt(squares[j]), diagonal) if known else 0.0)
         put_place(out, at + 3 * n + 3 * k, known, m.px[j], m.py[j], j + 1)
 
 
@@ -211,23 +257,28 @@ def put_own(w, p, m, i, post, places, count, diagonal, out):
         clear(out, 3, 5)
     flag(out, 5, kickable(w, p, m, i))
     put(out, 6, near(length(HALF_LENGTH - m.x, m.y), diagonal))
-    put(out, 7, math.atan2(-m.y, HALF_LENGTH - m.x) / PI)
-    put(out, 8, goal_opening(m.x, m.y, post, places, count))
+    angle = arc(abs(m.y), HALF_LENGTH - m.x) / PI
+    put(out, 7, -angle if m.y > 0.0 else angle)
+    put(out, 8, goal_opening(m.x, m.y, post, places, count, hiders_of(m.x, m.y, post, places, count)))
     put(out, 9, nearest(m.x, m.y, places, count, diagonal))
     return 10
 
 
 @kernel
 def hfo_high(
-    worlds, packed, chosen, players, memory, sent, cycles, mates, opponents, post, diagonal, stamina_max, places, ways, kicks, drawn, out,
+    worlds, packed, chosen, players, memory, sent, cycles, mates, opponents, post, diagonal, stamina_max, places, ways, best, hiders, kicks,
+    drawn, out,
 ):  # fmt: skip
     """The vectors of the agents in the chosen worlds.
 
     chosen : (n,); players : (A,) object numbers; memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle; cycles : (W,);
-    mates : (A, mates) memory indices; opponents : how many; post : |y| of the posts; places : (2, 11) and ways : (3, 11) to be
-    overwritten; kicks : (W, A); drawn : (W, A), the `picture` that the entries of others in `out` rest on; out : (W, A, entries)
+    mates : (A, mates) memory indices; opponents : how many; post : |y| of the posts; places : (2, 11), ways : (3, 11), best : (6, 11) and
+    hiders : (11,) int to be overwritten; kicks : (W, A); drawn : (W, A), the `picture` that the entries of others in `out` rest on;
+    out : (W, A, entries)
     """
     p = packed[0]
+    n_mates = mates.shape[1]
+    team = n_mates + 1
     for c in range(chosen.shape[0]):
         n = chosen[c]
         w = worlds[n]
@@ -237,13 +288,14 @@ def hfo_high(
             o = out[n, k]
             count = known_opponents(m, opponents, places, ways)
             at = put_own(w, p, m, i, post, places, count, diagonal, o)
-            n_mates = mates.shape[1]
             known = picture(m)
             if known != drawn[n, k]:
-                put_mates(m, mates[k], post, places, count, diagonal, o, at)
+                survey_team(m, team, post, places, count, diagonal, best[:4], best[4], hiders)
+                put_mates(m, mates[k], post, places, count, diagonal, best[4], hiders, o, at)
                 put_opponents(m, opponents, o, at + 6 * n_mates)
                 drawn[n, k] = known
-            put_passes(m, mates[k], ways, count, o, at + 2 * n_mates)
+            nearest_ways(m, team, ways, count, best)
+            put_passes(m, mates[k], best, o, at + 2 * n_mates)
             at += 6 * n_mates + 3 * opponents
             flag(o, at, last_action_possible(w, i, sent[n, i], cycles[n], kicks[n], k))
             put(o, at + 1, 2.0 * m.stamina / stamina_max - 1.0)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from ...simulator.kernels.geometry import D2R
+from ...simulator.kernels.rounding import rough_degrees
 from ...simulator.player_types import T_KICKABLE_SQUARED
 from ...simulator.state import CommandKind, Count
 from . import kernel
@@ -74,6 +76,25 @@ def put_way(out, at, dx, dy, cosine, sine, diagonal):
 
 
 @kernel
+def ways_to(m, xs, ys, cosine, sine, diagonal, ways):
+    """What `put_way` puts, for many places side by side: without branches, so that several are worked out at once.
+
+    xs, ys : (n,); ways : (3, n) sines, cosines, proximities; 0 for what is no number
+    """
+    scale = 2.0 / diagonal
+    for k in range(xs.shape[0]):
+        dx, dy = xs[k] - m.x, ys[k] - m.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        inverse = 1.0 / distance
+        # at no distance the way is that of the x axis; what is no number fails every comparison
+        x, y = (dx * inverse, dy * inverse) if distance > 0.0 else (1.0, 0.0)
+        number = distance >= 0.0
+        ways[0, k] = y * cosine - x * sine if number else 0.0
+        ways[1, k] = x * cosine + y * sine if number else 0.0
+        ways[2, k] = 1.0 - scale * min(distance, diagonal) if number else 0.0
+
+
+@kernel
 def put_course(out, at, vx, vy, cosine, sine):
     """Two entries: sine and cosine of a velocity against the direction (cosine, sine), zeros at rest; its length."""
     x, y, speed = unit(vx, vy)
@@ -92,8 +113,16 @@ def clear(out, first, last):
 
 @kernel
 def angle_between(ax, ay, bx, by):
-    """Angle between two directions, 0 to pi."""
-    return math.atan2(abs(ax * by - ay * bx), ax * bx + ay * by)
+    """Angle between two directions, 0 to pi, to 5e-7: less than a vector's single precision shows after a division by pi."""
+    return arc(abs(ax * by - ay * bx), ax * bx + ay * by)
+
+
+@kernel
+def arc(cross, dot):
+    """Angle, 0 to pi, whose sine and cosine are as `cross`, at least 0, to `dot`; 0 where there is none."""
+    if cross == 0.0 and dot == 0.0:
+        return 0.0
+    return rough_degrees(dot, cross) * D2R
 
 
 @kernel

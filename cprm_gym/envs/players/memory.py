@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...simulator.landmarks import LANDMARKS
 from ...simulator.packing import pack
 from ...simulator.parameters import ServerParameters
 from ...simulator.player_types import PlayerParameters, PlayerType
@@ -75,7 +76,7 @@ class Memories:
         self.records: np.ndarray = np.zeros((simulator.worlds, PLAYERS), MEMORY)
         self._all = np.arange(simulator.worlds)
         # where messages tell of landmarks, theirs; else room for those of one player, who looks at them himself
-        self._landmarks = new_landmarks(1)
+        self._landmarks, self._sight = new_landmarks(1), np.zeros((3, LANDMARKS))
         kernels.embody_all(self.records, simulator.packed)
         self.forget(self._all)
 
@@ -102,7 +103,7 @@ class Memories:
         marks = self.simulator.landmarks(self._landmarks) if told else self._landmarks
         kernels.update(
             self.simulator.world, self.simulator.packed, worlds, self.records, sent, self.active, see.fresh, see.ball, see.ball_level,
-            see.players, see.players_level, body, told, marks.landmarks, marks.level, marks.lines, marks.line,
+            see.players, see.players_level, body, told, self._sight, marks.landmarks, marks.level, marks.lines, marks.line,
         )  # fmt: skip
 
     def know(self, worlds: np.ndarray | None = None) -> None:

@@ -19,10 +19,11 @@ from ..state import PLAYERS
 from . import kernel
 from .geometry import D2R, norm, quantize
 from .random import SEE_FLAG, SEE_FLAG_DISTANCE
-from .rounding import banded_distance, quantised_length, seen_distance, told_degrees
+from .rounding import banded_distance, is_settled, quantised_length, rough_degrees, seen_distance, told_degrees
 from .senses import (
     FELT,
     LOW_QUALITY,
+    MARGIN,
     PI,
     ROUNDING_PROTOCOL,
     TOLD,
@@ -45,6 +46,7 @@ from .senses import (
 
 _TICK = 64
 _RIGHT_GOAL, _LEFT_GOAL = GOALS
+_MARK_X, _MARK_Y = (np.ascontiguousarray(LANDMARK_POSITIONS[:, axis]) for axis in range(2))
 
 
 @kernel
@@ -81,24 +83,52 @@ def perhaps_seen_landmarks(eye, protocol):
 
 
 @kernel
-def glance_at_landmarks(w, p, i, protocol, tick, rows):
+def survey(eye, sight):
+    """Distance (m) and rough direction (degrees) of every landmark, side by side; those that are not certainly out of the cone, as bits.
+
+    One pass without branches, so that several landmarks are worked out at once. sight : (3, 55), the last row how far inside the cone's
+    edge, m
+    """
+    mask = np.int64(0)
+    for j in range(LANDMARKS):
+        dx, dy = _MARK_X[j] - eye.x, _MARK_Y[j] - eye.y
+        ahead, aside = dx * eye.cosine + dy * eye.sine, dy * eye.cosine - dx * eye.sine
+        distance = math.sqrt(dx * dx + dy * dy)
+        sight[0, j], sight[1, j] = distance, rough_degrees(ahead, aside)
+        sight[2, j] = ahead - eye.edge * distance
+    for j in range(LANDMARKS):
+        mask |= np.int64(sight[2, j] >= -MARGIN * sight[0, j]) << j
+    return mask
+
+
+@kernel
+def glance_at_landmarks(w, p, i, protocol, tick, sight, rows):
     """What finding one's own place needs of `look_at_landmarks`: which landmarks are seen, as bits, where they are told to be.
 
-    rows : (55, 4); only distance (m) and direction (rad) of those seen are written, the same numbers as in the message
+    sight : (3, 55) to be overwritten; rows : (55, 4); only distance (m) and direction (rad) of those seen are written, the same numbers as
+    in the message
     """
     eye = eye_of(w, p, i, protocol)
     farthest, _, _ = flag_limits(w, p, i, eye.modern)
-    mask = perhaps_seen_landmarks(eye, protocol)
-    seen = np.int64(0)
+    mask, seen = survey(eye, sight), np.int64(0)
+    # what most eyes are, decided once and not landmark by landmark
+    plain, step = not (eye.gaussian or eye.focused or eye.low), p.quantize_step_l
     while mask:
         j = lowest_bit(mask)
         mask &= mask - 1
-        dx, dy = LANDMARK_POSITIONS[j, 0] - eye.x, LANDMARK_POSITIONS[j, 1] - eye.y
-        distance = math.sqrt(dx * dx + dy * dy)
-        if is_in_view(eye, dx, dy, distance, farthest):
+        distance = sight[0, j]
+        if distance >= farthest or protocol < LANDMARK_PROTOCOLS[j]:
+            continue
+        if sight[2, j] <= MARGIN * distance and not is_in_view(eye, _MARK_X[j] - eye.x, _MARK_Y[j] - eye.y, distance, farthest):
+            continue
+        seen |= np.int64(1) << j
+        degrees = np.rint(sight[1, j])
+        if plain and is_settled(sight[1, j], degrees) and eye.rounded and distance > 1e-6:
+            rows[j, 0], rows[j, 1] = banded_distance(distance, step), degrees * D2R
+        else:
+            dx, dy = _MARK_X[j] - eye.x, _MARK_Y[j] - eye.y
             rows[j, 0] = np.nan if eye.low else tell_landmark_distance(w, p, i, eye, j + _TICK * tick, dx, dy, distance)
             rows[j, 1] = told_direction(eye, dx, dy)
-            seen |= np.int64(1) << j
     return seen
 
 
@@ -169,43 +199,97 @@ def swap_landmarks(i, rows, levels, a, b):
 
 
 @kernel
+def line_ahead(x, y, line, face_x, face_y):
+    """(across, along, share) of a line: how far off it is, where the face meets its extension times `share`, the cosine of the slant.
+
+    The slant, between the face (face_x, face_y) and the way straight to the line, is a quarter turn or more where `share` is not above 0.
+    """
+    if line <= 2:
+        across = (-HALF_LENGTH if line == 1 else HALF_LENGTH) - x
+        share, rise, other = face_x, face_y, y
+    else:
+        across = (-HALF_WIDTH if line == 3 else HALF_WIDTH) - y
+        share, rise, other = face_y, face_x, x
+    if across < 0.0 or (across == 0.0 and line % 2 == 1):
+        share = -share
+    return across, other * share + abs(across) * rise, share
+
+
+@kernel
+def slant_to(w, i, line, across):
+    """Angle between the face of player `i` and the way straight to a line, rad."""
+    if line <= 2:
+        normal_direction = PI if line == 1 else 0.0
+        beyond = across > 0.0 if line == 1 else across < 0.0
+    else:
+        normal_direction = -0.5 * PI if line == 3 else 0.5 * PI
+        beyond = across > 0.0 if line == 3 else across < 0.0
+    if beyond:
+        normal_direction += PI
+    return norm(normal_direction - w.body[i] - w.neck[i])
+
+
+@kernel
+def meets_line(x, y, line, across, slant):
+    """Whether the face meets a line between its ends, by the server's formula."""
+    if abs(slant) >= 0.5 * PI:
+        return False
+    if line <= 2:
+        return abs(y - across * math.tan(slant)) <= HALF_WIDTH
+    return abs(x + across * math.tan(slant)) <= HALF_LENGTH
+
+
+@kernel
+def lines_in_view(w, i):
+    """The first line that player `i` sees, and the second, which he sees from outside the pitch alone; 0 for none.
+
+    Components decide; only where they come near an end of a line or a quarter turn does the formula with its tangent.
+    """
+    x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
+    wanted = 1 if abs(x) < HALF_LENGTH and abs(y) < HALF_WIDTH else 2
+    angle = w.body[i] + w.neck[i]
+    face_x, face_y = math.cos(angle), math.sin(angle)
+    first = 0
+    for line in range(1, 5):
+        across, along, share = line_ahead(x, y, line, face_x, face_y)
+        spare = (HALF_WIDTH if line <= 2 else HALF_LENGTH) * share - abs(along)
+        if abs(share) < 1e-6 or abs(spare) < 1e-6:
+            seen = meets_line(x, y, line, across, slant_to(w, i, line, across))
+        else:
+            seen = share > 0.0 and spare > 0.0
+        if seen:
+            if wanted == 1 or first > 0:
+                return (line, 0) if wanted == 1 else (first, line)
+            first = line
+    return first, 0
+
+
+@kernel
+def told_line_direction(w, i, line, protocol):
+    """Direction (rad, whole degrees) of a line relative to the face of player `i`, who sees it."""
+    x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
+    across, _, _ = line_ahead(x, y, line, 1.0, 0.0)
+    slant = slant_to(w, i, line, across)
+    return told_degrees(slant - 0.5 * PI if slant > 0.0 else slant + 0.5 * PI, protocol >= ROUNDING_PROTOCOL) * D2R
+
+
+@kernel
 def look_at_lines(w, p, i, protocol, rows, ids):
     """Lines of one message of player `i`: one when he is inside the pitch, at most two outside.
 
     rows : (22, 2, 2) distance (m) and direction (rad); only row `i` is written and must be zero when called
     ids : (22, 2) `Line`
     """
-    x, y = w.pos[i + 1, 0], w.pos[i + 1, 1]
-    wanted = 1 if abs(x) < HALF_LENGTH and abs(y) < HALF_WIDTH else 2
-    found = 0
-    for line in range(1, 5):
-        if line <= 2:
-            across = (-HALF_LENGTH if line == 1 else HALF_LENGTH) - x
-            normal_direction = PI if line == 1 else 0.0
-            beyond = across > 0.0 if line == 1 else across < 0.0
-        else:
-            across = (-HALF_WIDTH if line == 3 else HALF_WIDTH) - y
-            normal_direction = -0.5 * PI if line == 3 else 0.5 * PI
-            beyond = across > 0.0 if line == 3 else across < 0.0
-        if beyond:
-            normal_direction += PI
-        slant = norm(normal_direction - w.body[i] - w.neck[i])
-        if abs(slant) >= 0.5 * PI:
-            continue
-        if line <= 2:
-            hit, end = y - across * math.tan(slant), HALF_WIDTH
-        else:
-            hit, end = x + across * math.tan(slant), HALF_LENGTH
-        if abs(hit) > end:
-            continue
-        rows[i, found, 0] = quantize(quantised_length(abs(across / math.cos(slant)), p.quantize_step_l), 0.1)
-        rows[i, found, 1] = told_degrees(slant - 0.5 * PI if slant > 0.0 else slant + 0.5 * PI, protocol >= ROUNDING_PROTOCOL) * D2R
-        if w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]:
-            rows[i, found, 0] = np.nan
-        ids[i, found] = line
-        found += 1
-        if found == wanted:
-            return
+    ids[i, 0], ids[i, 1] = lines_in_view(w, i)
+    for k in range(2):
+        line = ids[i, k]
+        if line > 0:
+            across, _, _ = line_ahead(w.pos[i + 1, 0], w.pos[i + 1, 1], line, 1.0, 0.0)
+            slant = slant_to(w, i, line, across)
+            rows[i, k, 0] = quantize(quantised_length(abs(across / math.cos(slant)), p.quantize_step_l), 0.1)
+            rows[i, k, 1] = told_line_direction(w, i, line, protocol)
+            if w.view_quality[i] == LOW_QUALITY and not w.synchronous[i]:
+                rows[i, k, 0] = np.nan
 
 
 @kernel

@@ -98,27 +98,34 @@ def told_degrees(angle, rounded):
 
 
 @kernel
+def rough_degrees(ahead, aside):
+    """Direction (degrees) of a vector with these components along the face and a right angle from it, to 3e-5; without branches."""
+    long, short = abs(ahead), abs(aside)
+    steep = short > long
+    long, short = (short, long) if steep else (long, short)
+    x = short / long
+    u = x * x
+    angle = x * (_A0 + u * (_A1 + u * (_A2 + u * (_A3 + u * (_A4 + u * (_A5 + u * _A6)))))) * R2D
+    angle = 90.0 - angle if steep else angle
+    angle = 180.0 - angle if ahead < 0.0 else angle
+    return -angle if aside < 0.0 else angle
+
+
+@kernel
+def is_settled(rough, degrees):
+    """Whether a direction known roughly is certainly rounded to `degrees`."""
+    return abs(rough - degrees) < 0.5 - _MARGIN and abs(degrees) < 180.0
+
+
+@kernel
 def face_degrees(dx, dy, ahead, aside, body, neck):
-    """``rounded_degrees(face_direction(dx, dy, body, neck))``.
+    """``rounded_degrees(face_direction(dx, dy, body, neck))``, decided by `rough_degrees` wherever it can be.
 
     `ahead` and `aside` are the components of (dx, dy) along the face and a right angle from it, exact to about 1e-12 of the length.
     """
-    long, short = abs(ahead), abs(aside)
-    steep = short > long
-    if steep:
-        long, short = short, long
-    if long > 1e-6:
-        x = short / long
-        u = x * x
-        angle = x * (_A0 + u * (_A1 + u * (_A2 + u * (_A3 + u * (_A4 + u * (_A5 + u * _A6)))))) * R2D
-        if steep:
-            angle = 90.0 - angle
-        if ahead < 0.0:
-            angle = 180.0 - angle
-        if aside < 0.0:
-            angle = -angle
-        degrees = np.rint(angle)
-        off = abs(angle - degrees)
-        if off < 0.5 - _MARGIN and abs(degrees) < 180.0:
+    if max(abs(ahead), abs(aside)) > 1e-6:
+        rough = rough_degrees(ahead, aside)
+        degrees = np.rint(rough)
+        if is_settled(rough, degrees):
             return degrees
     return rounded_degrees(face_direction(dx, dy, body, neck))

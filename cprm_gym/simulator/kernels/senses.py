@@ -61,7 +61,7 @@ TACKLING, KICKING, POINTING, IN_VIEW = 1, 2, 4, 8  # marks of players
 VISUAL = math.sqrt(PITCH_LENGTH * PITCH_LENGTH + PITCH_WIDTH * PITCH_WIDTH)  # DEF_VISUAL_DIST, for protocols before 18
 _POINT_SIGMA = 1.25 * D2R
 _TICK = 32  # draws between two messages of one cycle
-_MARGIN = 1e-9  # of the distance, within which the exact formula decides
+MARGIN = 1e-9  # of the distance, within which the exact formula decides
 _SLACK = 1e-6  # m or m^2, by which `perhaps_seen` errs on the safe side
 
 
@@ -217,7 +217,7 @@ def is_in_view(eye, dx, dy, distance, farthest):
     if distance >= farthest:
         return False
     inside = dx * eye.cosine + dy * eye.sine - eye.edge * distance
-    if abs(inside) > _MARGIN * distance:
+    if abs(inside) > MARGIN * distance:
         return inside > 0.0
     return abs(face_direction(dx, dy, eye.body, eye.neck)) < eye.half_cone
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ....simulator.kernels.landmark_sight import glance_at_landmarks, look_at_lines
+from ....simulator.kernels.landmark_sight import glance_at_landmarks, lines_in_view, told_line_direction
 from ....simulator.kernels.senses import lowest_bit, message_of_arrays
 from ....simulator.landmarks import LANDMARK_POSITIONS
 from ....simulator.player_types import (
@@ -25,6 +25,7 @@ from ....simulator.player_types import (
 from ....simulator.senses import BodyColumn
 from ....simulator.state import CommandKind
 from . import kernel
+from .bearings import bearing, turned
 
 PI = math.pi
 NEVER = 1000
@@ -37,8 +38,8 @@ SPEED, SPEED_DIRECTION = int(BodyColumn.SPEED), int(BodyColumn.SPEED_DIRECTION)
 HEAD, TACKLED, CHARGED = int(BodyColumn.HEAD_ANGLE), int(BodyColumn.TACKLE_EXPIRES), int(BodyColumn.FOUL_CHARGED)
 TURN, KICK = int(CommandKind.TURN), int(CommandKind.KICK)
 D2R = PI / 180.0
-WIDER = 1.0 + 1e-9
-"""Factor of squared distances within which the root decides."""
+NOWHERE = 200.0
+"""Distance that stands for that of somebody who was never seen, m: farther than two players can be apart."""
 SURE = 0.85
 """Share of the kickable ring within which the ball is kickable however the eye errs."""
 NEAR = 0.593
@@ -87,39 +88,40 @@ def embody_all(memory, packed):
 
 
 @kernel
-def localise(m, side, marks, seen, lines, line_ids):
+def localise(m, side, marks, seen, line, direction):
     """Face and position from the line ahead and the landmarks in view; False when there is too little to see.
 
-    marks : (55, 4) distance, direction; seen : which of them are in view, as bits; lines : (2, 2); line_ids : (2,)
+    marks : (55, 4) distance, direction; seen : which of them are in view, as bits; line : the only one in view, or 0; direction : its own
 
     The face comes from the direction of a line (half a degree), or else from the two most distant landmarks; the position is the
     mean of what each landmark says, weighted by the inverse square of its distance (the eye's error grows with it).
     """
-    face = m.face
-    known = False
-    if line_ids[0] > 0 and line_ids[1] == 0:
-        direction = lines[0, 1]
+    if line > 0:
         s = direction - 0.5 * PI if direction > 0.0 else direction + 0.5 * PI
-        face = norm(LINE_NORMAL[line_ids[0]] - s + (PI if side < 0 else 0.0))
-        known = True
-    if not known:
+        face = norm(LINE_NORMAL[line] - s + (PI if side < 0 else 0.0))
+    else:
         known, face = face_from_marks(m, side, marks, seen)
         if not known:
             return False
-    total, x, y = 0.0, 0.0, 0.0
+    # summed in the frame of the eye and turned once, not landmark by landmark
+    total, x, y, ahead, aside = 0.0, 0.0, 0.0, 0.0, 0.0
     while seen:
         k = lowest_bit(seen)
         seen &= seen - 1
         distance = marks[k, 0]
         weight = 1.0 / (0.05 + distance * distance)
-        angle = face + marks[k, 1]
-        x += weight * (side * MARKS[k, 0] - distance * math.cos(angle))
-        y += weight * (side * MARKS[k, 1] - distance * math.sin(angle))
+        cosine, sine = bearing(marks[k, 1])
+        x += weight * MARKS[k, 0]
+        y += weight * MARKS[k, 1]
+        ahead += weight * distance * cosine
+        aside += weight * distance * sine
         total += weight
     m.face = face
     if total == 0.0:
         return False
-    m.x, m.y = x / total, y / total
+    cosine, sine = bearing(face)
+    m.x = (side * x - (ahead * cosine - aside * sine)) / total
+    m.y = (side * y - (ahead * sine + aside * cosine)) / total
     return True
 
 
@@ -137,8 +139,10 @@ def face_from_marks(m, side, marks, seen):
     if first < 0 or marks[last, 1] - marks[first, 1] < 0.1:
         return False, m.face
     # the vector from one to the other, in the frame of the eye and in that of the pitch
-    ex = marks[last, 0] * math.cos(marks[last, 1]) - marks[first, 0] * math.cos(marks[first, 1])
-    ey = marks[last, 0] * math.sin(marks[last, 1]) - marks[first, 0] * math.sin(marks[first, 1])
+    last_x, last_y = bearing(marks[last, 1])
+    first_x, first_y = bearing(marks[first, 1])
+    ex = marks[last, 0] * last_x - marks[first, 0] * first_x
+    ey = marks[last, 0] * last_y - marks[first, 0] * first_y
     px = side * (MARKS[last, 0] - MARKS[first, 0])
     py = side * (MARKS[last, 1] - MARKS[first, 1])
     return True, norm(math.atan2(py, px) - math.atan2(ey, ex))
@@ -173,8 +177,7 @@ def predict(m, body, sent):
     m.face = norm(m.body + m.neck)
     m.stamina, m.effort = body[STAMINA], body[EFFORT]
     m.free = body[TACKLED] <= 0.0 and body[CHARGED] <= 0.0
-    heading = m.face + body[SPEED_DIRECTION]
-    m.vx, m.vy = body[SPEED] * math.cos(heading), body[SPEED] * math.sin(heading)
+    move(m, body)
     # the speed told is what is left after the decay; the way of the cycle was longer
     if m.decay > 0.0:
         m.x += m.vx / m.decay
@@ -189,14 +192,23 @@ def predict(m, body, sent):
 
 
 @kernel
-def take_ball(m, row, level):
+def move(m, body):
+    """The own velocity as it was just told; (cosine, sine) of the face."""
+    face_x, face_y = bearing(m.face)
+    cosine, sine = turned(face_x, face_y, body[SPEED_DIRECTION])
+    m.vx, m.vy = body[SPEED] * cosine, body[SPEED] * sine
+    return face_x, face_y
+
+
+@kernel
+def take_ball(m, face_x, face_y, row, level):
     """The ball as it was just seen: its place, and its velocity from the changes or from the place before."""
-    angle = m.face + row[1]
-    x, y = m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
+    cosine, sine = turned(face_x, face_y, row[1])
+    x, y = m.x + row[0] * cosine, m.y + row[0] * sine
     if level >= 3:
         along, across = row[2], row[3] * row[0]
-        m.ball_vx = m.vx + along * math.cos(angle) - across * math.sin(angle)
-        m.ball_vy = m.vy + along * math.sin(angle) + across * math.cos(angle)
+        m.ball_vx = m.vx + along * cosine - across * sine
+        m.ball_vy = m.vy + along * sine + across * cosine
     elif m.ball_age <= 3:
         # predicted place minus seen place corrects the velocity, carefully: both are noisy
         m.ball_vx += 0.3 * (x - m.ball_x)
@@ -217,50 +229,53 @@ def own_number(j, side):
 
 
 @kernel
-def take_players(m, me, side, rows, levels):
+def take_players(m, me, side, face_x, face_y, rows, levels):
     """The players as they were just seen; the unknown ones are matched with the nearest remembered one that they could be."""
+    nameless = np.int64(0)
     for j in range(PLAYERS):
         if levels[j] == 3:
-            x, y = place_of(m, rows[j])
+            x, y = place_of(m, face_x, face_y, rows[j])
             note_player(m, own_number(j, side), x, y)
-    for j in range(PLAYERS):
-        if levels[j] == 1 or levels[j] == 2:
-            x, y = place_of(m, rows[j])
-            low, high = 0, PLAYERS
-            if levels[j] == 2:
-                low = 0 if own_number(j, side) < 11 else 11
-                high = low + 11
-            best, gap = nearest_remembered(m, me, low, high, x, y)
-            if best >= 0 and (levels[j] == 2 or gap < 100.0):
-                note_player(m, best, x, y)
+        nameless |= np.int64(levels[j] == 1 or levels[j] == 2) << j
+    while nameless:
+        j = lowest_bit(nameless)
+        nameless &= nameless - 1
+        x, y = place_of(m, face_x, face_y, rows[j])
+        low, high = 0, PLAYERS
+        if levels[j] == 2:
+            low = 0 if own_number(j, side) < 11 else 11
+            high = low + 11
+        best, gap = nearest_remembered(m, me, low, high, x, y)
+        if best >= 0 and (levels[j] == 2 or gap < 100.0):
+            note_player(m, best, x, y)
 
 
 @kernel
 def nearest_remembered(m, me, low, high, x, y):
-    """(player, distance) of the player from `low` to `high` - 1 who could stand at (x, y) and was last seen nearest to it; -1: nobody."""
-    best, gap, limit = -1, 0.0, 1e18
+    """(player, distance) of the player from `low` to `high` - 1 who could stand at (x, y) and was last seen nearest to it; -1: nobody.
+
+    Squares are compared, without branches that depend on who stands where; of those never seen, who could be anywhere, the first one is
+    taken when there is nobody else.
+    """
+    best, least, never = -1, 1e18, -1
     for k in range(low, high):
-        if k == me or m.age[k] == 0:
-            continue
-        if m.age[k] >= NEVER:
-            d, reach = 200.0 + k, 1e9
-        else:
-            reach = 3.0 + 1.1 * m.age[k]
-            dx, dy = m.px[k] - x, m.py[k] - y
-            squared = dx * dx + dy * dy
-            if squared > limit or squared > reach * reach * WIDER:  # certainly too far: no root for these
-                continue
-            d = math.sqrt(squared)
-        if d <= reach and (best < 0 or d < gap):
-            best, gap, limit = k, d, d * d * WIDER
-    return best, gap
+        age = m.age[k]
+        dx, dy = m.px[k] - x, m.py[k] - y
+        squared = dx * dx + dy * dy
+        reach = 3.0 + 1.1 * age
+        nearer = (age > 0) & (age < NEVER) & (k != me) & (squared <= reach * reach) & (squared < least)
+        best, least = (k, squared) if nearer else (best, least)
+        never = k if (never < 0) & (age >= NEVER) & (k != me) else never
+    if best < 0:
+        return never, NOWHERE
+    return best, math.sqrt(least)
 
 
 @kernel
-def place_of(m, row):
+def place_of(m, face_x, face_y, row):
     """(x, y) at the distance and direction of `row`."""
-    angle = m.face + row[1]
-    return m.x + row[0] * math.cos(angle), m.y + row[0] * math.sin(angle)
+    cosine, sine = turned(face_x, face_y, row[1])
+    return m.x + row[0] * cosine, m.y + row[0] * sine
 
 
 @kernel
@@ -279,26 +294,34 @@ def in_view(levels):
 
 
 @kernel
-def glance(w, p, m, i, side, marks, lines, line_ids):
+def only_line(first, second):
+    """The line by which the face can be told: the first in view, if it is the only one; 0 for none."""
+    return first if second == 0 else 0
+
+
+@kernel
+def glance(w, p, m, i, side, sight, marks):
     """`localise` from the world itself: only the landmarks of this one message, only what is needed of them.
 
-    marks : (22, 55, 4), lines : (22, 2, 2), line_ids : (22, 2); row `i` is overwritten
+    sight : (3, 55) and marks : (55, 4), to be overwritten
     """
     protocol, tick = message_of_arrays(w, i)
-    line_ids[i, 0] = line_ids[i, 1] = 0
-    look_at_lines(w, p, i, protocol, lines, line_ids)
-    return localise(m, side, marks[i], glance_at_landmarks(w, p, i, protocol, tick, marks[i]), lines[i], line_ids[i])
+    seen = glance_at_landmarks(w, p, i, protocol, tick, sight, marks)
+    first, second = lines_in_view(w, i)
+    line = only_line(first, second)
+    return localise(m, side, marks, seen, line, told_line_direction(w, i, line, protocol) if line > 0 else 0.0)
 
 
 @kernel
 def update(
-    worlds, packed, chosen, memory, sent, active, fresh, ball, ball_level, players, players_level, body, told, marks, mark_levels,
-    lines, line_ids,
+    worlds, packed, chosen, memory, sent, active, fresh, ball, ball_level, players, players_level, body, told, sight, marks,
+    mark_levels, lines, line_ids,
 ):  # fmt: skip
     """One cycle of everybody's memory in the chosen worlds; row c of the senses, `fresh` to `body`, is world ``chosen[c]``.
 
     memory : (W, 22) MEMORY; sent : (W, 22) COMMAND of the cycle before; active : (22,) whose memory is kept; told : the landmarks are
-    those of the arrays, row c too, that messages filled; otherwise they are looked at here, and row 0 of the arrays is overwritten
+    those of the arrays, row c too, that messages filled; otherwise they are looked at here; sight : (3, 55) and the first row of `marks`
+    are then overwritten
     """
     for c in range(chosen.shape[0]):
         n = chosen[c]
@@ -314,17 +337,17 @@ def update(
             predict(m, body[c, i], sent[n, i])
             if fresh[c, i]:
                 if told:
-                    found = localise(m, side, marks[c, i], in_view(mark_levels[c, i]), lines[c, i], line_ids[c, i])
+                    line = only_line(line_ids[c, i, 0], line_ids[c, i, 1])
+                    found = localise(m, side, marks[c, i], in_view(mark_levels[c, i]), line, lines[c, i, 0, 1])
                 else:
-                    found = glance(w, packed[0], m, i, side, marks[0], lines[0], line_ids[0])
+                    found = glance(w, packed[0], m, i, side, sight, marks[0, 0])
                 if found:
                     m.located = 1
                 m.body = norm(m.face - m.neck)
-                heading = m.face + body[c, i, SPEED_DIRECTION]
-                m.vx, m.vy = body[c, i, SPEED] * math.cos(heading), body[c, i, SPEED] * math.sin(heading)
+                face_x, face_y = move(m, body[c, i])
                 if ball_level[c, i] > 0:
-                    take_ball(m, ball[c, i], ball_level[c, i])
-                take_players(m, me, side, players[c, i], players_level[c, i])
+                    take_ball(m, face_x, face_y, ball[c, i], ball_level[c, i])
+                take_players(m, me, side, face_x, face_y, players[c, i], players_level[c, i])
                 m.looks += 1
             m.px[me], m.py[me], m.age[me] = m.x, m.y, 0
 
