@@ -22,6 +22,7 @@ from ..simulator.simulator import Simulator
 from ..simulator.state import COMMAND, PLAYERS
 from .actions import MACRO, NO_COMMAND, ActionView, action_view
 from .kernels import pitch as pitch_kernels
+from .kernels.starts import begin
 from .observations import HEARD, MAX_AGE, observation_space
 from .options import EnvOptions, several
 from .others.controlled import ControlledPlayers
@@ -356,16 +357,12 @@ class SoccerCore(Pitch):
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Forget everything of earlier episodes."""
-        self.cycle[chosen] = 0
-        self.late[chosen] = False
-        self.previous_ball[chosen] = self.sim.world["pos"][chosen, 0]
-        self.memory[chosen] = 0
-        self._score[chosen] = self.sim.world["score"][chosen]
-        self._now["age"][chosen] = MAX_AGE
+        begin(
+            self.sim.world, chosen, self.cycle, self.late, self.previous_ball, self.memory, self._score, self._now["age"], MAX_AGE,
+            self._commands, NO_COMMAND, self.preset.kicks, self.preset.drawn,
+        )  # fmt: skip
         self._senses.begin(chosen)
-        self._commands[chosen] = NO_COMMAND[0]
         self.reward.begin(self, chosen)
-        self.preset.begin(self, chosen)
         if self.scripted is not None:
             self.scripted.reset(chosen)
         if self.played is not None:

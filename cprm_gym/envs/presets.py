@@ -168,11 +168,6 @@ class Preset:
             return o if self.plain else {}
         return {**self._divided, "action_mask": o["action_mask"]} if "action_mask" in o else self._divided
 
-    def begin(self, pitch: Pitch, worlds: np.ndarray) -> None:
-        """An episode begins in the given worlds."""
-        self.kicks[worlds] = 0
-        self.drawn[worlds] = -1
-
     def fill(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Write the vectors made from memory of some worlds, (n,), whose percepts and memories have just been made."""
         if self._write is not None:

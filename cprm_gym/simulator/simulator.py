@@ -20,6 +20,7 @@ from ..errors import CommandError, ParameterError
 from .kernels import audio, body, landmark_sight
 from .kernels import senses as eye_kernels
 from .kernels import step as kernels
+from .kernels.beginnings import restart
 from .kernels.random import draw_uniforms
 from .packing import NO_REFEREE, pack
 from .parameters import Rules, ServerParameters
@@ -129,6 +130,8 @@ class Simulator:
         Whether the senses are what messages of a server told, not what follows from `world`.
     refereed : bool
         Whether any rule is on; where none is, the step is compiled without the referee.
+    played : (1,) array of PARAMETERS
+        `packed` as the step takes it: of another type where nothing is refereed.
     """
 
     told = False
@@ -164,9 +167,11 @@ class Simulator:
         self.rules = Rules(rules)
         self.team_names: tuple[str, str] = ("Left", "Right")
         self.packed = pack(self.parameters, self.player_parameters, self.types, self.rules)
-        self._start = initial_world(self.packed, left, right, goalies)
+        self._start = initial_world(self.packed, left, right, goalies).reshape(1)
+        if not self.parameters.wind_random:
+            draw_wind(self._start, self.parameters, np.zeros(1, np.int64))
         self.world: npt.NDArray[Any] = np.zeros(worlds, WORLD)
-        self.trainer, self.coach = Trainer(self.world, self._played), Coach(self.world, self.packed)
+        self.trainer, self.coach = Trainer(self.world, self.played), Coach(self.world, self.packed)
         self._silence = no_commands(worlds, PLAYERS)
         self.commands: npt.NDArray[Any] = self._silence.copy()
         self._one = no_commands(1)
@@ -201,11 +206,11 @@ class Simulator:
             When `commands` is not such an array.
         """
         given = self.commands if commands is None else self._checked_commands(commands)
-        self._run(kernels.step_worlds, given, parameters=self._played)
+        self._run(kernels.step_worlds, given, parameters=self.played)
 
     def advance(self) -> None:
         """Run one step; commands given by `command_phase` since the last one have been executed already."""
-        self._run(kernels.advance_worlds, parameters=self._played)
+        self._run(kernels.advance_worlds, parameters=self.played)
 
     def command_phase(self, world: int, player: int, command: Any) -> None:
         """Execute one command at once, as the server does when it receives it; `advance` then runs the step.
@@ -229,7 +234,7 @@ class Simulator:
         if getattr(command, "dtype", None) != COMMAND or np.size(command) != 1:
             raise CommandError(f"`command` takes one record of dtype COMMAND, got {_named(command)}")
         self._one[0] = np.reshape(command, ())[()]
-        kernels.command_world(self.world, self._played, world, player - 1, self._one, 0)
+        kernels.command_world(self.world, self.played, world, player - 1, self._one, 0)
 
     def clear_commands(self) -> None:
         """Make the buffer `commands` say nothing."""
@@ -244,7 +249,7 @@ class Simulator:
     def packed(self, packed: npt.NDArray[Any]) -> None:
         self._packed = packed
         self.refereed = bool(packed["rules"][0]) or self.parameters.auto_mode
-        self._played = packed if self.refereed else packed.view(NO_REFEREE)
+        self.played = packed if self.refereed else packed.view(NO_REFEREE)
 
     # ------------------------------------------------------------------------------------------ senses
 
@@ -326,12 +331,12 @@ class Simulator:
             When the seeds or worlds do not fit.
         """
         chosen = chosen_worlds(worlds, self.worlds)
-        keys = self.world["key"][chosen].copy() if seed is None else stream_keys(seed, chosen, self.first_world)
-        steps = self.world["steps"][chosen].copy() if seed is None else 0
-        draws = self.world["draws"][chosen] + 1 if seed is None else 0
-        self._bytes()[chosen] = self._start.reshape(1).view("u1")
-        self.world["key"][chosen], self.world["steps"][chosen], self.world["draws"][chosen] = keys, steps, draws
-        draw_wind(self.world, self.parameters, chosen)
+        restart(self.world, self._bytes(), self._start.view("u1"), chosen)
+        if seed is not None:
+            self.world["key"][chosen] = stream_keys(seed, chosen, self.first_world)
+            self.world["steps"][chosen] = self.world["draws"][chosen] = 0
+        if self.parameters.wind_random:
+            draw_wind(self.world, self.parameters, chosen)
 
     def uniforms(self, worlds: Worlds, count: int, stream: Stream = Stream.RESETS) -> npt.NDArray[np.float64]:
         """Numbers in [0, 1) from a stream of the chosen worlds, (n, count); each call gives new ones.

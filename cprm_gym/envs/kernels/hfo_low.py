@@ -7,8 +7,8 @@ import numpy as np
 from ...simulator.kernels.senses import lowest_bit
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
 from ...simulator.player_types import T_PLAYER_SPEED_MAX
-from ..players.kernels.bearings import SINGLE, bearing, turned_within
 from . import kernel
+from .bearings import SINGLE, bearing, turned_within
 from .vectors import RECENT, flag, kickable, last_action_possible, near, put, put_course, put_way, ways_to, within
 
 PLAYER_ENTRIES = 8

@@ -137,12 +137,15 @@ class SensesChange:
         coarse = math.radians(senses.quantise) if senses.quantise > 1.0 else 0.0
         self._steps = np.array([senses.quantise * step, coarse])
         self.rereads = senses.lost > 0 or senses.noise > 0 or senses.quantise > 1.0 or not (senses.motion and senses.numbers)
+        self._begins = senses.view != "normal" or senses.asynchronous or senses.gaussian > 0
         if senses.gaussian > 0:
             types = simulator.packed[0]["types"]
             types[:, T_DIST_NOISE_RATE] = types[:, T_FOCUS_DIST_NOISE_RATE] = senses.gaussian
 
     def begin(self, worlds: np.ndarray) -> None:
         """The eyes of the agents in worlds (n,) whose episodes begin."""
+        if not self._begins:
+            return
         world, cells = self.simulator.world, np.ix_(worlds, self._rows)
         if self.senses.view != "normal":
             world["view_width"][cells] = VIEWS[self.senses.view]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import ParameterError
-from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
-from ...simulator.state import PlayMode
 from ..kernels import pitch as kernels
+from ..kernels.starts import start_go_to_ball
 from ..pitch import Pitch
 from .base import Outcome, Status, Task, within
 
@@ -72,32 +70,8 @@ class GoToBall(Task):
 
     def setup(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """Draw the start until ball and resting place of the ball are on the pitch; see the class for the distribution."""
-        p = self.parameters
-        half_length, half_width = HALF_LENGTH - 1.0, HALF_WIDTH - 1.0
-        u = pitch.draw(worlds, 8 * self.tries).reshape(len(worlds), self.tries, 8)
-        player = np.stack([(2 * u[..., 0] - 1) * half_length, (2 * u[..., 1] - 1) * half_width], axis=-1)
-        distance = self.near + (self.far - self.near) * u[..., 2]
-        angle = 2 * math.pi * u[..., 3]
-        ball = player + distance[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        speed = np.where(u[..., 4] < self.rolling, self.speed * u[..., 5], 0.0)
-        heading = 2 * math.pi * u[..., 6]
-        velocity = speed[..., None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-        rest = ball + velocity / (1.0 - p.ball_decay)
-        limit = np.array([half_length, half_width])
-        fits = np.all((np.abs(ball) <= limit) & (np.abs(rest) <= limit), axis=-1)
-        # the first try that fits; the last one is pulled onto the pitch if none does
-        pick = np.where(fits.any(axis=1), fits.argmax(axis=1), fits.shape[1] - 1)
-        row = np.arange(len(worlds))
-        velocity = np.where(fits[row, pick][:, None], velocity[row, pick], 0.0)
-        ball = np.clip(ball[row, pick], -limit, limit)
-        pitch.sim.world["mode"][worlds] = PlayMode.play_on
-        pitch.place_ball(*ball.T, *velocity.T, worlds=worlds)
-        pitch.place_player(1, *player[row, pick].T, math.pi * (2 * u[row, pick, 7] - 1), worlds=worlds)
-        for number in range(2, self.left + 1):
-            v = pitch.draw(worlds, 3)
-            away, angle = self.near + (self.far - self.near) * v[:, 0], 2 * math.pi * v[:, 1]
-            place = ball + away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            pitch.place_player(number, *np.clip(place, -limit, limit).T, math.pi * (2 * v[:, 2] - 1), worlds=worlds)
+        numbers = float(self.near), float(self.far), float(self.rolling), float(self.speed)
+        start_go_to_ball(pitch.sim.world, pitch.sim.played, worlds, *numbers, self.tries, self.left)
 
     def outcome(self, pitch: Pitch) -> Outcome:
         """Done when a player can kick the ball."""

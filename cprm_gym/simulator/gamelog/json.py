@@ -16,10 +16,14 @@ import numpy as np
 from ...errors import FormatError
 from ..state import PlayMode
 from .frames import LOG_COUNTS, SIDES, Clock, Frame, GameLogHeader, Message, Pending, Team, empty_players, player_row, whole
+from .kernels import show_json
 from .streams import DAMAGED, LONGEST_ITEM
 from .text import MODES
 
 _PIECE = 1 << 16
+_SHOW = '{"show":{'
+UNTOLD = -(2**31)
+"""Stoppage of a frame that does not tell it, below all that a log may hold."""
 
 
 def _finite(text: str) -> float:
@@ -71,6 +75,11 @@ class JsonParser:
         pieces = self._pieces()
         gap = next(pieces, "").lstrip().removeprefix("[")
         for piece in itertools.chain((gap,), pieces):
+            if not text and piece.startswith(_SHOW):
+                frame = parse_show(piece)
+                if frame is not None:
+                    yield "show", frame
+                    continue
             text += piece
             if len(text) < wanted:
                 continue
@@ -128,9 +137,10 @@ class JsonParser:
             name, content = item
             try:
                 if name == "show":
-                    frame = _frame(content)
+                    frame = content if isinstance(content, Frame) else _frame(content)
                     clock.tick(frame.time)
-                    frame.stoppage = whole(content.get("stime", clock.stoppage))
+                    if frame.stoppage == UNTOLD:
+                        frame.stoppage = clock.stoppage
                     frame.mode, (frame.left, frame.right), frame.messages = mode, teams, messages.take()
                     yield frame
                 elif name == "playmode":
@@ -179,8 +189,22 @@ def _reals(content: dict[str, Any], *names: str) -> list[float]:
     return [_real(content[name]) for name in names]
 
 
+def parse_show(line: str) -> Frame | None:
+    """The frame of a line that holds its object whole and as servers write it; None for others."""
+    try:
+        text = np.frombuffer(bytearray(line, "ascii"), np.uint8)
+    except UnicodeEncodeError:
+        return None
+    frame = Frame(0, UNTOLD, ball=np.empty(4))
+    frame.time, stoppage, end = show_json.read_show(text, frame.ball, frame.players, np.empty(8))
+    if end < 0 or line[end:].strip(_GAP):
+        return None
+    frame.stoppage = stoppage if stoppage >= 0 else UNTOLD
+    return frame
+
+
 def _frame(content: dict[str, Any]) -> Frame:
-    frame = Frame(whole(content["time"]))
+    frame = Frame(whole(content["time"]), whole(content["stime"]) if "stime" in content else UNTOLD)
     frame.ball = np.array(_reals(content["ball"], "x", "y", "vx", "vy"))
     rows = frame.players = empty_players()
     for player in content["players"]:

@@ -21,7 +21,7 @@ from ..parameters import ServerParameters
 from ..player_types import PlayerParameters, PlayerType
 from ..state import BALL, LEFT, Count, PlayMode
 from .frames import LOG_COUNTS, Frame, Team
-from .kernels import show
+from .kernels import show, show_json
 from .kernels.frame import fill_players
 from .kernels.show import ANGLE_STEP, POSITION_STEP
 
@@ -183,9 +183,8 @@ class GameLogWriter:
             size = show.write_show(frame.time, frame.ball, frame.players, self.version > 5, self._line) if self.version > 4 else -1
             self._file.write(self._line[:size].tobytes().decode("ascii") if size > 0 else text_show(frame, self.version))
             return
-        ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))
-        players = ",".join(map(json_player, shown_players(frame.players)))
-        self._file.write(f'{{"show":{{{json_time(frame.time, frame.stoppage)},"ball":{{{ball}}},"players":[{players}]}}}},\n')
+        size = show_json.write_show(frame.time, frame.stoppage, frame.ball, frame.players, self._line)
+        self._file.write((self._line[:size].tobytes().decode("ascii") if size > 0 else json_show(frame)) + ",\n")
 
     def message(self, text: str, board: int = 1, time: int | None = None, stoppage: int = 0) -> None:
         """Write a text for the message board (1) or the log (2) of the viewer, at `time` or that of the last frame."""
@@ -334,6 +333,13 @@ def text_player(row: ShownPlayer, version: int) -> str:
         f"(({row.letter} {row.unum}) {max(row.type, 0)} {state} {' '.join(motion)} (v {row.quality} {_angle(row.view_width)}) "
         f"{focus}(s {energy}) {attention}(c {counts}))"
     )
+
+
+def json_show(frame: Frame) -> str:
+    """The object of a frame, also of one that `show_json.write_show` cannot write."""
+    ball = ",".join(f'"{name}":{quantised(value, POSITION_STEP)}' for name, value in zip(("x", "y", "vx", "vy"), frame.ball))
+    players = ",".join(map(json_player, shown_players(frame.players)))
+    return f'{{"show":{{{json_time(frame.time, frame.stoppage)},"ball":{{{ball}}},"players":[{players}]}}}}'
 
 
 def json_player(row: ShownPlayer, monitor: bool = False) -> str:

@@ -40,27 +40,38 @@ SAY_PROMOTION = int(Announcement.PROMOTE_GOALIE)
 
 
 @kernel
+def move_ball(w, x, y, vx, vy):
+    """The trainer moves the ball of a world; nobody holds it any more."""
+    w.ball_catcher = 0
+    w.pos[0, 0], w.pos[0, 1] = x, y
+    w.vel[0, 0], w.vel[0, 1] = vx, vy
+    w.acc[0, 0], w.acc[0, 1] = 0.0, 0.0
+
+
+@kernel
+def move_player(w, p, i, x, y, body, vx, vy):
+    """The trainer moves player `i` of a world; body and velocity stay where NaN is given. Collisions are resolved."""
+    w.pos[i + 1, 0], w.pos[i + 1, 1] = x, y
+    if not math.isnan(body):
+        w.body[i], w.body_staged[i] = body, body
+    if not math.isnan(vx):
+        w.vel[i + 1, 0], w.vel[i + 1, 1] = vx, vy
+    resolve_collisions(w, p)
+
+
+@kernel
 def put_ball(worlds, chosen, places, velocities):
-    """The trainer moves the ball; nobody holds it any more."""
+    """`move_ball` in the chosen worlds."""
     for n in range(chosen.shape[0]):
-        w = worlds[chosen[n]]
-        w.ball_catcher = 0
-        for k in range(2):
-            w.pos[0, k], w.vel[0, k], w.acc[0, k] = places[n, k], velocities[n, k], 0.0
+        move_ball(worlds[chosen[n]], places[n, 0], places[n, 1], velocities[n, 0], velocities[n, 1])
 
 
 @kernel
 def put_player(worlds, parameters, chosen, i, places, bodies, velocities):
-    """The trainer moves player `i`; body and velocity stay where NaN is given. Collisions are resolved."""
+    """`move_player` in the chosen worlds."""
     p = parameters[0]
     for n in range(chosen.shape[0]):
-        w = worlds[chosen[n]]
-        w.pos[i + 1, 0], w.pos[i + 1, 1] = places[n, 0], places[n, 1]
-        if not math.isnan(bodies[n]):
-            w.body[i], w.body_staged[i] = bodies[n], bodies[n]
-        if not math.isnan(velocities[n, 0]):
-            w.vel[i + 1, 0], w.vel[i + 1, 1] = velocities[n, 0], velocities[n, 1]
-        resolve_collisions(w, p)
+        move_player(worlds[chosen[n]], p, i, places[n, 0], places[n, 1], bodies[n], velocities[n, 0], velocities[n, 1])
 
 
 @kernel

@@ -24,8 +24,8 @@ from ....simulator.player_types import (
 )
 from ....simulator.senses import BodyColumn
 from ....simulator.state import CommandKind
+from ...kernels.bearings import bearing, turned
 from . import kernel
-from .bearings import bearing, turned
 
 PI = math.pi
 NEVER = 1000

@@ -33,15 +33,23 @@ def put(out, at, text):
 
 
 @kernel
-def put_rounded(out, at, value, step):
-    """Write a blank and `value` on the grid of `step` (ties to even); where the next byte goes, or -1."""
-    if at < 0 or np.isinf(value):
+def put_on_grid(out, at, value, step):
+    """Write `value` on the grid of `step` (ties to even); where the next byte goes, or -1."""
+    if np.isinf(value):
         return -1
-    out[at] = BLANK
     if value == value:
         steps = np.rint(value / step)
         value = steps * step if steps != 0.0 else np.copysign(0.0, value)
-    return put_real(out, at + 1, value)
+    return put_real(out, at, value)
+
+
+@kernel
+def put_rounded(out, at, value, step):
+    """The same with a blank before it."""
+    if at < 0:
+        return -1
+    out[at] = BLANK
+    return put_on_grid(out, at + 1, value, step)
 
 
 @kernel
