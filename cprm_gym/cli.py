@@ -33,6 +33,7 @@ LATENCY = "Of the controller cprm: cycles until an inference's result comes."
 
 console = Console()
 complaints = Console(stderr=True)
+_WORKERS = "Processes, each of which takes 2.5 s of CPU time to start."
 
 
 @contextmanager
@@ -49,6 +50,10 @@ def said_plainly() -> Iterator[None]:
     except CprmError as error:
         _complain(str(error))
         raise typer.Exit(2) from None
+
+
+def _said(message: str) -> None:
+    complaints.print(message, highlight=False, soft_wrap=True)
 
 
 def _complain(message: str) -> None:
@@ -116,7 +121,7 @@ def benchmark(
     seed: Annotated[
         int | None, typer.Option(help="Decides every random number; all controllers meet the same worlds.", show_default="0")
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes, each of which takes 2.5 s of CPU time to start.")] = 1,
+    workers: Annotated[int | None, typer.Option(help=_WORKERS, show_default="as many as pay")] = None,
     timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
@@ -161,7 +166,7 @@ def benchmark(
         return
     from .benchmark.plan import BlockResult, Plan
     from .benchmark.report import summarise
-    from .benchmark.runner import check_workers, run
+    from .benchmark.runner import again_with, check_workers, run
     from .client.remote import check_trainer
     from .envs.others.registry import with_options
 
@@ -173,7 +178,9 @@ def benchmark(
         given |= {"tasks": tasks and _names(tasks), "controllers": who}
         given = {name: value for name, value in given.items() if value is not None}
         check_workers(workers)
-        if backend is not None and workers > 1:
+        if backend is not None:
+            workers = 1 if workers is None else workers
+        if backend is not None and workers != 1:
             raise CprmError(f"--workers {workers}: a server plays one episode at a time; leave it out with --backend")
         if not timeout > 0:
             raise CprmError(f"--timeout {timeout:g}: a number of seconds above 0 is needed")
@@ -190,7 +197,7 @@ def benchmark(
         with bar:
             line = bar.add_task("starting", total=len(plan.blocks()))
             try:
-                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout):
+                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, told=_said):
                     results.append(result)
                     bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
             except KeyboardInterrupt:
@@ -205,8 +212,7 @@ def benchmark(
     if not any(p.suffix == ".png" for p in written):
         console.print("no plot: matplotlib is not installed (pip install 'cprm-gym\\[render]')")
     if interrupted:
-        more = f" --workers {workers}" if workers > 1 else ""
-        go_on = f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{more}"
+        go_on = f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{again_with(workers)}"
         complaints.print(f"interrupted; go on with: {escape(go_on)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
     if report.errors:
@@ -223,7 +229,7 @@ def ladder(
     more: Annotated[list[str] | None, typer.Option("--player", help="A further player: a controller; several times for more.")] = None,
     rivals: Annotated[list[str] | None, typer.Option("--rival", help="A further player of the other side; several times for more.")] = None,
     training: Annotated[bool, typer.Option("--training", help="Leave out the opponents that are held out for testing.")] = False,
-    workers: Annotated[int, typer.Option(help="Processes, each of which takes 2.5 s of CPU time to start.")] = 1,
+    workers: Annotated[int | None, typer.Option(help=_WORKERS, show_default="as many as pay")] = None,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted round robin in this folder, as it was planned.")] = None,
 ) -> None:
@@ -237,7 +243,7 @@ def ladder(
     with complaints.status("starting ...") as status:
         played = play_ladder(
             {name: value for name, value in given.items() if value is not None}, resume, lambda: _new_folder(output), workers,
-            lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"),
+            lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"), _said,
         )  # fmt: skip
     table = Table(box=None, padding=(0, 1))
     for head in ("side", "player", "Elo", "95 %", "score", "games", ""):
@@ -253,7 +259,7 @@ def ladder(
 
 
 def _chapter5(
-    quick: bool, only: tuple[str, ...], episodes: int | None, seed: int | None, output: Path, resume: Path | None, workers: int,
+    quick: bool, only: tuple[str, ...], episodes: int | None, seed: int | None, output: Path, resume: Path | None, workers: int | None,
     timeout: float,
 ) -> None:  # fmt: skip
     """Run the suite ``chapter5``."""

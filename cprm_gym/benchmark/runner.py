@@ -33,6 +33,8 @@ from ..errors import ControllerError, CprmError, ParameterError
 from .journal import Journal, Planned
 from .plan import Block, BlockResult
 
+START_SECONDS = 2.5
+"""CPU time that a worker takes to start."""
 COMPILING = 600.0
 """Seconds beyond the time-out that a first decision may take, in which kernels are compiled."""
 
@@ -167,10 +169,11 @@ def _of_agent(observation: dict[str, np.ndarray], agent: int) -> dict[str, np.nd
 def run(
     plan: Planned,
     *,
-    workers: int = 1,
+    workers: int | None = 1,
     journal: Path | None = None,
     timeout: float = math.inf,
     on_result: Callable[[BlockResult, int, int], Any] | None = None,
+    told: Callable[[str], Any] | None = None,
     play: Callable[[Block, float], BlockResult] | None = None,
 ) -> Iterator[BlockResult]:
     """Play all blocks of a plan that the journal does not hold yet.
@@ -178,14 +181,16 @@ def run(
     Parameters
     ----------
     plan : Planned
-    workers : int
-        Processes; 1 plays in this process.
+    workers : int, optional
+        Processes; 1 plays in this process. None: as many as pay (`workers_for`), judged by the first block, which is played here.
     journal : Path, optional
         ``episodes.jsonl``: finished blocks are read from it and appended to it, by one process at a time.
     timeout : float
         Seconds that one decision may take; longer is an error of the controller.
     on_result : callable, optional
         Called with (result, done, total) after every block.
+    told : callable, optional
+        Called with what was chosen where `workers` is None.
     play : callable, optional
         How a block is played, (block, timeout) -> result, if not by `play_block`; a function of a module, so that workers find it.
 
@@ -212,7 +217,7 @@ def run(
         finished = {} if kept is None else kept.read()
         todo = [block for block in blocks if block not in finished]
         known = (finished[block] for block in blocks if block in finished)
-        for done, result in enumerate(chain(known, _play_all(todo, workers, timeout, play or play_block)), 1):
+        for done, result in enumerate(chain(known, _play_as_pays(todo, workers, timeout, play or play_block, told)), 1):
             if kept is not None and result.error is None and result.block not in finished:
                 kept.append(result)
             if on_result:
@@ -220,10 +225,41 @@ def run(
             yield result
 
 
-def check_workers(workers: int) -> None:
-    """Refuse a number of workers below one."""
-    if workers < 1:
+def check_workers(workers: int | None) -> None:
+    """Refuse a number of workers below one; None leaves it to `workers_for`."""
+    if workers is not None and workers < 1:
         raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
+
+
+def workers_for(seconds: float, blocks: int) -> int:
+    """How many processes pay for blocks that take so many seconds each: starting them is at most a quarter of the work.
+
+    No more than there are processors for this process, or blocks.
+    """
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(processors, blocks, int(seconds * blocks / (4 * START_SECONDS))))
+
+
+def again_with(workers: int | None) -> str:
+    """How a command says its number of workers when it is typed again."""
+    return f" --workers {workers}" if workers is not None and workers > 1 else ""
+
+
+def _play_as_pays(
+    blocks: Sequence[Block], workers: int | None, timeout: float, play: Callable[[Block, float], BlockResult],
+    told: Callable[[str], Any] | None,
+) -> Iterator[BlockResult]:  # fmt: skip
+    """`_play_all` with so many workers, or after a first block with as many as pay."""
+    if workers is not None or len(blocks) < 2:
+        yield from _play_all(blocks, workers or 1, timeout, play)
+        return
+    begin = time.process_time()
+    yield play(blocks[0], timeout)
+    seconds, left = time.process_time() - begin, len(blocks) - 1
+    workers = workers_for(seconds, left)
+    if told is not None:
+        told(f"{workers} {'worker' if workers == 1 else 'workers'}: {left} blocks of about {seconds:.1f} s are left")
+    yield from _play_all(blocks[1:], workers, timeout, play)
 
 
 def _play_all(blocks: Sequence[Block], workers: int, timeout: float, play: Callable[[Block, float], BlockResult]) -> Iterator[BlockResult]:

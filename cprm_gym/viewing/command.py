@@ -114,9 +114,9 @@ def show(frames: Iterator[Frame], header: GameLogHeader, window: bool, speed: fl
 def convert(
     source: Annotated[Path, typer.Argument(help="A game log of any version.")],
     target: Annotated[Path, typer.Argument(help="Where to write it; .gz compresses.")],
-    version: Annotated[str | None, typer.Option(help="1 to 6, or json.", show_default="6, or json for .json")] = None,
+    version: Annotated[str | None, typer.Option(help="1 to 6, json or record.", show_default="6; json and record by the name")] = None,
 ) -> None:
-    """Convert a game log between all versions and JSON. What a version does not hold is lost."""
+    """Convert a game log between all versions, JSON and records, which hold all. What a version does not hold is lost."""
     from ..files import check_place
     from ..simulator.gamelog.convert import convert as convert_log
 

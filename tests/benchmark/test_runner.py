@@ -19,7 +19,7 @@ from cprm_gym.benchmark import runner
 from cprm_gym.benchmark.journal import Journal
 from cprm_gym.benchmark.plan import Block, Plan
 from cprm_gym.benchmark.report import figure_of, plot, summarise
-from cprm_gym.benchmark.runner import play_block, run
+from cprm_gym.benchmark.runner import play_block, run, workers_for
 from cprm_gym.cli import app
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.others import registry
@@ -257,6 +257,21 @@ def test_a_controller_that_breaks_the_interface_is_told_how(monkeypatch, answer,
 def test_a_plan_that_makes_no_sense_is_refused(changes, error, message):
     with pytest.raises(error, match=message):
         Plan(**changes)
+
+
+def test_workers_are_taken_where_their_start_is_a_small_part_of_the_work():
+    processors = workers_for(1e6, 10**6)
+    assert processors >= 1
+    assert [workers_for(seconds, blocks) for seconds, blocks in ((0.2, 10), (19.0, 1), (100.0, 1), (1e-6, 10**4))] == [1, 1, 1, 1]
+    assert workers_for(10.0, 2) == min(processors, 2)
+
+
+def test_without_a_number_short_work_is_played_by_one_worker_which_is_said_and_the_numbers_are_the_same():
+    plan, said = Plan(episodes=2 * plans.BLOCK + 1, controllers=("random",)), []
+    alone, chosen = summarise(plan, run(plan)), summarise(plan, run(plan, workers=None, told=said.append))
+    assert chosen.rows == alone.rows
+    assert len(said) == 1
+    assert said[0].startswith("1 worker: 2 blocks of about ")
 
 
 def test_fewer_workers_than_one_are_refused():

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from cprm_gym.simulator.conformance import replay_scenario
 from cprm_gym.simulator.gamelog.reader import GameLogReader
+from cprm_gym.simulator.gamelog.records import RECORD, RecordLogWriter
 from cprm_gym.simulator.gamelog.writer import GameLogWriter
 from cprm_gym.simulator.protocol.commands import parse_commands
 from cprm_gym.simulator.simulator import Simulator
@@ -32,7 +33,8 @@ def cpu(work: Callable[[], object]) -> float:
 def write(path: Path, version: int) -> None:
     simulator = Simulator()
     simulator.trainer.start()
-    with GameLogWriter.for_simulator(path, simulator, version=version) as writer:
+    kind = RecordLogWriter.for_simulator(path, simulator) if version == RECORD else None
+    with kind or GameLogWriter.for_simulator(path, simulator, version=version) as writer:
         for _ in range(CYCLES):
             simulator.step()
             writer.record(simulator)
@@ -41,7 +43,7 @@ def write(path: Path, version: int) -> None:
 def main() -> None:
     print(f"{'work':44} {'CPU us':>12}")
     with tempfile.TemporaryDirectory() as folder:
-        for version, name in ((6, "text 6"), (-1, "JSON")):
+        for version, name in ((6, "text 6"), (-1, "JSON"), (RECORD, "record")):
             path = Path(folder) / f"game{version}.rcg"
             print(f"{'write one cycle, ' + name:44} {cpu(lambda p=path, v=version: write(p, v)) / CYCLES * 1e6:12.1f}")
             print(f"{'read one cycle, ' + name:44} {cpu(lambda p=path: list(GameLogReader(p))) / CYCLES * 1e6:12.1f}")

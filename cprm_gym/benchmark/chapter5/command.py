@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from ...errors import CprmError
 from ..plan import BlockResult
-from ..runner import check_workers, run
+from ..runner import again_with, check_workers, run
 from .plan import SUITE, Chapter5Plan
 from .playing import play_cell
 from .report.whole import Chapter5Report, summarise
@@ -54,18 +54,18 @@ def plan_of(asked: Asked) -> Chapter5Plan:
     return plan if asked.episodes is None else plan.at_most(asked.episodes)
 
 
-def spoken(asked: Asked, workers: int) -> str:
+def spoken(asked: Asked, workers: int | None) -> str:
     """The command as it would be typed."""
     words = ["cprm-gym", "benchmark", "--suite", SUITE] + ["--quick"] * asked.quick
     words += [word for name in asked.only for word in ("--only", name)]
     for name in ("episodes", "seed"):
         value = getattr(asked, name)
         words += [] if value is None else [f"--{name}", str(value)]
-    return shlex.join(words + (["--workers", str(workers)] if workers > 1 else []))
+    return shlex.join(words) + again_with(workers)
 
 
 def benchmark(
-    asked: Asked, resume: Path | None, new_folder: Callable[[], Path], workers: int, timeout: float, complaints: Console,
+    asked: Asked, resume: Path | None, new_folder: Callable[[], Path], workers: int | None, timeout: float, complaints: Console,
     duration: Callable[[float], str],
 ) -> Ended:  # fmt: skip
     """Play what is asked for, or go on with the run in a folder, and write the report.
@@ -76,7 +76,8 @@ def benchmark(
     resume : Path, optional
     new_folder : callable
         Makes the folder of a new run.
-    workers : int
+    workers : int, optional
+        None: as many as pay.
     timeout : float
         Seconds that a decision may take.
     complaints : Console
@@ -107,20 +108,24 @@ def benchmark(
     complaints.print(f"{episodes:,} episodes, about {duration(plan.seconds)} of CPU time", highlight=False)
     results, interrupted = _played(plan, folder, workers, timeout, complaints, len(blocks))
     report = summarise(plan, results, command)
-    more = f" --workers {workers}" if workers > 1 else ""
-    return Ended(report, report.write(folder), interrupted, f"cprm-gym benchmark --suite {SUITE} --resume {shlex.quote(str(folder))}{more}")
+    again = f"cprm-gym benchmark --suite {SUITE} --resume {shlex.quote(str(folder))}{again_with(workers)}"
+    return Ended(report, report.write(folder), interrupted, again)
 
 
 def _played(
-    plan: Chapter5Plan, folder: Path, workers: int, timeout: float, complaints: Console, total: int
+    plan: Chapter5Plan, folder: Path, workers: int | None, timeout: float, complaints: Console, total: int
 ) -> tuple[list[BlockResult], bool]:
     results: list[BlockResult] = []
+
+    def said(what: str) -> None:
+        complaints.print(what, highlight=False)
+
     bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
                    console=complaints, transient=True, disable=not complaints.is_terminal)  # fmt: skip
     with bar:
         line = bar.add_task("starting", total=total)
         try:
-            for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, play=play_cell):
+            for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, play=play_cell, told=said):
                 results.append(result)
                 bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}"[:60])
         except KeyboardInterrupt:

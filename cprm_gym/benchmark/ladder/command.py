@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...errors import CprmError
-from ..runner import check_workers, run
+from ..runner import again_with, check_workers, run
 from .plan import LadderPlan, Standing, play_games, save, standings
 
 
@@ -23,7 +23,12 @@ class Played(NamedTuple):
 
 
 def play_ladder(
-    given: dict[str, Any], resume: Path | None, new_folder: Callable[[], Path], workers: int, told: Callable[[int, int, str], None]
+    given: dict[str, Any],
+    resume: Path | None,
+    new_folder: Callable[[], Path],
+    workers: int | None,
+    told: Callable[[int, int, str], None],
+    said: Callable[[str], None] | None = None,
 ) -> Played:
     """Play a round robin, or go on with one, and write ``ladder.json`` and ``ladder.md`` in its folder.
 
@@ -35,10 +40,12 @@ def play_ladder(
         Folder of an interrupted one, which says what is played.
     new_folder : callable
         Makes the folder otherwise.
-    workers : int
-        Processes; ratings do not depend on it.
+    workers : int, optional
+        Processes; ratings do not depend on it. None: as many as pay.
     told : callable
         Called with blocks done, blocks in all and who has just played.
+    said : callable, optional
+        Called with the number of workers that was chosen, in words.
 
     Raises
     ------
@@ -57,12 +64,11 @@ def play_ladder(
     results, again = [], ""
     total = len(plan.blocks())
     try:
-        for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", play=play_games):
+        for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", play=play_games, told=said):
             results.append(result)
             told(len(results), total, result.block.controller)
     except KeyboardInterrupt:
-        more = f" --workers {workers}" if workers > 1 else ""
-        again = f"cprm-gym ladder --resume {shlex.quote(str(folder))}{more}"
+        again = f"cprm-gym ladder --resume {shlex.quote(str(folder))}{again_with(workers)}"
     if again and not results:
         return Played(plan, folder, [], again)
     table, ratings = standings(plan, results)

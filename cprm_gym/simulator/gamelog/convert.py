@@ -10,10 +10,11 @@ from pathlib import Path
 from ...errors import FormatError
 from .binary_writer import BinaryLogWriter
 from .reader import GameLogReader
+from .records import RecordLogWriter
 from .streams import DAMAGED, open_log, undamaged
 from .writer import JSON, GameLogWriter
 
-VERSIONS = ("1", "2", "3", "4", "5", "6", "json")
+VERSIONS = ("1", "2", "3", "4", "5", "6", "json", "record")
 """Names of the versions that can be written."""
 _RESULT = re.compile(rb"\(result (\d{12}) ")
 _PIECE = 1 << 20
@@ -29,7 +30,8 @@ def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], vers
     target : path
         A name that ends in ``.gz`` is compressed.
     version : str, optional
-        One of `VERSIONS`. If it is not given, JSON for a name that ends in ``.json`` or ``.json.gz``, else 6.
+        One of `VERSIONS`. If it is not given, ``json`` or ``record`` for a name that ends so
+        (before ``.gz``), else 6.
 
     Raises
     ------
@@ -39,7 +41,7 @@ def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], vers
         When nothing can be written.
     """
     name = Path(target).name.removesuffix(".gz")
-    version = version or ("json" if name.endswith(".json") else "6")
+    version = version or next((kind for kind in ("json", "record") if name.endswith(f".{kind}")), "6")
     if version not in VERSIONS:
         raise FormatError(f"version {version!r}: allowed are {', '.join(VERSIONS)}")
     reader = GameLogReader(source)
@@ -52,8 +54,13 @@ def convert(source: str | os.PathLike[str], target: str | os.PathLike[str], vers
                 old.write(frame)
                 count += 1
         return count
-    written = JSON if version == "json" else int(version)
-    with GameLogWriter(target, *settings, teams=("", ""), version=written, date=_played(reader.path)) as writer:
+    date = _played(reader.path)
+    writer: GameLogWriter | RecordLogWriter
+    if version == "record":
+        writer = RecordLogWriter(target, *settings, teams=("", ""), date=date)
+    else:
+        writer = GameLogWriter(target, *settings, teams=("", ""), version=JSON if version == "json" else int(version), date=date)
+    with writer:
         for frame in reader:
             frame.messages = tuple(message for message in frame.messages if not message.text.startswith("(result "))
             writer.teams = frame.left.name, frame.right.name

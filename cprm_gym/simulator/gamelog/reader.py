@@ -1,4 +1,4 @@
-"""Reading game logs (``.rcg``) of every version there is: binary 1 to 3, text 4 to 6, JSON; plain or gzipped, one cycle at a time."""
+"""Reading game logs of every version there is: binary 1 to 3, text 4 to 6, JSON, records; plain or gzipped, one cycle at a time."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ...errors import FormatError
 from .binary import BinaryParser
 from .frames import Frame, GameLogHeader, Message
 from .json import JsonParser
+from .records import MARK, RecordParser
 from .streams import beginning, open_log
 from .text import TextParser
 
@@ -46,7 +47,7 @@ class GameLogReader:
 
     @property
     def version(self) -> int:
-        """1 to 6, or -1 for JSON."""
+        """1 to 6, -1 for JSON, 0 for records."""
         return self.header.version
 
     def __iter__(self) -> Iterator[Frame]:
@@ -65,9 +66,11 @@ class GameLogReader:
         return f"GameLogReader({str(self.path)!r}, version={self.version})"
 
 
-def _parser(path: Path, stream: io.BufferedReader) -> BinaryParser | JsonParser | TextParser:
+def _parser(path: Path, stream: io.BufferedReader) -> BinaryParser | JsonParser | RecordParser | TextParser:
     """The parser for the version that the first bytes of `stream` announce."""
-    start = beginning(path, stream, 4)
+    start = beginning(path, stream, len(MARK))
+    if start == MARK:
+        return RecordParser(path, stream)
     if start[:3] == b"ULG":
         mark = start[3:4]
         if mark in (b"\x02", b"\x03"):
@@ -75,9 +78,9 @@ def _parser(path: Path, stream: io.BufferedReader) -> BinaryParser | JsonParser 
             return BinaryParser(path, stream, mark[0])
         if mark in (b"4", b"5", b"6"):
             return TextParser(path, stream, int(mark))
-        raise FormatError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6 and JSON")
+        raise FormatError(f"{path}: game log version {mark!r} is unknown; known are 1 to 6, JSON and records")
     if start[:1] == b"[":
         return JsonParser(path, stream)
     if start[:2] in (b"\x00\x01", b"\x00\x02", b"\x00\x03"):
         return BinaryParser(path, stream, 1)
-    raise FormatError(f"{path}: not a game log: it begins with {start!r}, not with 'ULG', '[' or a version 1 record")
+    raise FormatError(f"{path}: not a game log: it begins with {start[:4]!r}, not with 'ULG', '[' or a version 1 record")

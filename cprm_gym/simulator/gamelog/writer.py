@@ -89,6 +89,11 @@ def frame_of(world: Any, parameters: ServerParameters, names: Sequence[str] = ("
     return frame
 
 
+def is_logged(mode: PlayMode, before: PlayMode | None) -> bool:
+    """Whether a server writes a cycle of that mode, `before` being that of the last one written, None where there is none."""
+    return mode != PlayMode.before_kick_off and not (mode == PlayMode.time_over and before in (PlayMode.time_over, None))
+
+
 class GameLogWriter:
     """Writes one game to a log. Use it in a ``with`` block: the file appears when the block ends, and not at all if it fails.
 
@@ -163,7 +168,7 @@ class GameLogWriter:
         """
         record = simulator.world[world]
         mode = PlayMode(int(record["mode"]))
-        if mode == PlayMode.before_kick_off or (mode == PlayMode.time_over and self._mode in (PlayMode.time_over, None)):
+        if not is_logged(mode, self._mode):
             return False
         self.write(frame_of(record, self.parameters, self.teams))
         return True

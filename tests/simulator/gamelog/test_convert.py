@@ -32,7 +32,7 @@ def test_there_and_back(game, version, tmp_path):
     there, back = tmp_path / f"there-{version}.rcg.gz", tmp_path / "back.rcg"
     assert convert(game, there, version) == 40
     read = GameLogReader(there)
-    assert read.version == (-1 if version == "json" else int(version))
+    assert read.version == {"json": -1, "record": 0, **{str(k): k for k in range(1, 7)}}[version]
     assert convert(there, back) == 40
     step = 1 / 32 if version in "12" else 1e-4
     for before, after in zip(GameLogReader(game), GameLogReader(back)):
@@ -47,10 +47,10 @@ def test_there_and_back(game, version, tmp_path):
     assert "a word" in said
 
 
-def test_the_newest_text_comes_back_to_the_byte(game, tmp_path):
-    for version in ("6", "json"):
-        convert(game, tmp_path / "a", version)
-    convert(game, tmp_path / "b", "6")
+@pytest.mark.parametrize("version", ["6", "record"])
+def test_the_newest_text_comes_back_to_the_byte(version, game, tmp_path):
+    convert(game, tmp_path / "a", version)
+    convert(tmp_path / "a", tmp_path / "b", "6")
     frames = [line for line in (tmp_path / "b").read_text().splitlines() if line.startswith("(show")]
     assert frames == [line for line in game.read_text().splitlines() if line.startswith("(show")]
 
