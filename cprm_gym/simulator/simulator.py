@@ -20,7 +20,7 @@ from ..errors import CommandError, ParameterError
 from .kernels import audio, body, landmark_sight
 from .kernels import senses as eye_kernels
 from .kernels import step as kernels
-from .kernels.beginnings import restart
+from .kernels.powers import restart
 from .kernels.random import draw_uniforms
 from .packing import NO_REFEREE, pack
 from .parameters import Rules, ServerParameters

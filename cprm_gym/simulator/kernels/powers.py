@@ -1,6 +1,7 @@
-"""What trainer and coach do to worlds at once, between steps (specification/simulator.md 4.9, 4.10); `trainer` checks and calls these.
+"""What trainer and coach do to worlds at once, between steps (specification/simulator.md 4.9, 4.10), and how worlds begin anew.
 
-`chosen` holds the indices of the worlds concerned, ``(n,)`` int64; arrays of places and the like have one row per chosen world.
+`chosen` holds the indices of the worlds concerned, ``(n,)`` int64; arrays of places and the like have one row per chosen world. `trainer`
+and `simulator` check what is given before they call these.
 """
 
 from __future__ import annotations
@@ -37,6 +38,22 @@ SAY_PROMOTION = int(Announcement.PROMOTE_GOALIE)
     HAS_GOALIE,
 ) = range(11)
 """The server's answers to a coach."""
+
+
+@kernel
+def restart(worlds, rows, start, chosen):
+    """Put the chosen worlds into a state; their random streams go on, that of resets with its next call.
+
+    worlds : (W,) WORLD; rows : the same as bytes, which are copied much faster than fields, (W, n); start : (n,) bytes of the state;
+    chosen : (n,) int64
+    """
+    for n in chosen:
+        w = worlds[n]
+        steps, draws = w.steps, w.draws
+        physics, sensors, referee, resets = w.key[0], w.key[1], w.key[2], w.key[3]
+        rows[n, :] = start
+        w.steps, w.draws = steps, draws + 1
+        w.key[0], w.key[1], w.key[2], w.key[3] = physics, sensors, referee, resets
 
 
 @kernel
