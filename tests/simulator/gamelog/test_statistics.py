@@ -74,8 +74,8 @@ def test_of_a_log(tmp_path):
     from cprm_gym.envs.core import SoccerCore
     from cprm_gym.simulator.gamelog.writer import GameLogWriter
 
-    core = SoccerCore("Soccer11v11", 1, controlled=(), others="strong", seed=1)
-    core.reset(1)
+    core = SoccerCore("Soccer11v11", 1, controlled=(), others="strong", seed=3)
+    core.reset(3)
     with GameLogWriter.for_simulator(tmp_path / "game.rcg", core.sim) as log:
         for _ in range(300):
             core.step(None)
