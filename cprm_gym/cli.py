@@ -649,6 +649,7 @@ def demo(
     every: Annotated[int, typer.Option(help="Without a terminal: cycles between two pictures.")] = 25,
     t_b: Annotated[int | None, typer.Option(help=T_B, show_default="the model's slice")] = None,
     latency: Annotated[int | None, typer.Option(help=LATENCY, show_default="0")] = None,
+    model: Annotated[str, typer.Option(help="bins: with the model on bins, whose inferences can be slow.")] = "",
 ) -> None:
     """Show a demonstration: the field, the markings of the nets, what the players believe."""
     import time
@@ -671,7 +672,8 @@ def demo(
         if every < 1:
             raise CprmError(f"--every {every}: allowed is 1 and more")
         last: Scene | None = None
-        timing = {name: value for name, value in (("t_b", t_b), ("latency", latency)) if value is not None}
+        timing: dict[str, Any] = {name: value for name, value in (("t_b", t_b), ("latency", latency)) if value is not None}
+        timing |= {"model": model} if model else {}
         if record is not None:
             check_place(record, "--record")
             film = Recorder(record)

@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 
 from ..architecture.petri import ObjectPlace, PetriNet, Place, instances
-from ..envs.controller import check_action
+from ..architecture.prm.inference.posterior import Posterior
+from ..envs.controller import Controller, check_action
 from ..envs.core import SoccerCore, select_agents
 from ..envs.observations import SelfFeature
 from ..envs.rendering import Viewer
 from ..envs.tasks import Status, make_task
-from ..errors import CprmError, unknown_name
+from ..errors import CprmError, ModelError, unknown_name
 from ..files import hidden_beside
+from .knowledge.belief import BeliefTier
 from .net_view import NetView
-from .play import SoccerAgent
+from .play import SoccerAgent, agent_in
 from .registry import make_controller
 
 DEMOS: Mapping[str, str] = {"striker": "KickOffShot", "goalie": "Goalie", "passers": "PassAndAdvance", "eleven": "Soccer11v11"}
@@ -45,6 +47,8 @@ NET_HEIGHT = 460
 WORDS: Mapping[str, str] = {"holder": "has the ball", "partner": "partner", "receiver": "receives", "first": "first at the ball",
                             "marked": "marked", "watched": "watched", "watched_1": "watched", "watched_2": "watched"}  # fmt: skip
 """Object place -> what it says of the player whom it holds."""
+SIDE = 0.6
+"""Weight of a point one standard deviation off the middle of a normal, as a share of the middle's."""
 FADE = 20.0
 """Cycles without a sight of the ball after which a reckoned place hardly counts."""
 
@@ -116,7 +120,8 @@ def play(name: str, seed: int = 0, **options: Any) -> Iterator[Scene]:
         raise unknown_name("demonstration", name, DEMOS)
     task = make_task(DEMOS[name], **OPTIONS.get(name, {}))
     names = select_agents(task.controlled, task.left, task.right)
-    agents: list[SoccerAgent] = [_traced(make_controller(task, agent, **options)) for agent in names]
+    agents = [make_controller(task, agent, **options) for agent in names]
+    playing = [_traced(agent) for agent in agents]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)
     observation = core.reset(seed)
@@ -132,9 +137,9 @@ def play(name: str, seed: int = 0, **options: Any) -> Iterator[Scene]:
             Player(
                 name,
                 int(core.players[i]),
-                agents[i],
+                playing[i],
                 believed_ball(agents[i], views[i]) * [core.sides[i], core.sides[i], 1.0],
-                held(agents[i], int(core.players[i])),
+                held(playing[i], int(core.players[i])),
             )
             for i, name in enumerate(core.agents)
             if i in np.argsort(gaps, kind="stable")[:SHOWN]
@@ -147,9 +152,14 @@ def play(name: str, seed: int = 0, **options: Any) -> Iterator[Scene]:
             rest -= 1
 
 
-def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> np.ndarray:
+def believed_ball(player: Controller, observation: Mapping[str, np.ndarray]) -> np.ndarray:
     """(n, 3) x, y in the own team's frame and weight: the posterior where the model has the ball's place, else the reckoned place."""
-    controller = agent.controller
+    tier = getattr(player, "tier", None)
+    observation = {**observation, **getattr(player, "known", {})}
+    if isinstance(tier, BeliefTier) and tier.posterior is not None:
+        return _spread(tier.posterior, observation["memory"][0, 0, :2])
+    agent = agent_in(player)
+    controller = None if agent is None else agent.controller
     bank = controller.bank if controller is not None else None
     if bank is not None and bank.answers and {"ball.x", "ball.y"} <= bank.variables.keys():
         x, y = (bank.variables[name].edges for name in ("ball.x", "ball.y"))
@@ -162,6 +172,21 @@ def believed_ball(agent: SoccerAgent, observation: Mapping[str, np.ndarray]) -> 
         return np.stack([x + way * np.cos(angle), y + way * np.sin(angle), points[:, 2]], axis=1)
     age = float(observation["memory_age"][0, 0])
     return np.array([[*observation["memory"][0, 0, :2], max(0.1, 1.0 - age / FADE)]])
+
+
+def _spread(posterior: Posterior, expected: np.ndarray) -> np.ndarray:
+    """A mixture of normals as points: of each its middle and the ends of its axes, around what is expected, which comes last."""
+    points = [[*expected, 1.0]]
+    try:
+        weights, means, covs = (found[0] for found in posterior.components("ball.x", "ball.y"))
+    except ModelError:  # nothing has been seen yet
+        return np.array(points)
+    for weight, mean, cov in zip(weights, means + (expected - weights @ means), covs):
+        lengths, axes = np.linalg.eigh(cov)
+        ends = axes * np.sqrt(np.maximum(lengths, 0.0))
+        for off, share in ((np.zeros(2), 1.0), *((sign * ends[:, k], SIDE) for k in (0, 1) for sign in (-1.0, 1.0))):
+            points.append([*(mean + off), weight * share])
+    return np.array(points[:0:-1][:POINTS] + points[:1])
 
 
 def _grid(px: np.ndarray, x_edges: Any, py: np.ndarray, y_edges: Any) -> np.ndarray:
@@ -203,11 +228,12 @@ def _object_number(name: str, own: int) -> int:
     return (11 - first) + k if kind == "o" else first + k + (kind == "m" and k >= unum)
 
 
-def _traced(agent: Any) -> SoccerAgent:
-    """The agent, who keeps what fired."""
+def _traced(player: Controller) -> SoccerAgent:
+    """Who plays with a net in a player; he keeps what fired."""
+    agent = agent_in(player)
+    assert agent is not None
     agent.options["trace"] = True
-    traced: SoccerAgent = agent
-    return traced
+    return agent
 
 
 def panel(player: Player) -> list[str]:
@@ -225,7 +251,7 @@ def panel(player: Player) -> list[str]:
         lines.append("objects")
         lines += [f"  {text}: {'left' if number <= 11 else 'right'} {(number - 1) % 11 + 1}" for number, text in player.marks.items()]
     x, y, _ = player.points[-1]
-    lines += ["reckons" if player.agent.cprm.model is None else "believes", f"  ball at {x:.1f}, {y:.1f}"]
+    lines += ["reckons" if player.agent.cprm.model is None and len(player.points) == 1 else "believes", f"  ball at {x:.1f}, {y:.1f}"]
     lines += [f"  {p.name} {executor.read(p.name)[0]:.2f}" for p in executor.belief_places[:BELIEFS]]
     lines.append("commands")
     for name, values in executor._commands.of(0).items():

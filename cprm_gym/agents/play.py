@@ -11,7 +11,7 @@ from ..architecture.cprm import CPRM, CPRMRunner
 from ..architecture.cprm.runner import check_options
 from ..architecture.cprm.slow import Timing
 from ..envs.actions import NECK_SCALE, scaled
-from ..envs.controller import Action, Observation, no_action
+from ..envs.controller import Action, Controller, Observation, no_action
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
 from .body import DEFAULT, Body
@@ -141,6 +141,12 @@ class SoccerAgent:
             fired = commands.fired["change_view"]
             action["view"][fired] = np.rint(commands.values["change_view"]["width"][fired]).astype(np.int64)
         return action
+
+
+def agent_in(player: Controller) -> SoccerAgent | None:
+    """Who plays with a CPRM in a player, who may be one on a tier of knowledge; None for other kinds."""
+    inner = player if isinstance(player, SoccerAgent) else getattr(player, "controller", None)
+    return inner if isinstance(inner, SoccerAgent) else None
 
 
 def _emitted(cprm: CPRM) -> set[str]:

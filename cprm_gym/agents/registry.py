@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+from importlib import import_module
 from typing import Any
 
-from ..envs.controller import Controller
+from ..envs.controller import Controller, ControllerFactory
 from ..envs.tasks import Task
 from ..envs.tasks.half_field import LADDER
 from ..errors import ParameterError, unknown_name
@@ -18,9 +19,14 @@ AGENTS: dict[str, str] = {
     "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""
+MODELLED = ("GoToBall", "PassAndAdvance", "Goalie", "Goalie2v1", "Goalie3v2", "Soccer", "Soccer5v5", "Soccer11v11")
+"""Tasks whose agent has a model of his own, on bins (dissertation Fig. 2.25 to 2.28)."""
+ON_BELIEF = ("Goalie", "Goalie2v1", "Goalie3v2", "PassAndAdvance")
+"""Tasks whose agent plays on the tier `TIER`, if neither a tier nor a model is named."""
+TIER, BINS = "belief", "bins"
 
 
-def make_controller(task: Task, agent: str, tier: str = "", **options: Any) -> Controller:
+def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **options: Any) -> Controller:
     """The CPRM agent that plays a task.
 
     Parameters
@@ -28,43 +34,64 @@ def make_controller(task: Task, agent: str, tier: str = "", **options: Any) -> C
     task : Task
     agent : str
     tier : str
-        On which tier of knowledge, if not on what the environment tells: ``belief``, ``tracker`` ... Where there is a player for tiers
-        (`knowledge.players.PLAYERS`) it is he, whose net reads the tier alone: no model of his own filters once more what is filtered.
+        On which tier of knowledge: ``belief``, ``tracker``, ``memory`` ...; in `ON_BELIEF` tasks `TIER` if none is named, elsewhere what
+        the environment tells. Where there is a player for tiers (`knowledge.players.PLAYERS`) it is he, with his numbers for that tier:
+        his net reads the tier alone, and no model of his own filters once more what is filtered.
+    model : str
+        ``bins``: the agent with the model that he had first, on what the environment tells, or on a tier that is named besides; of an
+        agent who never had one it changes nothing.
     **options
-        Of agents with a model, those of `CPRMRunner`: ``t_b``, ``latency``, ``demand``, ``engine``, ``deep``, ``every`` ...
+        Of agents with a model of their own, those of `CPRMRunner`: ``t_b``, ``latency``, ``demand``, ``engine``, ``deep``, ``every`` ...
 
     Raises
     ------
     UnknownName
-        Listing the tasks for which there is an agent, or the tiers.
+        Listing the tasks for which there is an agent, the tiers, or the models.
     ParameterError
         For options that the agent does not take.
     """
     if task.name not in AGENTS:
         raise unknown_name("task of the controller 'cprm':", task.name, AGENTS)
-    if tier:
-        return _on_tier(task, agent, tier, options)
-    from importlib import import_module
+    if model not in ("", BINS):
+        raise unknown_name("model", str(model), (BINS,))
+    if not tier and not model and task.name in ON_BELIEF:
+        tier = TIER
+    if not tier:
+        return _own(task, agent, options)
+    from .knowledge import informed
 
-    factory = import_module(f".{AGENTS[task.name]}", __package__)
-    taken = inspect.signature(factory.make_controller).parameters
+    reading = _reading(task, tier)
+    if reading is None or model:
+        return informed(lambda task, agent: _own(task, agent, options), tier)(task, agent)
+    if options:
+        instead = f"; write model={BINS} for the one who has" if task.name in MODELLED else ""
+        raise ParameterError(f"on a tier the agent of {task.name} has no model: there is no option {next(iter(options))!r}{instead}")
+    return reading(task, agent)
+
+
+def _own(task: Task, agent: str, options: dict[str, Any]) -> Controller:
+    """Net and, where there is one, model of his own."""
+    factory = import_module(f".{AGENTS[task.name]}", __package__).make_controller
+    taken = inspect.signature(factory).parameters
     for option in options:
         if option not in taken and "options" not in taken:
             raise ParameterError(f"the agent of {task.name} has no model: there is no option {option!r}")
-    controller: Controller = factory.make_controller(task, agent, **options)
+    controller: Controller = factory(task, agent, **options)
     return controller
 
 
-def _on_tier(task: Task, agent: str, tier: str, options: dict[str, Any]) -> Controller:
+def _reading(task: Task, tier: str) -> ControllerFactory | None:
+    """Whose net reads a tier and nothing else; None where only the one with a model of his own plays."""
     from .knowledge import TIERS, informed
     from .knowledge.players import PLAYERS
     from .knowledge.registry import ORACLES
+    from .seeker import make_reckoning
 
     known = [name for name in TIERS if name not in ORACLES]
     if tier not in known:
         raise unknown_name("tier", str(tier), known)
-    if task.name not in PLAYERS:
-        return informed(lambda task, agent: make_controller(task, agent, **options), tier)(task, agent)
-    if options:
-        raise ParameterError(f"on a tier the agent of {task.name} has no model: there is no option {next(iter(options))!r}")
-    return PLAYERS[task.name].on(tier)(task, agent)
+    if task.name in PLAYERS:
+        return PLAYERS[task.name].on(tier)
+    if task.name == "GoToBall":
+        return informed(make_reckoning, tier)
+    return None

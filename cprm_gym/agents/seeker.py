@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..architecture.cprm import CPRM, Observe
-from ..architecture.petri import PetriNet, Place, Transition
+from ..architecture.petri import AnyPlace, Input, Math, PetriNet, Place, Transition
 from ..envs.tasks import Task
 from ..lazy import made_on_use
-from .body import Body, of_body
+from .body import Body, number, of_body
 from .models import ball_model
-from .percepts import ball_percepts
+from .percepts import ball_percepts, field_percepts
 from .play import SoccerAgent
-from .skills.go_to_ball import go_to_ball
+from .skills.go_to_ball import go_to_ball, go_to_ball_reflex
+
+OLD = 5.0
+"""Cycles without a sight of the ball after which a reckoned direction tells nothing."""
 
 
-@of_body
-def seeker_net(body: Body) -> PetriNet:
-    """High level: one module, started again when it loses the ball, and a cycle after it has arrived."""
+def _net(name: str, go: PetriNet, known: tuple[AnyPlace, ...] = (), fuse: Mapping[str, str] | None = None) -> PetriNet:
     return PetriNet(
-        "seeker",
-        places=(Place("intend", capacity=1, tokens=1), Place("arrived", capacity=1)),
-        modules={"go": go_to_ball(body)},
+        name,
+        places=(Place("intend", capacity=1, tokens=1), Place("arrived", capacity=1), *known),
+        modules={"go": go},
+        fuse=fuse or {},
         transitions=(
             Transition("set_out", ("intend",), ("go.begin",)),
             Transition("arrive", ("go.at_ball",), ("arrived",)),
@@ -30,6 +33,12 @@ def seeker_net(body: Body) -> PetriNet:
             Transition("follow", ("arrived",), ("intend",), delay=1),
         ),
     )
+
+
+@of_body
+def seeker_net(body: Body) -> PetriNet:
+    """High level: one module, started again when it loses the ball, and a cycle after it has arrived."""
+    return _net("seeker", go_to_ball(body))
 
 
 SEEKER_NET = seeker_net()
@@ -52,6 +61,24 @@ def seeker_cprm(body: Body) -> CPRM:
             Observe("ball.seen_dir_deg", "ball.direction_deg", when="ball.seen"),
         ),
     )
+
+
+@of_body
+def reckoning_cprm(body: Body) -> CPRM:
+    """The same net on what is reckoned instead of believed, whoever reckons it (`knowledge`); he looks round where that is `OLD`."""
+    known = (
+        Input("ball_age", observes="ball.age"), Input("distance", observes="ball.reckoned_distance"),
+        Input("reckoned", observes="ball.reckoned_direction_deg"),
+        Math("direction", f"reckoned if ball_age < {number(OLD)} else 90"),
+    )  # fmt: skip
+    fuse = {"go.believed_distance": "distance", "go.believed_direction": "direction"}
+    return CPRM("seeker_reckoning", net=_net("seeker_reckoning", go_to_ball_reflex(body), known, fuse))
+
+
+def make_reckoning(task: Task, agent: str) -> SoccerAgent:
+    """The seeker without a model, on the observation's part ``memory``."""
+    body = Body.of(task)
+    return SoccerAgent(reckoning_cprm(body), field_percepts, needs=("memory",), body=body)
 
 
 def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:

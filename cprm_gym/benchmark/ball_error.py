@@ -20,6 +20,7 @@ from ..agents.knowledge.tracker import Tracker
 from ..envs.observations import MAX_AGE, SelfFeature
 from ..envs.players.senses import Senses
 from ..envs.tasks import make_task
+from ..errors import unknown_name
 from .arguments import at_least
 from .knowledge import SENSES
 from .tracking import record
@@ -113,11 +114,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--worlds", type=at_least(2), default=200)
     parser.add_argument("--seed", type=at_least(0), default=777)
+    parser.add_argument("--senses", default=",".join(SENSES))
     options = parser.parse_args()
+    names = options.senses.split(",")
+    for name in names:
+        if name not in SENSES:
+            parser.error(str(unknown_name("senses", name, SENSES)))
     head = ("senses", "tier", "rms error, m", "mean, each at most 3 m", "less tracker, paired 95 %", "from him, within 3 m",
             "rms velocity, m/cycle", "log density, nats")  # fmt: skip
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for name, senses in SENSES.items():
+    for name in names:
+        senses = SENSES[name]
         all_found = {tier: ball_error(tier, senses, options.worlds, options.seed) for tier in TIERS}
         for tier, found in all_found.items():
             density = "" if np.isnan(found.log_density) else f"{found.log_density:.2f}"

@@ -20,7 +20,7 @@ from .editing.token_game import Games
 from .playing.results import Results
 from .playing.room import RunRoom
 from .running.recording import Recording
-from .running.setup import Setup
+from .running.setup import WITH_MODEL, Setup
 from .watching.comparison import Comparison
 from .watching.curves import Curves
 from .watching.debugger import Debugger
@@ -90,7 +90,7 @@ class Studio:
         """What was opened."""
         watched = self.session.setup is not None or self.session.recording is not None
         view = "nets" if self.file else "watch" if watched else "run"
-        return {"title": self.title, "view": view, "controllers": list(controller_entries())}
+        return {"title": self.title, "view": view, "controllers": [WITH_MODEL, *controller_entries()]}
 
     def _agents(self, setup: Setup) -> None:
         """Open the CPRM of the first player that has one, to be changed."""

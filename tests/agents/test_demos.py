@@ -57,7 +57,7 @@ def test_a_striker_without_a_model_reckons_and_a_goalie_believes():
 
 
 def test_who_is_watched_and_who_has_the_ball_is_told_and_shown():
-    scenes = list(islice(play("goalie", seed=1), 12))
+    scenes = list(islice(play("goalie", seed=1, model="bins"), 12))
     assert scenes[-1].players[0].marks == {12: "watched", 13: "watched"}
     assert {"  watched: right 1", "  watched: right 2"} <= set(panel(scenes[-1].players[0]))
     viewer = Viewer("rgb_array")

@@ -65,10 +65,15 @@ def evidence(agent, observation):
     return told
 
 
+def with_model(task, name):
+    """The agent with the model of his own, where he has one."""
+    return make_controller(task, name, model="bins")
+
+
 @pytest.mark.parametrize(("task", "name"), PLAYED)
 def test_no_agent_is_told_what_was_not_given(task, name):
     task, draws = make_task(task), np.random.default_rng(1)
-    agent = make_controller(task, name)
+    agent = with_model(task, name)
     core = SoccerCore(task, WORLDS, controlled=name, others="medium", seed=5, include=agent.needs)
     core.see_changes.append(without_numbers)
     observation = {key: value[:, 0] for key, value in core.reset(5).items()}
@@ -90,8 +95,8 @@ def test_no_agent_is_told_what_was_not_given(task, name):
 
 
 def test_every_agent_with_a_model_is_played_here():
-    played = {make_controller(make_task(task), name).cprm.name for task, name in PLAYED}
-    agents = {make_controller(make_task(task), name) for task in AGENTS for name in ("left_1", "left_2")}
+    played = {with_model(make_task(task), name).cprm.name for task, name in PLAYED}
+    agents = {with_model(make_task(task), name) for task in AGENTS for name in ("left_1", "left_2")}
     assert {agent.cprm.name for agent in agents if agent.cprm.model is not None} <= played
 
 
@@ -148,7 +153,7 @@ def test_who_acts_on_what_was_not_given_is_caught():
 
 def test_an_opponent_without_a_number_who_faces_the_goal_is_not_told_as_facing_away():
     task = make_task("Goalie")
-    agent = make_controller(task, "left_1")
+    agent = with_model(task, "left_1")
     core = SoccerCore(task, 1, seed=3, include=agent.needs)
     core.reset(3)
     core.place_player(1, -50.0, 0.0, 0.0)

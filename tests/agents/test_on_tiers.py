@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cprm_gym.agents.knowledge import Informed
+from cprm_gym.agents.knowledge import Informed, informed
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.registry import make_controller
 from cprm_gym.benchmark.episodes import play_episodes
@@ -30,11 +30,43 @@ def test_an_agent_without_a_player_plays_behind_the_tier_with_its_options(task):
     assert set(made.needs) >= {"landmarks", "lines"}
 
 
+@pytest.mark.parametrize("name", ["Goalie", "Goalie2v1", "PassAndAdvance"])
+def test_who_has_a_model_plays_on_the_belief_unless_another_is_named(name):
+    """And on the first one, of bins, where that is named; on what the environment tells then."""
+    task = make_task(name)
+    agent = task.controlled.split(",")[0]
+    plain, first = make_controller(task, agent), make_controller(task, agent, model="bins")
+    assert plain.tier.name == "belief"
+    assert first.cprm.model is not None
+    assert first.needs == ("memory",)
+    assert make_controller(task, agent, tier="memory", model="bins").controller.cprm.model is not None
+    assert make_controller(task, agent, tier="memory").tier.name == "memory"
+
+
+def test_the_seeker_on_the_belief_meets_the_ball_sooner_than_on_his_ten_bins():
+    task = make_task("GoToBall")
+    bins, belief = (play_episodes(task, load_controller(name), 60, 4) for name in ("cprm", "cprm:tier=belief"))
+    assert belief.success.all()
+    assert bins.success.all()
+    assert belief.cycles.mean() < bins.cycles.mean()
+
+
+def test_a_controller_on_a_tier_that_is_put_on_another_one_is_on_that_alone():
+    task = make_task("Goalie")
+    made = informed(make_controller, "tracker")(task, "left_1")
+    assert made.tier.name == "tracker"
+    assert not isinstance(made.controller, Informed)
+
+
 def test_tiers_that_there_are_not_oracles_and_options_of_a_missing_model_are_refused():
     task = make_task("Goalie")
     with pytest.raises(UnknownName, match=r"beleif.*Did you mean 'belief'"):
         make_controller(task, "left_1", tier="beleif")
     with pytest.raises(UnknownName, match="state"):
         make_controller(task, "left_1", tier="state")
+    with pytest.raises(UnknownName, match=r"model 'bin'.*Did you mean 'bins'"):
+        make_controller(task, "left_1", model="bin")
+    with pytest.raises(ParameterError, match="no option 't_b'; write model=bins"):
+        make_controller(task, "left_1", t_b=5)
     with pytest.raises(ParameterError, match="no option 't_b'"):
         make_controller(task, "left_1", tier="belief", t_b=5)

@@ -19,7 +19,7 @@ from cprm_gym.agents.outfielder.model import outfield_model
 from cprm_gym.agents.outfielder.percepts import terms
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.percepts import ball_percepts, field_percepts
-from cprm_gym.agents.play import SoccerAgent
+from cprm_gym.agents.play import SoccerAgent, agent_in
 from cprm_gym.agents.registry import make_controller
 from cprm_gym.agents.seeker import seeker_cprm
 from cprm_gym.agents.skills.catch_ball import catch_ball
@@ -148,7 +148,7 @@ def test_agents_of_the_registry_and_the_baselines_know_the_parameters_of_their_t
     changed = ServerParameters(inertia_moment=9.0, catch_ban_cycle=12)
     for name, agent in (("KickOffShot", "left_1"), ("Goalie", "left_1"), ("PassAndAdvance", "left_2"), ("GoToBall", "left_1"),
                         ("Soccer5v5", "left_1"), ("Soccer5v5", "left_3")):  # fmt: skip
-        assert make_controller(replace(make_task(name), parameters=changed), agent).body == Body(changed), name
+        assert agent_in(make_controller(replace(make_task(name), parameters=changed), agent)).body == Body(changed), name
     assert raw_goalie(replace(make_task("Goalie"), parameters=changed), "left_1").body == Body(changed)
     assert fsm(replace(make_task("GoToBall"), parameters=changed), "left_1").inertia_moment == 9.0
     assert ScriptedController(replace(make_task("Goalie"), parameters=changed), "left_1").catch_ban == 12

@@ -22,7 +22,7 @@ def play(name, cycles, worlds=2, seed=1, **options):
     """The views of the last cycle, and the controllers."""
     task = make_task(name, **TASKS.get(name, {}))
     core = SoccerCore(task, worlds, seed=seed, include=("memory",))
-    agents = [make_controller(task, agent, **options) for agent in core.agents]
+    agents = [make_controller(task, agent, model="bins", **options) for agent in core.agents]
     observation = core.reset(seed)
     for i, agent in enumerate(agents):
         agent.reset({key: value[:, i] for key, value in observation.items()}, seed)

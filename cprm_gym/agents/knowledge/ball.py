@@ -26,9 +26,8 @@ from ...envs.players.senses import NOISE, Senses
 from ...simulator.senses import BallLevel
 from ..body import Body, number
 from ..skills.constants import Constants, between
+from .kernels.eye import RATE_STEP, ROUNDING, SWING_STEP, all_told_between
 
-RATE_STEP, SWING_STEP, ROUNDING = 0.02, 0.1, 0.1
-"""Steps of the eye: of a change as a share of the distance, of a change of direction (degrees), of a distance (m)."""
 SELF = ("x", "y", "vx", "vy")
 """What the player knows of himself: place and velocity; where he looks is in the readings."""
 
@@ -198,6 +197,8 @@ def ball_readings(
     half, rounding = coarse * 0.5 * senses.quantise * step, coarse * 0.5 * ROUNDING
     mean = np.exp(-0.5 * blurred**2)  # of a distance whose logarithm has a normal error, as a share of the mean of what is told
     low, high = np.maximum(told - rounding, 0.0) * np.exp(-half) * mean, (told + rounding) * np.exp(half) * mean
+    if senses.noise == 0.0 and not senses.gaussian:
+        all_told_between(told, step, float(senses.quantise), low, high)
     far = middle = 0.5 * (low + high)
     if expected is not None:
         most = 3.0 * np.hypot(2.0 * senses.gaussian, blurred) + half

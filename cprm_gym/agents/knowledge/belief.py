@@ -19,6 +19,7 @@ from ...architecture.prm.grounding.grounding import Grounding
 from ...architecture.prm.inference.engines.mixture import MixtureEngine
 from ...architecture.prm.inference.filter import Filter
 from ...architecture.prm.inference.posterior import Posterior
+from ...architecture.prm.model.model import Model
 from ...envs.controller import Action, Observation
 from ...envs.observations import BodyFeature, SelfFeature
 from ...envs.players.senses import Senses
@@ -28,8 +29,8 @@ from ..body import DEFAULT, Body
 from ..percepts import NEVER
 from .ball import SELF, BallConstants, ball_model, ball_readings, misplaced
 from .scene.constants import PlayerConstants, PoseConstants
-from .scene.others import PlayersFilter
-from .scene.pose import PoseFilter
+from .scene.others import PlayersFilter, players_model
+from .scene.pose import PoseFilter, pose_model
 from .tracker import Tracker, TrackerConstants, normal_log_density
 
 COMPONENTS, MERGE = 6, 0.01
@@ -165,6 +166,11 @@ class BeliefTier(Tracker):
         return {
             "self": now.astype(np.float32), "memory": memory.astype(np.float32), "memory_age": np.minimum(age, NEVER).astype(np.float32),
         }  # fmt: skip
+
+    @property
+    def models(self) -> tuple[Model, ...]:
+        """Of himself, of the others and of the ball."""
+        return pose_model(), players_model(self.body, self.others.constants), self._grounding.model
 
     @property
     def velocities(self) -> np.ndarray:

@@ -60,9 +60,11 @@ def make_tier(name: str, task: Task, agent: str, senses: Senses | None = None, *
 
 
 def informed(factory: ControllerFactory, tier: str, senses: Senses | None = None, **options: Any) -> Callable[[Task, str], Informed]:
-    """A factory of the same controllers on a tier."""
+    """A factory of the same controllers on a tier; of one that is on a tier already, with this one instead."""
 
     def make(task: Task, agent: str) -> Informed:
-        return Informed(factory(task, agent), make_tier(tier, task, agent, senses, **options))
+        made = factory(task, agent)
+        controller = made.controller if isinstance(made, Informed) else made
+        return Informed(controller, make_tier(tier, task, agent, senses, **options))
 
     return make

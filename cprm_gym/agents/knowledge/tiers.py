@@ -11,6 +11,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
+from ...architecture.cprm import CPRM
 from ...envs.controller import Action, Controller, Observation
 from ...envs.core import SoccerCore
 from ...envs.observations import SelfFeature
@@ -111,7 +112,14 @@ class Informed:
         wanted = tuple(part for part in getattr(controller, "needs", ()) if part != "memory")
         self.needs: tuple[str, ...] = tuple(dict.fromkeys((*needs, *wanted)))
         """Parts of the observation: those that the tier reads, and what the controller reads besides what the tier says."""
+        self.known: Mapping[str, np.ndarray] = {}
+        """Parts of the observation as the tier told them last."""
         self._sent: Action | None = None
+
+    @property
+    def cprm(self) -> CPRM | None:
+        """The controller's; None where it plays with none."""
+        return getattr(self.controller, "cprm", None)
 
     def connect(self, core: SoccerCore, agent: str) -> None:
         """Show the worlds to a tier that is an oracle, and to no other one."""
@@ -129,8 +137,8 @@ class Informed:
 
     def act(self, observation: Observation) -> Action:
         """What the controller does, given what the tier knows."""
-        known = self.tier.know(observation, self._sent)
-        action = self.controller.act({**observation, **known})
+        self.known = self.tier.know(observation, self._sent)
+        action = self.controller.act({**observation, **self.known})
         self._sent = {key: np.array(value) for key, value in action.items()}
         return action
 

@@ -9,8 +9,9 @@ from functools import partial
 from ...agents.body import Body
 from ...agents.goalie import GoalieAgent
 from ...agents.hiker.internal import make_controller as internal
-from ...agents.knowledge import TIERS, informed
+from ...agents.knowledge import TIERS, Informed, informed
 from ...agents.knowledge.players import PLAYERS
+from ...agents.registry import BINS, MODELLED, ON_BELIEF, TIER
 from ...agents.registry import make_controller as cprm
 from ...agents.skills.constants import GoalieConstants
 from ...envs.controller import Controller
@@ -42,7 +43,7 @@ def _net(task: Task, agent: str) -> Controller:
     if task.name in PLAYERS:
         player = PLAYERS[task.name]
         return player.make(task, agent, player.numbers("memory"))
-    return cprm(task, agent)
+    return cprm(task, agent, model=BINS if task.name in MODELLED else "")
 
 
 def _untuned(task: Task, agent: str) -> Controller:
@@ -64,7 +65,8 @@ def _believing(how: Condition, reflexes: str, task: Task, agent: str) -> Control
 def _bare(task: Task, agent: str) -> Controller:
     if task.name not in RIVALS:
         raise UnknownName(f"{BARE}: task {task.name!r} has none; allowed are {', '.join(RIVALS)}")
-    return RIVALS[task.name]["without"](task, agent)
+    without = RIVALS[task.name]["without"]
+    return informed(without, TIER)(task, agent) if task.name in ON_BELIEF else without(task, agent)
 
 
 OWN: dict[str, Maker] = {NET: _net, UNTUNED: _untuned, BARE: _bare, INTERNAL: internal}
@@ -127,11 +129,11 @@ def plays(name: str, task: str) -> bool:
 
 @functools.cache
 def believes(task: str) -> bool:
-    """Whether the CPRM of a task has a model; where it has none it is a net, and `NET` would be the same once more."""
+    """Whether the CPRM of a task has a model, or plays on one; where it has none it is a net, and `NET` would be the same once more."""
     if not plays("cprm", task):
         return False
     agent = make_player("cprm", Condition())(make_task(task), "left_1")
-    return getattr(getattr(agent, "cprm", None), "model", None) is not None
+    return isinstance(agent, Informed) or getattr(getattr(agent, "cprm", None), "model", None) is not None
 
 
 @functools.cache

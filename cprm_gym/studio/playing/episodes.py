@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...agents.play import agent_in
 from ...envs.controller import check_action
 from ...envs.core import SoccerCore
 from ...envs.tasks import Status
 from ...errors import ParameterError
 from ...wrappers.disturbances import DISTURBANCES, Disturber
-from ..running.memory import agent_in
 from ..running.run import make_players, needs_of
 from ..running.setup import Setup
 

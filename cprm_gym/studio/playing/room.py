@@ -20,7 +20,7 @@ from ...envs.tasks import TASKS
 from ...errors import CprmError, FormatError, unknown_name
 from ...wrappers.disturbances import DISTURBANCES, Disturbance
 from ..running.kept_run import KeptRun, keep_run, read_run
-from ..running.setup import Setup
+from ..running.setup import WITH_MODEL, Setup
 from ..watching.session import Session
 from .episodes import Episode, play_episodes
 from .results import Results
@@ -71,7 +71,7 @@ class RunRoom:
         return {
             "tasks": list(TASKS),
             "played": sorted(AGENTS),
-            "controllers": list(controller_entries()),
+            "controllers": [WITH_MODEL, *controller_entries()],
             "disturbances": {name: _described(d) for name, d in DISTURBANCES.items()},
             "nets": sorted(self.nets()),
             "models": sorted(self.models()),
@@ -91,7 +91,7 @@ class RunRoom:
         return Setup(task, controller, seed, world, disturbance or None, {}, *changed)
 
     def watch(
-        self, task: str, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
+        self, task: str, controller: str = WITH_MODEL, seed: int = 0, world: int = 0, disturbance: str | None = None,
         nets: Names = None, models: Names = None,
     ) -> dict[str, Any]:  # fmt: skip
         """Watch an episode."""
@@ -114,7 +114,7 @@ class RunRoom:
     # ------------------------------------------------------------------ many episodes
 
     def episodes(
-        self, task: str, count: int, controller: str = "cprm", seed: int = 0, world: int = 0, disturbance: str | None = None,
+        self, task: str, count: int, controller: str = WITH_MODEL, seed: int = 0, world: int = 0, disturbance: str | None = None,
         nets: Names = None, models: Names = None,
     ) -> dict[str, Any]:  # fmt: skip
         """Begin to play many episodes; pages are told of each few that end."""

@@ -9,13 +9,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...agents.play import agent_in
 from ...architecture.petri import Place, instances
 from ...envs.controller import Controller
 from ...envs.core import SoccerCore, player_number
 from ...envs.pitch import FARTHEST
 from ...errors import ParameterError, unknown_name
 from ...wrappers.disturbances import NO_SIGHT
-from .memory import agent_in, runner_of
+from .memory import runner_of
 
 LONGEST = 10_000
 """Cycles for which something may be forced."""

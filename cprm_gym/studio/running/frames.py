@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 
 from ...agents.demos import _object_number, believed_ball, held
+from ...agents.play import agent_in
 from ...architecture.cprm import CPRMRunner
 from ...architecture.petri import ObjectPlace
 from ...architecture.petri.execution.compiled_net import PlaceKind
 from ...envs.actions import PARAMETER_SCALES
 from ...envs.rendering import CONE
 from ...simulator.state import CommandKind, PlayMode
-from .memory import agent_in, runner_of
+from .memory import runner_of
 from .run import Run
 
 MOST_SHOWN = 24
@@ -144,7 +145,7 @@ def inside(run: Run, i: int, asked: Collection[str] | None = None) -> Message:
     if inner is not None:
         side, own = float(run.core.sides[i]), int(run.core.players[i])
         if "memory" in run.core.observation:
-            points = believed_ball(inner, {key: value[:, i] for key, value in run.core.observation.items()})[-POINTS:]
+            points = believed_ball(player, {key: value[:, i] for key, value in run.core.observation.items()})[-POINTS:]
             if len(points) == 1 or points[0, 2] < FLAT:  # of a flat belief, any few cells would be as good
                 message["ball"] = [[number(x * side, 2), number(y * side, 2), number(w, 2)] for x, y, w in points.tolist()]
         message["spots"] = spots(runner, side, own)

@@ -8,15 +8,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...agents.play import SoccerAgent
+from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.scene.others import PlayersFilter
+from ...agents.knowledge.scene.pose import PoseFilter
+from ...agents.knowledge.tiers import Frozen, Informed, Memory
+from ...agents.knowledge.tracker import Tracker
+from ...agents.play import SoccerAgent, agent_in
 from ...architecture.cprm import CPRMRunner
 from ...architecture.petri.execution.state import Snapshot
+from ...architecture.prm.inference.filter import Filter
 from ...envs.controller import Controller
 
 BANK = ("_cohorts", "_cohort_of", "_position", "object_in", "_place_of", "impossible_count", "log_likelihood", "answers", "_answered_for")
 """What of a `FilterBank` changes from cycle to cycle."""
 RUNNER = ("_percepts", "_seen", "_in_force", "_cycle")
 """What of a `CPRMRunner` does, beside net and beliefs."""
+TIERS = (Frozen, Memory, Tracker, BeliefTier)
+"""Tiers of knowledge of which all that they remember is known."""
+ROOM = ("_room", "_work", "_grounding", "_engine")
+"""What of a tier is only worked in, or never changes."""
 FIXED = ("controller", "cprm", "body", "options", "needs", "percepts", "objects")
 """What of a `SoccerAgent` does not."""
 
@@ -31,6 +41,8 @@ class Remembered(NamedTuple):
     bank: dict[str, Any] | None
     separate: tuple[list[Any], list[Any]] | None
     """States and answers of beliefs kept one by one."""
+    tier: dict[str, Any] | None = None
+    """Of one on a tier of knowledge: what that knows, and what was sent and told last."""
 
 
 def can_keep(player: Controller) -> bool:
@@ -38,6 +50,8 @@ def can_keep(player: Controller) -> bool:
 
     Of others, only the beginning can be had again.
     """
+    if isinstance(player, Informed):
+        return type(player.tier) in TIERS and can_keep(player.controller)
     if not isinstance(player, SoccerAgent) or player.controller is None:
         return False
     bank, separate = player.controller.bank, player.controller.separate
@@ -58,6 +72,8 @@ def _plain(function: Any, player: SoccerAgent) -> bool:
 
 def keep(player: Controller) -> Remembered:
     """All that a player remembers, for whom `can_keep` says so."""
+    if isinstance(player, Informed):
+        return keep(player.controller)._replace(tier=_copied({"tier": player.tier, "_sent": player._sent, "known": player.known}))
     assert isinstance(player, SoccerAgent)
     runner = player.controller
     assert runner is not None
@@ -73,6 +89,12 @@ def keep(player: Controller) -> Remembered:
 
 def put(player: Controller, kept: Remembered) -> None:
     """The player as he was."""
+    if isinstance(player, Informed):
+        assert kept.tier is not None
+        for name, value in kept.tier.items():
+            _put_back(player, name, value)
+        put(player.controller, kept)
+        return
     assert isinstance(player, SoccerAgent)
     runner = player.controller
     assert runner is not None
@@ -97,10 +119,32 @@ def _put(owner: Any, kept: dict[str, Any]) -> None:
         setattr(owner, name, copy.copy(value))
 
 
-def agent_in(player: Controller) -> SoccerAgent | None:
-    """Who plays with a CPRM in a player, who may be one on a tier of knowledge; None for other kinds."""
-    inner = player if isinstance(player, SoccerAgent) else getattr(player, "controller", None)
-    return inner if isinstance(inner, SoccerAgent) else None
+def _copied(value: Any) -> Any:
+    """A value that stays as it is; of objects their attributes but those that are `ROOM`."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, Filter):
+        return value.state
+    if isinstance(value, (*TIERS, PoseFilter, PlayersFilter)):
+        return {name: _copied(part) for name, part in vars(value).items() if name not in ROOM}
+    if isinstance(value, (list, tuple)):
+        parts = [_copied(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else type(value)(parts)
+    if isinstance(value, dict):
+        return {name: _copied(part) for name, part in value.items()}
+    return value
+
+
+def _put_back(owner: Any, name: str, kept: Any) -> None:
+    """An attribute as `_copied` has it."""
+    now = getattr(owner, name)
+    if isinstance(now, Filter):
+        now.state = kept
+    elif isinstance(now, (*TIERS, PoseFilter, PlayersFilter)):
+        for part, value in kept.items():
+            _put_back(now, part, value)
+    else:
+        setattr(owner, name, _copied(kept))
 
 
 def runner_of(player: Controller) -> CPRMRunner | None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...agents.play import agent_in
 from ...architecture.prm import Grounding
 from ...architecture.prm.inference.engines.exact import ExactEngine
 from ...envs.controller import Action, Controller, check_action
@@ -18,7 +19,7 @@ from ...envs.tasks import Status, Task
 from ...errors import CprmError, ParameterError
 from ...wrappers.disturbances import DISTURBANCES, Disturber
 from .changes import Change, Hands
-from .memory import Remembered, agent_in, can_keep, keep, put, runner_of
+from .memory import Remembered, can_keep, keep, put, runner_of
 from .setup import Setup
 
 TROUBLE = "TROUBLE"

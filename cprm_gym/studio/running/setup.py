@@ -14,6 +14,9 @@ from ...envs.tasks import TASKS, Task, make_task
 from ...errors import ParameterError, unknown_name
 from ...wrappers.disturbances import DISTURBANCES
 
+WITH_MODEL = "cprm:model=bins"
+"""Who plays if nobody is named: an agent with a model of his own has more to be looked at than one on a tier of knowledge."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -43,7 +46,7 @@ class Setup:
     """
 
     task: str
-    controller: str = "cprm"
+    controller: str = WITH_MODEL
     seed: int = 0
     world: int = 0
     disturbance: str | None = None

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from ...agents.demos import _object_number
+from ...agents.play import agent_in
 from ...architecture.cprm import CPRMRunner
 from ...errors import CprmError, ParameterError, unknown_name
 from ..running.frames import Message, number, object_held
-from ..running.memory import agent_in, runner_of
+from ..running.memory import runner_of
 from ..running.run import Run
 from .breakpoints import Term
 from .session import Session

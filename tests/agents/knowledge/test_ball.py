@@ -20,12 +20,12 @@ def seen_from(x, y, face, distance, direction, approach=0.0, swing=0.0, level=3.
 
 
 def test_steps_of_the_eye_are_intervals():
-    """13.5 m is told of all that lies within half a step of its logarithm, and half a decimetre."""
+    """13.5 m is told of all that lies within half a step of the logarithm 2.6."""
     told, me = seen_from(0.0, 0.0, 0.0, 13.5, 0.3, approach=-0.54)
     readings, seen = ball_readings(told, me, Senses(), 0.1)
     assert seen.tolist() == [True]
     far = readings["ball.seen_far"]
-    assert [float(far.low[0]), float(far.high[0])] == pytest.approx([13.45 * np.exp(-0.05), 13.55 * np.exp(0.05)])
+    assert [float(far.low[0]), float(far.high[0])] == pytest.approx([np.exp(2.55), np.exp(2.65)])
     across = readings["ball.seen_aside"]
     assert float(across.high[0]) == pytest.approx(np.radians(0.5) * 13.5, rel=0.01)
     approach = readings["ball.seen_approach"]

@@ -25,7 +25,7 @@ def test_what_is_no_option_is_refused(name):
 
 
 def test_a_controller_takes_its_options_and_no_others():
-    agent = load_controller("cprm:t_b=5:latency=2")(make_task("Goalie"), "left_1")
+    agent = load_controller("cprm:model=bins:t_b=5:latency=2")(make_task("Goalie"), "left_1")
     assert (agent.options["t_b"], agent.options["latency"]) == (5, 2)
     with pytest.raises(ParameterError, match="'fsm' has no option 't_b'"):
         load_controller("fsm:t_b=5")
@@ -47,7 +47,10 @@ def test_timing_is_that_of_the_controllers_of_the_architecture():
         (["benchmark", "--tasks", "Goalie", "--controllers", "fsm", "--t-b", "5"], "of the controller 'cprm'"),
         (["benchmark", "--suite", "knowledge", "--t-b", "5"], "do not go with --suite"),
         (["play", "--task", "Goalie", "--t-b", "5"], "of the controller 'cprm'; named are none"),
-        (["play", "--task", "Goalie", "--controller", "cprm", "--t-b", "0"], "t_b: 0 given"),
+        (["play", "--task", "Goalie", "--controller", "cprm:model=bins", "--t-b", "0"], "t_b: 0 given"),
+        (["play", "--task", "Goalie", "--controller", "cprm", "--t-b", "5"], "write model=bins"),
+        (["demo", "goalie", "--t-b", "5"], "write model=bins"),
+        (["demo", "goalie", "--model", "bin"], "Did you mean 'bins'"),
         (["demo", "striker", "--latency", "3"], "no model"),
     ],
 )

@@ -44,9 +44,13 @@ def test_a_run_whose_moments_are_forgotten_is_played_anew(goalie):
     assert seen(goalie) == there
 
 
-@pytest.mark.parametrize("task", ["KickOffShot", "LostAndFound", "PassAndAdvance"])
-def test_all_that_players_remember_is_kept(task):
-    run = Run(Setup(task, seed=1))
+@pytest.mark.parametrize(
+    ("task", "controller"),
+    [("KickOffShot", "cprm"), ("LostAndFound", "cprm"), ("PassAndAdvance", "cprm:model=bins"), ("PassAndAdvance", "cprm"),
+     ("Goalie2v1", "cprm"), ("Goalie2v1", "cprm:tier=tracker"), ("LostAndFound", "cprm:tier=frozen")],
+)  # fmt: skip
+def test_all_that_players_remember_is_kept(task, controller):
+    run = Run(Setup(task, controller, seed=1))
     assert all(can_keep(player) for player in run.players)
     run.go_to(25)
     there = seen(run)

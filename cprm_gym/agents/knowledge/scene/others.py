@@ -23,7 +23,7 @@ from ....simulator.pitch import PITCH_LENGTH, PITCH_WIDTH
 from ....simulator.state import ViewWidth
 from ...body import DEFAULT, Body, number
 from ...percepts import NEVER
-from ..ball import RATE_STEP, ROUNDING, SWING_STEP
+from ..kernels.eye import RATE_STEP, ROUNDING, SWING_STEP
 from .constants import PlayerConstants
 from .kernels import players as terms
 from .kernels.association import PLAYERS, Modes, Room, Seen, Tracks, expected_places, know_players
@@ -83,7 +83,8 @@ def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None
 
     table = Table({(name,): tuple(float(x) for x in row) for name, row in zip(MODES, moves.switch)})
     along, across = "({0}x - me_{0}x) * seen_cos + ({0}y - me_{0}y) * seen_sin", "({0}y - me_{0}y) * seen_cos - ({0}x - me_{0}x) * seen_sin"
-    where, moving = ("x", "y", "me_x", "me_y", "seen_cos", "seen_sin"), ("vx", "vy", "me_vx", "me_vy", "seen_cos", "seen_sin")
+    away = f"({along.format('')})"
+    where, moving = ("x", "y", "me_x", "me_y", "seen_cos", "seen_sin"), ("vx", "vy", "me_vx", "me_vy")
     off = Noise("about + (y - about_y) * side_y + (x - about_x) * side_x", sd="turned")
     mode: Domain = Labels(MODES)
     player = PRMClass(
@@ -94,8 +95,10 @@ def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None
             Attribute("facing", Real("rad"), Noise("prev.facing", sd=c.turning), ("prev.facing",), Noise("0", sd=3.0)),
             Attribute("far", Real("m"), Noise(along.format(""), sd="far_sd"), (*where, "far_sd")),
             Attribute("aside", Real("m"), Noise(across.format(""), sd="aside_sd"), (*where, "aside_sd")),
-            Attribute("approach", Real("m/cycle"), Noise(along.format("v"), sd="approach_sd"), (*moving, "approach_sd")),
-            Attribute("swing", Real("m/cycle"), Noise(across.format("v"), sd="swing_sd"), (*moving, "swing_sd")),
+            Attribute("approach", Real("m/cycle"), Noise(f"{along.format('v')} - told_rate * {away}", sd="approach_sd"),
+                      (*where, *moving, "told_rate", "approach_sd")),
+            Attribute("swing", Real("m/cycle"), Noise(f"{across.format('v')} - told_turn * {away}", sd="swing_sd"),
+                      (*where, *moving, "told_turn", "swing_sd")),
             Attribute("body", Real("rad"), Noise("facing", sd="turned"), ("facing", "turned")),
             Attribute("off", Real("rad"), off, ("x", "y", "about", "about_x", "about_y", "side_x", "side_y", "turned")),
             Attribute("missed", BOOL, Chance(f"{number(1.0 - c.seen)} if abs(off) < half else 1", points=8), ("off", "half")),
@@ -103,7 +106,7 @@ def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None
         given=numbers(
             "start_x", "start_y", "start_vx", "start_vy", "start_speed", "start_spread", "me_x", "me_y", "me_vx", "me_vy",
             "seen_cos", "seen_sin", "far_sd", "aside_sd", "approach_sd", "swing_sd",
-            "about", "about_x", "about_y", "side_x", "side_y", "turned", "half",
+            "told_rate", "told_turn", "about", "about_x", "about_y", "side_x", "side_y", "turned", "half",
         ),
     )  # fmt: skip
     if not sights:
@@ -128,7 +131,7 @@ def players_model(body: Body = DEFAULT, constants: PlayerConstants | None = None
 def make_terms(senses: Senses, body: Body, constants: PlayerConstants) -> np.ndarray:
     """The numbers of `kernels.players` that are the senses', the server's and the model's."""
     c, noise = constants, senses.sizes
-    p = np.zeros(terms.ARM + 1)
+    p = np.zeros(terms.COARSER + 1)
     p[terms.STEP], p[terms.ROUNDING] = senses.quantise * body.server.quantize_step, 0.5 * ROUNDING
     p[terms.HALF] = np.radians(0.5 * senses.quantise)
     p[terms.FAR_NOISE], p[terms.ANGLE_NOISE] = np.hypot(2.0 * senses.gaussian, noise[0]), noise[1]
@@ -140,6 +143,13 @@ def make_terms(senses: Senses, body: Body, constants: PlayerConstants) -> np.nda
     p[terms.ELSEWHERE], p[terms.FRESH], p[terms.STRAY] = c.elsewhere, c.fresh, c.stray
     p[terms.SPEED], p[terms.GATE], p[terms.SOFT] = c.speed, c.gate, np.rint(c.soft)
     p[terms.FIELD], p[terms.ARM] = PITCH_LENGTH * PITCH_WIDTH, senses.motion
+    # a change of distance is told as a share of the distance that is told, unless one of them was blurred or coarsened afterwards
+    tied = senses.gaussian > 0.0 or (senses.noise == 0.0 and senses.quantise == 1.0)
+    p[terms.TIED] = tied
+    p[terms.AFTER] = noise[0] + (0.5 * p[terms.STEP] if senses.quantise > 1.0 else 0.0) if tied else 0.5 * body.server.quantize_step
+    p[terms.EYE] = body.server.quantize_step if senses.noise == 0.0 and not senses.gaussian else 0.0
+    p[terms.COARSER] = senses.quantise
+    p[terms.SHRUNK] = np.exp(-0.5 * noise[0] ** 2)  # of a distance whose logarithm has a normal error
     return p
 
 
@@ -152,7 +162,7 @@ def make_room(hypotheses: int = HYPOTHESES, pairs: int = PAIRS) -> Room:
 
     return Room(
         *three(PLAYERS), *three(PLAYERS), *three(pairs), np.zeros((pairs, 2), np.int64), np.zeros((pairs, 2)), np.zeros(PLAYERS),
-        np.zeros((2 * PLAYERS, 5)), np.zeros((PLAYERS, 4, 3)), np.zeros((PLAYERS, 3)), np.zeros(PLAYERS, np.int64),
+        np.zeros((2 * PLAYERS, 5)), np.zeros((PLAYERS, 4, 4)), np.zeros((4, 4)), np.zeros((PLAYERS, 3)), np.zeros(PLAYERS, np.int64),
         np.zeros(PLAYERS, np.int64), np.zeros(PLAYERS + 1, np.int64), np.zeros((2, hypotheses), np.int64), np.zeros((2, hypotheses)),
         np.zeros((2, hypotheses, PLAYERS), np.int64), np.zeros(modes), np.zeros((2, modes, state)), np.zeros((modes, state, state)),
         np.zeros(state + 1), np.zeros((state + 1, state + 1)), np.zeros(state + 1), np.zeros((state, state)),

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ....agents.knowledge.players import PLAYERS
-from ....agents.play import SoccerAgent
+from ....agents.play import agent_in
 from ....agents.registry import AGENTS
 from ....agents.skills.constants import STUDIES
 from ....architecture.petri import compile_net
@@ -71,12 +71,13 @@ def size_of(task: str, controller: str, seed: int) -> dict[str, Any]:
     made = make_player(controller, Condition())(make_task(task), "left_1")
     file = own_file(controller, task)
     found: dict[str, Any] = {"lines": None if file is None else code_lines(file.read_text(encoding="utf-8"))}
-    if isinstance(made, SoccerAgent):
-        net = compile_net(made.cprm.net).net
-        variables = sum(len(c.attributes) for c in made.cprm.model.classes) if made.cprm.model is not None else 0
+    agent = agent_in(made)
+    if agent is not None:
+        net = compile_net(agent.cprm.net).net
+        models = (agent.cprm.model,) if agent.cprm.model is not None else getattr(getattr(made, "tier", None), "models", ())
         return {
             **found, "parts": len(net.places), "what": "places", "transitions": len(net.transitions),
-            "modules": len(made.cprm.net.modules), "variables": variables,
+            "modules": len(agent.cprm.net.modules), "variables": sum(len(c.attributes) for model in models for c in model.classes),
         }  # fmt: skip
     structure = getattr(made, "structure", None)
     for name, what in PARTS.items():

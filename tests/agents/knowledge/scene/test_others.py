@@ -62,14 +62,15 @@ def place(filter, k, n=0):
 # ---------------------------------------------------------------------------------------------- the kernels and the engine
 
 
-def readings_for(row, terms, me, unsure=(0.0, 0.0)):
-    """Given numbers and readings of `players_model` for a row of the eye."""
-    told = np.zeros((4, 3))
-    count, _ = kernels.readings_of(np.asarray(row, float), 3.0, terms, *unsure, told)
+def readings_for(row, terms, me, unsure=(0.0, 0.0), expected=-1.0):
+    """Given numbers and readings of `players_model` for a row of the eye of somebody who is expected `expected` m away, if not below 0."""
+    told = np.zeros((4, 4))
+    count, _ = kernels.readings_of(np.asarray(row, float), 3.0, terms, *unsure, expected, told)
     assert count == 4
     angle = me[4] + row[1]
     given = {"seen_cos": np.cos(angle), "seen_sin": np.sin(angle), "me_x": me[0], "me_y": me[1], "me_vx": me[2], "me_vy": me[3]}
-    for name, (low, high, variance) in zip(("far", "aside", "approach", "swing"), told):
+    given |= {"told_rate": told[2, 3], "told_turn": told[3, 3]}
+    for name, (low, high, variance, _) in zip(("far", "aside", "approach", "swing"), told):
         given |= {name: Interval(low, high), f"{name}_sd": np.sqrt(variance)}
     return given
 
@@ -151,7 +152,9 @@ def test_an_uncertain_identity_is_the_mixture_of_both():
         believe(filter, k, x, y, 0.1, 0.0, weights=third)
         begun |= {f"{name}.{n}": v for n, v in started(x, y, 0.1, 0.0).items()}
     row = (12.2, 0.035, 0.0, 0.0)
-    told = {n: v for n, v in readings_for(row, filter.terms, np.zeros(5)).items() if not n.startswith(("approach", "swing", "me_v"))}
+    told = {
+        n: v for n, v in readings_for(row, filter.terms, np.zeros(5)).items() if not n.startswith(("approach", "swing", "me_v", "told_"))
+    }
     engine.step(begun)
     posterior = engine.step({f"s.{n}": v for n, v in told.items()})
     own, unsure = at_origin()
@@ -188,6 +191,31 @@ def test_a_reading_is_believed_as_far_as_the_senses_are_good(senses, wide):
         assert np.hypot(*(place(filter, 11) - (14.0, 2.0))) < 0.3
         spreads.append(np.sqrt(filter.tracks.cv[0, 11, :, 0, 0] @ filter.tracks.w[0, 11]))
     assert spreads[1] >= wide * spreads[0] * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("senses", [Senses(gaussian=0.1), Senses(noise=0.5)], ids=["gaussian", "noise"])
+def test_readings_that_are_too_short_count_for_no_more_than_those_that_are_too_long(senses):
+    """Errors are shares of how far he is, not of how far he is told to be."""
+    shrunk, moved = np.exp(-0.5 * senses.sizes[0] ** 2), []
+    for distance in (18.0, 22.0):
+        filter = fresh_filter(senses=senses)
+        believe(filter, 13, 20.0, 0.0, spread=2.0)
+        filter.step(observed((13, 2.0, (distance / shrunk, 0.0, 0.0, 0.0)), fresh=1.0), *at_origin())
+        blind = fresh_filter(senses=senses)
+        believe(blind, 13, 20.0, 0.0, spread=2.0)
+        blind.step(observed(fresh=0.0), *at_origin())
+        moved.append(place(filter, 13)[0] - place(blind, 13)[0])
+    assert moved[0] < -0.2
+    assert moved[1] == pytest.approx(-moved[0], rel=0.02)
+
+
+def test_a_change_is_told_as_a_share_of_the_distance_that_is_told():
+    """Who is told too far is told too fast by the same share; where he is known, so is how fast he is."""
+    filter = fresh_filter(senses=Senses(gaussian=0.1))
+    believe(filter, 13, 20.0, 0.0, 0.3, 0.0, spread=0.05, speed=0.3, weights=(0.0, 0.0, 1.0))
+    filter.step(observed((13, 3.0, (24.0, 0.0, 0.36, 0.0))), *at_origin())
+    t = filter.tracks
+    assert t.w[0, 13] @ t.mu[0, 13, :, 2] == pytest.approx(0.31, abs=0.01)
 
 
 def test_a_speed_that_is_told_carries_him_on_and_without_one_he_stays():

@@ -17,6 +17,7 @@ from .players import (
     ASIDE,
     ELSEWHERE,
     FAR,
+    FAR_NOISE,
     FIELD,
     FRESH,
     GATE,
@@ -130,6 +131,8 @@ class Room(NamedTuple):
     miss: np.ndarray
     places: np.ndarray
     told: np.ndarray
+    mine: np.ndarray
+    """(4, 4) a reading as one of a certain player."""
     sight: np.ndarray
     """(22, 3) cosine, sine, distance."""
     counts: np.ndarray
@@ -222,7 +225,7 @@ def keep(t, n, k, w, mu, cv, room):
 def read_row(row, level, me, j, p, room):
     """Take down reading j: where it was seen and what it says."""
     angle = me[4] + row[1]
-    count, far = readings_of(row, level, p, me[5], me[6], room.told[j])
+    count, far = readings_of(row, level, p, me[5], me[6], -1.0, room.told[j])
     room.counts[j] = count
     room.sight[j, 0], room.sight[j, 1], room.sight[j, 2] = math.cos(angle), math.sin(angle), far
 
@@ -238,12 +241,27 @@ def begin_at(t, n, k, me, j, modes, p, room):
 
 
 @kernel
-def likelihood(k, me, j, q, p, room):
+def likelihood(k, me, row, level, j, q, p, room):
     """Log likelihood of reading j as one of player k, whose paths are then in place q of the room of pairs."""
+    told = room.told[j]
+    if p[FAR_NOISE] > 0.0:  # how large its errors are hangs on how far he is
+        told = room.mine
+        readings_of(row, level, p, me[5], me[6], expected_distance(room.pw[k], room.pm[k], me), told)
     return condition_paths(
-        room.pw[k], room.pm[k], room.pc[k], me, room.sight[j, 0], room.sight[j, 1], room.told[j], room.counts[j],
+        room.pw[k], room.pm[k], room.pc[k], me, room.sight[j, 0], room.sight[j, 1], told, room.counts[j],
         room.qw[q], room.qm[q], room.qc[q], room.mean, room.cov, room.slopes,
     )  # fmt: skip
+
+
+@kernel
+def expected_distance(w, mu, me):
+    """How far the mean place of weighted paths is, m."""
+    x, y = 0.0, 0.0
+    for k in range(len(w)):
+        if w[k] > 0.0:
+            x += w[k] * mu[k, 0]
+            y += w[k] * mu[k, 1]
+    return math.hypot(x - me[0], y - me[1])
 
 
 @kernel
@@ -252,7 +270,7 @@ def take_named(t, n, k, me, row, j, done, modes, p, room):
     elsewhere = chance_anywhere(room.told[j], room.counts[j], p)
     own = t.known[n, k] > 0
     if own:
-        own = likelihood(k, me, j, 0, p, room) > elsewhere + math.log(p[ELSEWHERE])
+        own = likelihood(k, me, row, 3.0, j, 0, p, room) > elsewhere + math.log(p[ELSEWHERE])
         if not own and t.known[n, k] == 1:  # somebody else had his number
             low = 0 if k < 11 else 11
             other = unused(t, n, low, low + 11, done, k)
@@ -269,12 +287,12 @@ def take_named(t, n, k, me, row, j, done, modes, p, room):
         low = 0 if k < 11 else 11
         for other in range(low, low + 11):
             if t.known[n, other] == 1 and other != k and not (done >> other) & 1:
-                told = likelihood(other, me, j, 0, p, room)
+                told = likelihood(other, me, row, 3.0, j, 0, p, room)
                 if told > best:
                     best, who = told, other
         if who >= 0:
             relabel(t, n, who, k)
-            likelihood(who, me, j, 0, p, room)
+            likelihood(who, me, row, 3.0, j, 0, p, room)
             own = True
     if own:
         keep(t, n, k, room.qw[0], room.qm[0], room.qc[0], room)
@@ -394,7 +412,7 @@ def look(t, n, seen, modes, p, room):
                 room.mean, room.cov, room.slopes,
             )  # fmt: skip
             place_of(room.pw[k], room.pm[k], room.pc[k], room.places[k])
-    pairs = find_pairs(t, n, loose, done, me, side, levels, p, room)
+    pairs = find_pairs(t, n, loose, done, me, side, rows, levels, p, room)
     hypotheses, best, t.dropped[n] = assign(t, n, loose, done, own, levels, p, room)
     for k in range(PLAYERS):
         if t.known[n, k] and not (done >> k) & 1:
@@ -407,7 +425,7 @@ def look(t, n, seen, modes, p, room):
 
 
 @kernel
-def find_pairs(t, n, loose, done, me, side, levels, p, room):
+def find_pairs(t, n, loose, done, me, side, rows, levels, p, room):
     """Who can have caused which nameless reading, with what that says of him; how many pairs."""
     pairs = 1  # the first place is for those with numbers
     for i in range(loose):
@@ -424,7 +442,7 @@ def find_pairs(t, n, loose, done, me, side, levels, p, room):
                 continue
             if not near_enough(room.places[k], x, y, room.sight[j, 0], room.sight[j, 1], room.told[j], p[GATE]):
                 continue
-            told = likelihood(k, me, j, pairs, p, room)
+            told = likelihood(k, me, rows[j], levels[j], j, pairs, p, room)
             if told > -np.inf:
                 room.pairs[pairs, 0], room.pairs[pairs, 1] = j, k
                 room.scores[pairs, 0], room.scores[pairs, 1] = told - room.miss[k], 0.0

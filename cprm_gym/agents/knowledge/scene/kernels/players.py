@@ -12,6 +12,7 @@ import numpy as np
 
 from .....architecture.prm.inference.continuous.kernels.normals import absorb, truncated
 from .....architecture.prm.inference.continuous.kernels.reduction import log_volume
+from ...kernels.eye import told_between
 from . import kernel
 from .reading import read, turned_back
 
@@ -19,12 +20,12 @@ STATE, MODES = 4, 3
 PATHS = MODES * MODES
 """Modes before and after."""
 (STEP, ROUNDING, HALF, FAR_NOISE, ANGLE_NOISE, PACE_NOISE, SWING_NOISE, BLUR, DECAY, JITTER, PLACED, TURNED, PACED, SEEN, NEAR, RATE_STEP,
- SWING_STEP, GAUSSIAN, ELSEWHERE, FRESH, STRAY, SPEED, GATE, SOFT, FIELD, ARM) = range(26)  # fmt: skip
+ SWING_STEP, GAUSSIAN, ELSEWHERE, FRESH, STRAY, SPEED, GATE, SOFT, FIELD, ARM, TIED, AFTER, SHRUNK, EYE, COARSER) = range(31)  # fmt: skip
 """Terms: what the numbers of ``p`` are."""
 LIGHTEST = 1e-60
 """Weight of a path that is left out: sums of still lighter ones lose their digits."""
 FAR, ASIDE, APPROACH, SWING = 0, 1, 2, 3
-LOW, HIGH, VARIANCE = 0, 1, 2
+LOW, HIGH, VARIANCE, SHARE = 0, 1, 2, 3
 
 
 @kernel
@@ -81,35 +82,52 @@ def stay(w, mu, cv, to_w, to_mu, to_cv):
 
 
 @kernel
-def readings_of(row, level, p, placed, turned, told):
-    """What a row of the eye says: ends and variance of far, aside, approach, swing into `told` (4, 3); (how many, distance in the middle).
+def readings_of(row, level, p, placed, turned, expected, told):
+    """What a row of the eye says: far, aside, approach, swing into `told` (4, 4); (how many, distance in the middle).
+
+    Ends, variance, and of a change the share of the distance by which it is told: what is read is by how much the velocity differs from
+    that share of how far he is. Errors are shares of the true distance: if those of what is told were taken, readings that are too short
+    would count for more.
 
     placed : variance of the own place; turned : variance of where he looks
+    expected : how far he was expected to be, m; below 0 where nothing is known
     """
     coarse = 0.0 if p[GAUSSIAN] > 0.0 else 1.0
     distance = max(row[0], 0.05)
     half, rounding = 0.5 * coarse * p[STEP], coarse * p[ROUNDING]
-    low, high = max(distance - rounding, 0.0) * math.exp(-half), (distance + rounding) * math.exp(half)
-    far = 0.5 * (low + high)
+    low, high = max(distance - rounding, 0.0) * math.exp(-half) * p[SHRUNK], (distance + rounding) * math.exp(half) * p[SHRUNK]
+    if p[EYE] > 0.0:
+        least, most = told_between(distance, p[EYE], p[COARSER])
+        if most > least:
+            low, high = least, most
+    far = middle = 0.5 * (low + high)
+    if expected >= 0.0:
+        most = 3.0 * p[FAR_NOISE] + half
+        far = min(max(expected, middle / (1.0 + most)), middle / max(1.0 - most, 0.25))
     told[FAR, LOW], told[FAR, HIGH] = low, high
     told[FAR, VARIANCE] = p[PLACED] ** 2 + placed + (p[FAR_NOISE] * far) ** 2
     told[ASIDE, LOW], told[ASIDE, HIGH] = -p[HALF] * far, p[HALF] * far
     told[ASIDE, VARIANCE] = p[PLACED] ** 2 + placed + (p[ANGLE_NOISE] ** 2 + p[TURNED] ** 2 + turned) * far * far
     if level < 3.0 or p[ARM] == 0.0:
-        return 2, far
-    approach, swing = row[2], row[3] * far
-    pace = (0.5 * p[RATE_STEP] * far if coarse > 0.0 else 0.25 * p[RATE_STEP]) + abs(approach) * p[BLUR] + 0.002
-    round = 0.5 * p[SWING_STEP] * far + abs(swing) * (half + p[FAR_NOISE]) + 0.002
+        return 2, middle
+    approach, told[APPROACH, SHARE] = row[2], 0.0
+    if p[TIED] > 0.0:
+        approach, told[APPROACH, SHARE] = 0.0, row[2] / distance
+    pace = (0.5 * p[RATE_STEP] * far if coarse > 0.0 else 0.25 * p[RATE_STEP]) + abs(row[2]) * p[AFTER] + 0.002
+    round = 0.5 * p[SWING_STEP] * far + 0.002
     told[APPROACH, LOW], told[APPROACH, HIGH] = approach - pace, approach + pace
     told[APPROACH, VARIANCE] = p[PACED] ** 2 + p[PACE_NOISE] ** 2
-    told[SWING, LOW], told[SWING, HIGH] = swing - round, swing + round
+    told[SWING, LOW], told[SWING, HIGH], told[SWING, SHARE] = -round, round, row[3]
     told[SWING, VARIANCE] = p[PACED] ** 2 + (p[SWING_NOISE] * far) ** 2
-    return 4, far
+    return 4, middle
 
 
 @kernel
 def condition(mean, cov, me, cos, sin, told, first, count, work_mean, work_cov, slopes):
-    """Condition a state on readings `first` to `count` of `told`, seen from `me` (x, y, vx, vy) along (cos, sin); log likelihood."""
+    """Condition a state on readings `first` to `count` of `told`, seen from `me` (x, y, vx, vy) along (cos, sin); log likelihood.
+
+    Changes are told as shares of how far he is (`readings_of`), which is a straight line of place and velocity.
+    """
     copy_state(mean, cov, work_mean, work_cov)
     total = 0.0
     for r in range(first, count):
@@ -118,7 +136,11 @@ def condition(mean, cov, me, cos, sin, told, first, count, work_mean, work_cov, 
         for i in range(STATE):
             slopes[i] = 0.0
         slopes[at], slopes[at + 1] = (cos, sin) if along else (-sin, cos)
-        centre = -(slopes[at] * me[at] + slopes[at + 1] * me[at + 1])
+        if at == 2:
+            slopes[0], slopes[1] = -told[r, SHARE] * cos, -told[r, SHARE] * sin
+        centre = 0.0
+        for i in range(STATE):
+            centre -= slopes[i] * me[i]
         total += read(work_mean, work_cov, STATE, slopes, centre, told[r, VARIANCE], told[r, LOW], told[r, HIGH])
         if not total > -np.inf:
             return -np.inf

@@ -51,7 +51,7 @@ class RunView {
 
   #build() {
     const { tasks, controllers, disturbances, setup } = this.choices;
-    const now = setup ?? { task: "Goalie", controller: "cprm", seed: 0, world: 0, disturbance: null };
+    const now = setup ?? { task: "Goalie", controller: controllers[0], seed: 0, world: 0, disturbance: null };
     const whole = (name, value, least = 0) => el("input", { type: "number", min: least, step: 1, required: true, value, "data-field": name });
     const field = (text, input) => el("label", {}, el("span", {}, text), input);
     this.fields = {
