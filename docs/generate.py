@@ -443,11 +443,11 @@ def belief(folder: Path) -> str:
     from cprm_gym.agents.demos import play
     from cprm_gym.envs.rendering import Viewer
 
-    scene = next(scene for scene in play("goalie", seed=3) if scene.cycle == BELIEF_CYCLE)
+    scene = next(scene for scene in play("goalie", seed=3, model="bins") if scene.cycle == BELIEF_CYCLE)
     picture = Viewer("rgb_array").draw(scene.world, (scene.players[0].number,), scene.players[0].points)
     imwrite(folder / "belief.png", np.asarray(picture)[:, :420])
     caption = f"Where the goalie believes the ball to be, {BELIEF_CYCLE} cycles after the start, and what he sees"
-    return f"{caption}: `cprm-gym demo goalie --seed 3`\n\n![the goalie's belief](belief.png)"
+    return f"{caption}: `cprm-gym demo goalie --model bins --seed 3`\n\n![the goalie's belief](belief.png)"
 
 
 def model(folder: Path) -> str:

@@ -18,6 +18,9 @@ from cprm_baselines.scripted import ScriptedController
 from cpu_time import timed
 
 from cprm_gym.agents.goalie import GoalieAgent
+from cprm_gym.agents.knowledge import Informed
+from cprm_gym.agents.registry import make_controller
+from cprm_gym.agents.skills.constants import GoalieConstants
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.statistics import paired_difference, wilson_interval
 from cprm_gym.envs.core import SoccerCore
@@ -53,7 +56,9 @@ def play(make: Any, task: Goalie, episodes: int) -> dict[str, Any]:
         observation = {key: value[:, 0] for key, value in core.reset(SEED).items()}
         shot.append(core.sim.world["vel"][:, 0].any(axis=1))
         agent.reset(observation, 0)
-        if hasattr(agent, "controller") and agent.controller.bank is not None:
+        if isinstance(agent, Informed):
+            agent.tier.know = timed(agent.tier.know, inferring)
+        elif hasattr(agent, "controller") and agent.controller.bank is not None:
             agent.controller._infer = timed(agent.controller._infer, inferring)
         running, clean = np.ones(count, bool), np.ones(count, bool)
         while running.any():
@@ -109,19 +114,27 @@ def main(episodes: int) -> None:
     print(
         f"{episodes} episodes, default noise, same worlds: rate without a goal, 95 % Wilson interval, CPU per decision (batches of {BLOCK})"
     )
+    belief = play(lambda t: make_controller(t, "left_1"), task, episodes)
+    show("CPRM goalie, on the belief", belief)
     cprm = play(lambda t: GoalieAgent(t.right), task, episodes)
-    show("CPRM goalie", cprm)
+    show("CPRM goalie, model on bins", cprm)
+    tuned = play(lambda t: MemoryGoalie(t.right, constants=GoalieConstants.tuned("memory")), task, episodes)
+    show("same net on the memory, tuned", tuned)
     memory = play(lambda t: MemoryGoalie(t.right), task, episodes)
     show("same net on the memory", memory)
     raw = play(lambda t: RawGoalie(t.right), task, episodes)
     show("same net on raw readings", raw)
     scripted = play(lambda t: ScriptedController(t, "left_1"), task, episodes)
     show("scripted keeper (strong)", scripted)
-    compare("CPRM - memory", cprm, memory)
-    compare("CPRM - raw", cprm, raw)
-    compare("CPRM - scripted", cprm, scripted)
-    median, worst = single(lambda t: GoalieAgent(t.right), task)
-    print(f"one decision alone: median {median:.2f} ms, 99 % {worst:.2f} ms CPU")
+    compare("belief - bins", belief, cprm)
+    compare("belief - memory, tuned", belief, tuned)
+    compare("belief - memory", belief, memory)
+    compare("bins - memory", cprm, memory)
+    compare("bins - raw", cprm, raw)
+    compare("bins - scripted", cprm, scripted)
+    for name, make in (("belief", lambda t: make_controller(t, "left_1")), ("bins", lambda t: GoalieAgent(t.right))):
+        median, worst = single(make, task)
+        print(f"one decision alone, {name}: median {median:.2f} ms, 99 % {worst:.2f} ms CPU")
     crowd = CrowdedGoalie()
     print("eleven opponents")
     two = play(lambda t: GoalieAgent(t.right, 2), crowd, episodes)
