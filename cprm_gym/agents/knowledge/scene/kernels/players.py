@@ -87,7 +87,8 @@ def readings_of(row, level, p, placed, turned, expected, told):
 
     Ends, variance, and of a change the share of the distance by which it is told: what is read is by how much the velocity differs from
     that share of how far he is. Errors are shares of the true distance: if those of what is told were taken, readings that are too short
-    would count for more.
+    would count for more. Of an error of the logarithm the share is of what lies between both, ``log(t / d) = (t - d) / sqrt(t d)`` but for
+    its third power.
 
     placed : variance of the own place; turned : variance of where he looks
     expected : how far he was expected to be, m; below 0 where nothing is known
@@ -104,6 +105,8 @@ def readings_of(row, level, p, placed, turned, expected, told):
     if expected >= 0.0:
         most = 3.0 * p[FAR_NOISE] + half
         far = min(max(expected, middle / (1.0 + most)), middle / max(1.0 - most, 0.25))
+        if coarse > 0.0:
+            far = math.sqrt(far * middle)
     told[FAR, LOW], told[FAR, HIGH] = low, high
     told[FAR, VARIANCE] = p[PLACED] ** 2 + placed + (p[FAR_NOISE] * far) ** 2
     told[ASIDE, LOW], told[ASIDE, HIGH] = -p[HALF] * far, p[HALF] * far
@@ -114,10 +117,13 @@ def readings_of(row, level, p, placed, turned, expected, told):
     if p[TIED] > 0.0:
         approach, told[APPROACH, SHARE] = 0.0, row[2] / distance
     pace = (0.5 * p[RATE_STEP] * far if coarse > 0.0 else 0.25 * p[RATE_STEP]) + abs(row[2]) * p[AFTER] + 0.002
-    round = 0.5 * p[SWING_STEP] * far + 0.002
+    round, swing, told[SWING, SHARE] = 0.5 * p[SWING_STEP] * far + 0.002, 0.0, row[3]
+    if p[SWING_NOISE] > 0.0:  # a share that is mostly noise would say that he is near
+        swing, told[SWING, SHARE] = row[3] * far, 0.0
+        round += abs(swing) * (half + p[FAR_NOISE])
     told[APPROACH, LOW], told[APPROACH, HIGH] = approach - pace, approach + pace
     told[APPROACH, VARIANCE] = p[PACED] ** 2 + p[PACE_NOISE] ** 2
-    told[SWING, LOW], told[SWING, HIGH], told[SWING, SHARE] = -round, round, row[3]
+    told[SWING, LOW], told[SWING, HIGH] = swing - round, swing + round
     told[SWING, VARIANCE] = p[PACED] ** 2 + (p[SWING_NOISE] * far) ** 2
     return 4, middle
 
