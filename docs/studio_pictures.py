@@ -38,7 +38,6 @@ def watch(page: Page) -> None:
     page.keyboard.press("Enter")
     page.click("[data-do=break]")
     page.wait_for_selector(".break")
-    page.click("text=fit")
     page.click("[data-do=play]")
     page.wait_for_selector(".break.struck")
     page.wait_for_timeout(4500)

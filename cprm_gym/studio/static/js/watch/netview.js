@@ -62,7 +62,9 @@ export class NetView {
       this.wanted = null;
       await this.seek(wanted);
     }
-    if (this.leader && this.canvas.plan) this.leader.canvas.onlook(this.leader.canvas.view);
+    if (!this.leader || !this.canvas.plan) return;
+    this.leader.canvas.onlook(this.leader.canvas.view);
+    this.canvas.select([...this.leader.canvas.selection].filter((key) => this.canvas.nodes.has(key)), false);
   }
 
   /** What there is to say about the search. */
