@@ -94,8 +94,8 @@ class Checked {
 export function expressionLine(label, hint, enter, check) {
   const id = `f${(count += 1)}`;
   const error = el("p", { class: "bad mono lines", id: `${id}e`, role: "status" });
-  const holder = el("div", { class: "line-editor empty", "data-hint": hint });
-  const typed = () => holder.classList.toggle("empty", !editor.value);
+  const holder = el("div", { class: "line-editor blank", "data-hint": hint });
+  const typed = () => holder.classList.toggle("blank", !editor.value);
   const editor = expressionEditor({
     label, describedby: `${id}e`, value: "", line: true,
     typed: () => { typed(); checked.later(); },
