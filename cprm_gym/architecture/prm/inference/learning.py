@@ -172,8 +172,9 @@ def em(
         Beginnings of the keys to learn; default all.
     engine : {"exact", "mixture"} or Engine
         With ``"mixture"`` real numbers stay such: of each `Noise`, also in a `Switch`, an offset of the mean and a scale of the deviation
-        are learned, and tables as ever. Of a `Mixture` that is the whole CPD of a class's number the weights are learned, whose counts have
-        the key of the CPD with ``"parts"`` behind it, and of its parts what is learned of them alone. Other mixtures, a `Uniform` and a
+        are learned, and tables as ever. Of a `Mixture` that is the whole CPD of a class's number, or the case of one state in a `Switch`
+        that is, the weights are learned, whose counts have the key of the CPD with ``"parts"`` behind it (of a switch a row for each
+        state), and of its parts what is learned of them alone. Other mixtures, a `Uniform` and a
         `Chance` of real numbers stay as they are. All of an episode is believed together, so its cost grows with the cube of its length:
         cut long ones.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...model.cpds import Dense, Mixture, Prior, Switch
+from ...model.cpds import Dense, Mixture, Prior, Switch, Table
 from ...model.domains import Labels, is_continuous
 from ...model.model import Model
 from ...model.schema import Add, Attribute, PRMClass, parent_text
@@ -32,6 +32,8 @@ class Unfolded:
         Attribute that says which of its parts it is.
     begins : bool
         The weights are those of the first slice alone.
+    cases : tuple of (str, int)
+        Of mixtures that are cases of a `Switch`, their states and how many parts each has; none where the mixture is the whole CPD.
     """
 
     owner: str
@@ -39,6 +41,7 @@ class Unfolded:
     part: str
     hidden: str
     begins: bool
+    cases: tuple[tuple[str, int], ...] = ()
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -52,7 +55,10 @@ class Unfolded:
 
 
 def unfold(model: Model) -> tuple[Model, tuple[Unfolded, ...]]:
-    """The model with a hidden attribute for each `Mixture` that is the whole CPD of a class's real number, and what they stand for."""
+    """The model with a hidden attribute for mixtures of real numbers, and what they stand for.
+
+    For each `Mixture` that is the whole CPD of a class's number, and for those that are cases of a `Switch` that is, one for all of them.
+    """
     found: list[Unfolded] = []
     # a change that adds parents counts on the target's own, in their order
     added = {c.target.rpartition(".")[2] for r in model.relations for c in r.changes if isinstance(c, Add)}
@@ -66,12 +72,15 @@ def _class(each: PRMClass, found: list[Unfolded], added: Collection[str]) -> PRM
     for attribute in each.attributes:
         for part in ("cpd", "initial"):
             cpd = getattr(attribute, part)
-            if not isinstance(cpd, Mixture) or not is_continuous(attribute.domain) or attribute.name in added:
+            if not is_continuous(attribute.domain) or attribute.name in added:
                 continue
-            hidden = f"{attribute.name}_{part}_is"
-            while hidden in names:
-                hidden += "_"
-            names.add(hidden)
+            if isinstance(cpd, Switch) and part == "cpd" and _mixed(cpd):
+                extra, attribute, stands = _switched(each.name, attribute, cpd, names)
+                attributes.append(extra)
+                found.append(stands)
+            if not isinstance(cpd, Mixture):
+                continue
+            hidden = _named(f"{attribute.name}_{part}_is", names)
             states = tuple(f"part{k}" for k in range(len(cpd.parts)))
             weights = Prior(tuple(w for w, _ in cpd.parts))
             # of a number that begins otherwise the first slice tells nothing of how it goes on
@@ -88,6 +97,54 @@ def _class(each: PRMClass, found: list[Unfolded], added: Collection[str]) -> PRM
     return replace(each, attributes=tuple(attributes))
 
 
+def _named(name: str, names: set[str]) -> str:
+    """A name that there is not yet, and is from now on."""
+    while name in names:
+        name += "_"
+    names.add(name)
+    return name
+
+
+def _mixed(switch: Switch) -> list[tuple[str, Mixture]]:
+    """The cases of single states that are mixtures; one of all other states would have weights for each."""
+    return [(state, case) for state, case in switch.cases if isinstance(case, Mixture) and state != "*"]
+
+
+def _switched(owner: str, attribute: Attribute, cpd: Switch, names: set[str]) -> tuple[Attribute, Attribute, Unfolded]:
+    """A hidden attribute whose table has a row for each state that leads to a mixture, the one that turns on it, what they stand for."""
+    mixed = _mixed(cpd)
+    hidden, most = _named(f"{attribute.name}_cpd_is", names), max(len(case.parts) for _, case in mixed)
+    states = tuple(f"part{k}" for k in range(most))
+    parent = next(p for p in attribute.parents if parent_text(p) == cpd.parent)
+    rows = [((state,), (*(w for w, _ in case.parts), *(0.0,) * (most - len(case.parts)))) for state, case in mixed]
+    table = Table([*rows, (("*",), (1.0, *(0.0,) * (most - 1)))])
+    back = any(parent_text(p).startswith("prev.") for p in attribute.parents)
+    apart = not attribute.static and (attribute.initial is not None or back)
+    begins = Prior((1.0 / most,) * most) if apart else None
+    extra = Attribute(hidden, Labels(states), table, (parent,), initial=begins, static=attribute.static)
+    turns = {state: Switch(hidden, [*zip(states, (c for _, c in m.parts)), ("*", m.parts[-1][1])]) for state, m in mixed}
+    cases = [(state, turns.get(state, case)) for state, case in cpd.cases]
+    turned = replace(attribute, cpd=Switch(cpd.parent, cases), parents=(*attribute.parents, hidden))
+    return extra, turned, Unfolded(owner, attribute.name, "cpd", hidden, False, tuple((state, len(case.parts)) for state, case in mixed))
+
+
+def _folded(switch: Switch, table: Any, cases: Sequence[tuple[str, int]]) -> Switch:
+    """A switch of `_switched` with its mixtures again."""
+    counts = dict(cases)
+    made = []
+    for state, case in switch.cases:
+        if state in counts and isinstance(case, Switch):
+            if isinstance(table, Dense):
+                assert table.domains is not None
+                given = table.values[table.domains[0].index(state)]
+            else:
+                given = dict(table.rows)[state,]
+            weights = np.maximum(np.asarray(given, np.float64)[: counts[state]], LEAST)
+            case = Mixture(*((float(w), c) for w, (_, c) in zip(weights / weights.sum(), case.cases)))
+        made.append((state, case))
+    return Switch(switch.parent, made)
+
+
 def fold(model: Model, unfolded: Sequence[Unfolded]) -> Model:
     """An unfolded model with mixtures again, whose weights are what the hidden attributes' tables say."""
     classes = []
@@ -97,6 +154,12 @@ def fold(model: Model, unfolded: Sequence[Unfolded]) -> Model:
         for u in mine:
             hidden, parents = own.pop(u.hidden), "parents" if u.part == "cpd" else "initial_parents"
             table = getattr(hidden, u.hidden_key[3])
+            if u.cases:
+                turned_on = own[u.attribute].cpd
+                assert isinstance(turned_on, Switch)
+                again = _folded(turned_on, table, u.cases)
+                own[u.attribute] = replace(own[u.attribute], cpd=again, parents=own[u.attribute].parents[:-1])
+                continue
             given = table.values if isinstance(table, Dense) else table.p
             weights = np.maximum(np.asarray(given, np.float64), LEAST)
             switch = getattr(own[u.attribute], u.part)

@@ -13,6 +13,7 @@ from cprm_gym.architecture.prm import (
     Mixture,
     Model,
     Noise,
+    Prior,
     PRMClass,
     Real,
     Relation,
@@ -238,6 +239,60 @@ def test_a_beginning_that_is_a_mixture_learns_from_first_slices_alone_and_names_
     assert noise(fit.model, "x_initial_is") == made.model.classes[0].attributes[0].cpd
     assert noise(fit.model, "x") == Noise("prev.x", sd=1.0)
     assert fit.counts["class", "A", "x", "initial", "parts"].sum() == pytest.approx(300)
+
+
+def test_mixtures_in_a_switch_are_those_of_mixture_em_in_each_state():
+    """The mode is read; of two states with mixtures, of three and two parts, each by numpy from its own readings; the third is a normal."""
+    rng = np.random.default_rng(14)
+    mode = rng.integers(0, 3, 300)
+    x = np.select(
+        [mode == 0, mode == 1], [rng.normal(rng.choice([-3.0, 0.0, 4.0], 300), 1.0), rng.normal(rng.choice([1.0, 6.0], 300), 0.7)], 2.0
+    )
+    x = x + np.where(mode == 2, rng.normal(0.0, 0.5, 300), 0.0)
+    start = {"a": ((0.2, -2.0), (0.5, 0.0), (0.3, 3.0)), "b": ((0.6, 2.0), (0.4, 5.0))}
+    cases = {s: Mixture(*((w, Noise(str(m), sd=1.0)) for w, m in parts)) for s, parts in start.items()}
+    made = world(
+        Attribute("mode", ("a", "b", "c"), Prior((0.3, 0.3, 0.4))),
+        Attribute("x", Real("m"), Switch("mode", {**cases, "*": Noise("1", sd=1.0)}), ("mode",)),
+    )
+    fit = em(made, [Episode(({"a.mode": mode, "a.x": x},), batch=300)], iterations=1, engine="mixture")
+    learned = dict(noise(fit.model, "x").cases)
+    for k, (state, parts) in enumerate(start.items()):
+        own = x[mode == k]
+        density = np.stack([w * stats.norm.pdf(own, m, 1.0) for w, m in parts])
+        share = density / density.sum(axis=0)
+        assert [w for w, _ in learned[state].parts] == pytest.approx(share.sum(axis=1) / len(own), abs=1e-9)
+        for (_, part), found in zip(learned[state].parts, share):
+            assert float(part.mean) == pytest.approx((found * own).sum() / found.sum(), abs=1e-9)
+        assert fit.counts["class", "A", "x", "cpd", "parts"][k, : len(parts)] == pytest.approx(share.sum(axis=1), abs=1e-9)
+    assert float(learned["*"].mean) == pytest.approx(x[mode == 2].mean(), abs=1e-9)
+    assert [a.name for a in fit.model.classes[0].attributes] == ["mode", "x"]
+    assert fit.model.classes[0].attributes[1].parents == ("mode",)
+
+
+def test_outliers_that_come_in_one_hidden_mode_alone_are_learned_with_it():
+    """A sensor that is good by day and now and then far off by night; of neither day nor part was anything told."""
+    rng = np.random.default_rng(15)
+    runs, steps = 60, 8
+    night = np.zeros((steps, runs), int)
+    night[0] = rng.random(runs) < 0.5
+    for t in range(1, steps):
+        night[t] = np.where(rng.random(runs) < 0.1, 1 - night[t - 1], night[t - 1])
+    off = (rng.random((steps, runs)) < 0.4) & (night == 1)
+    z = np.where(off, rng.normal(0.0, 5.0, (steps, runs)), rng.normal(0.0, 0.3, (steps, runs)))
+    reading = {"yes": Mixture((0.7, Noise("0", sd=0.3)), (0.3, Noise("0", sd=3.0))), "no": Noise("0", sd=0.3)}
+    made = world(
+        Attribute("night", BOOL, Table({("no",): (0.9, 0.1), ("yes",): (0.1, 0.9)}), ("prev.night",), initial=Prior((0.5, 0.5))),
+        Attribute("z", Real("m"), Switch("night", reading), ("night",)),
+    )
+    fit = em(made, [Episode(tuple({"a.z": row} for row in z), batch=runs)], iterations=8, engine="mixture")
+    assert (np.diff(fit.log_likelihoods) > -1e-6).all()
+    good, bad = dict(noise(fit.model, "z").cases)["yes"].parts
+    assert bad[0] == pytest.approx(0.4, abs=0.1)
+    assert bad[1].sd == pytest.approx(5.0, rel=0.2)
+    assert good[1].sd == pytest.approx(0.3, rel=0.25)
+    again = fit.model
+    assert [u.cases for u in unfold(again)[1]] == [(("yes", 2),)]
 
 
 def test_a_mixture_to_which_a_relation_adds_parents_stays_as_it_is():
