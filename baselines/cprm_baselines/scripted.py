@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from cprm_gym.agents.keeper.recall import recall
 from cprm_gym.envs.actions import NECK_SCALE, NO_COMMAND, scaled
 from cprm_gym.envs.controller import Action, Observation, no_action
 from cprm_gym.envs.core import player_number
-from cprm_gym.envs.observations import BodyFeature, SelfFeature
+from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.others.luck import WorldLuck
 from cprm_gym.envs.players.kernels import team
 from cprm_gym.envs.players.memory import MEMORY, embody
@@ -60,7 +61,7 @@ class ScriptedController:
 
     def act(self, observation: Observation) -> Action:
         """One cycle of every world."""
-        self._remember(observation)
+        recall(self.records[:, self.row], observation)
         body = np.asarray(observation["body"])
         self.worlds["mode"] = body[:, BodyFeature.PLAY_MODE]
         fresh = np.repeat(body[:, BodyFeature.FRESH, None] > 0, PLAYERS, axis=1)
@@ -76,19 +77,6 @@ class ScriptedController:
         action["turn_neck"][:, 0] = np.clip(np.nan_to_num(sent["turn_neck"]) / NECK_SCALE, -1.0, 1.0)
         action["view"] = sent["view_width"].astype(np.int64)
         return action
-
-    def _remember(self, observation: Observation) -> None:
-        """His memory as the kernels read it."""
-        m = self.records[:, self.row]
-        me, body = np.asarray(observation["self"], np.float64), np.asarray(observation["body"], np.float64)
-        seen, age = np.asarray(observation["memory"], np.float64), np.asarray(observation["memory_age"])
-        for name in ("x", "y", "vx", "vy", "body", "face", "located", "free"):
-            m[name] = me[:, SelfFeature[name.upper()]]
-        m["neck"] = body[:, BodyFeature.NECK]
-        m["stamina"], m["effort"] = body[:, BodyFeature.STAMINA], body[:, BodyFeature.EFFORT]
-        m["ball_x"], m["ball_y"], m["ball_vx"], m["ball_vy"] = seen[:, 0].T
-        m["ball_age"] = age[:, 0]
-        m["px"], m["py"], m["age"] = seen[:, 1:, 0], seen[:, 1:, 1], age[:, 1:]
 
     def state(self) -> dict[str, np.ndarray]:
         """What decides his next commands, beside what he is told."""

@@ -1,7 +1,7 @@
 """The keepaway policies keep the order of the literature."""
 
 import pytest
-from cprm_baselines.keepaway import POLICIES, durations
+from cprm_baselines.keepaway import POLICIES, beside_hand, durations
 
 
 def three(full_state, episodes, **options):
@@ -14,6 +14,13 @@ def test_random_is_beaten_by_hold_and_hold_by_hand(full_state):
     assert random.mean + 2 * random.error < hold.mean - hold.error
     assert hold.mean + hold.error < hand.mean - hand.error
     assert random.mean > 2.0
+
+
+def test_the_keepers_net_keeps_the_ball_longer_than_the_hand_coded_policy_with_the_same_senses():
+    ((kept, more, interval),) = beside_hand(["cprm"], "Keepaway3v2", 150, seed=5, longest=1000)
+    assert kept.mean > 10.0
+    assert interval.low < more < interval.high
+    assert interval.high > 0.0
 
 
 @pytest.mark.slow

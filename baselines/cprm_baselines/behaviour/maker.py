@@ -20,7 +20,7 @@ from .scenes import make_scene
 FILES = {
     "GoToBall": "go_to_ball", "KickOffShot": "kick_off_shot", "PassAndAdvance": "pass_and_advance",
     **dict.fromkeys(("Goalie", "Goalie2v1", "Goalie3v2"), "goalie"), "LostAndFound": "lost_and_found", "Hike": "hike",
-    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), "half_field"),
+    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), "half_field"), "Keepaway3v2": "keepaway",
 }  # fmt: skip
 """Task -> file of a structure that plays it."""
 

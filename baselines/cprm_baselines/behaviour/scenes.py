@@ -10,6 +10,7 @@ from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
 from cprm_gym.agents.goalie import CLUSTERS, ReckoningGoalie, goalie_cprm, opponent_attributes, reckoning_cprm
 from cprm_gym.agents.hiker.agent import WAY, hiker_net
+from cprm_gym.agents.keeper.agent import make_controller as keeper
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import AT_FEET, passer_net
 from cprm_gym.agents.percepts import field_percepts, motion_percepts
@@ -172,12 +173,26 @@ def _attacker(task: Task, agent: str) -> Scene:
     )  # fmt: skip
 
 
+def _keeper(task: Task, agent: str) -> Scene:
+    whole = keeper(task, agent)
+    return Scene(
+        whole.cprm.net,
+        whole.percepts,
+        orders={
+            "look": ("look", {"direction": "eyes"}), "face": ("turn", {"moment": "face_moment"}),
+            "sweep": ("turn", {"moment": "search_moment"}),
+        },
+        view="cone",
+    )  # fmt: skip
+
+
 SCENES = {
     "Hike": _hiker,
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,
     **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), _attacker),
+    "Keepaway3v2": _keeper,
 }  # fmt: skip
 """Task -> maker of its scene."""
 

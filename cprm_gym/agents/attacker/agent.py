@@ -22,9 +22,6 @@ from ...architecture.cprm import CPRM
 from ...architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Transition
 from ...envs.controller import Observation
 from ...envs.tasks import Task
-from ...envs.tasks.half_field import HalfField
-from ...simulator.parameters import Rules
-from ...simulator.pitch import HALF_LENGTH
 from ...simulator.state import ViewWidth
 from ..body import DEFAULT, Body, number
 from ..play import SoccerAgent
@@ -33,7 +30,7 @@ from ..skills.intercept import intercept
 from ..skills.kick import SURE, kick
 from ..skills.setup import setup
 from .constants import AttackerConstants
-from .percepts import AIM, Motion, attacker_percepts, terms
+from .percepts import AIM, PITCH, Ground, Motion, attacker_percepts, terms
 
 LOST = 8
 """Cycles without a sight of the ball after which he looks round."""
@@ -255,10 +252,8 @@ class AttackerAgent(SoccerAgent):
     body : Body
     constants : AttackerConstants, optional
         Those set by hand if not given.
-    offside : bool
-        Whether the rule is in force.
-    back_x : float
-        Where the part of the pitch begins in which is played, m.
+    ground : Ground
+        Where is played.
 
     Attributes
     ----------
@@ -268,10 +263,10 @@ class AttackerAgent(SoccerAgent):
 
     def __init__(
         self, passes: int = 0, opponents: int = 1, mates: int = 1, keeper: int = 0, body: Body = DEFAULT,
-        constants: AttackerConstants | None = None, offside: bool = True, back_x: float = -HALF_LENGTH,
+        constants: AttackerConstants | None = None, ground: Ground = PITCH,
     ) -> None:  # fmt: skip
         c = constants or AttackerConstants()
-        judged_by, self.motion = terms(body, c, keeper - 1, offside, back_x), Motion(opponents)
+        judged_by, self.motion = terms(body, c, keeper - 1, ground), Motion(opponents)
         super().__init__(
             attacker_cprm(passes, body, c),
             lambda observation: attacker_percepts(observation, judged_by, self.motion, mates, c.stale, c.focus),
@@ -285,11 +280,8 @@ class AttackerAgent(SoccerAgent):
         self.motion.reset(len(observation["level"]), worlds)
 
 
-def make_controller(task: Task, agent: str, constants: AttackerConstants | None = None) -> AttackerAgent:
+def make_controller(task: Task, agent: str, constants: AttackerConstants | None = None, ground: Ground = PITCH) -> AttackerAgent:
     """An attacker of a task as a controller."""
     left = agent.startswith("left")
     mates, opponents, keeper = (task.left, task.right, task.right_goalie) if left else (task.right, task.left, task.left_goalie)
-    return AttackerAgent(
-        getattr(task, "passes", 0), opponents, mates - 1, keeper, Body.of(task), constants,
-        bool(task.rules & Rules.OFFSIDE), 0.0 if isinstance(task, HalfField) else -HALF_LENGTH,
-    )  # fmt: skip
+    return AttackerAgent(getattr(task, "passes", 0), opponents, mates - 1, keeper, Body.of(task), constants, ground)

@@ -88,5 +88,5 @@ class HalfFieldConstants(AttackerConstants):
 
     hold: float = between(0.5, 0.0, 6.0)
     """Cycles that he or his team-mate needs to play on a ball that he has met; whole ones count."""
-    shot_room: float = between(-3.0, -8.0, 3.0)
+    shot_room: float = between(-4.0, -8.0, 3.0)
     """Room, less both, that a shot must have."""

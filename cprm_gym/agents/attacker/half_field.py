@@ -10,6 +10,10 @@ from ...envs.tasks import Task
 from ...errors import ParameterError
 from . import agent as attacker
 from .constants import HalfFieldConstants
+from .percepts import MARGIN, Ground
+
+GROUND = Ground(low_x=MARGIN, offside=False)
+"""The right half."""
 
 
 def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None) -> attacker.AttackerAgent:
@@ -22,4 +26,4 @@ def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None
     """
     if not agent.startswith("left"):
         raise ParameterError(f"{task.name}: the attacker plays for the left side; {agent!r} defends")
-    return attacker.make_controller(task, agent, constants or HalfFieldConstants())
+    return attacker.make_controller(task, agent, constants or HalfFieldConstants(), GROUND)

@@ -63,8 +63,8 @@ class Terms(NamedTuple):
     kick_speed: float
     goal_x: float
     goal_half: float
+    low_x: float
     side_x: float
-    back_x: float
     side_y: float
     ahead: float
     apart: float
@@ -189,7 +189,7 @@ def shot(ball, power, rivals, age, c):
 @kernel
 def inside(x, y, c):
     """Whether a place is where is played, with a margin."""
-    return c.back_x < x < c.side_x and abs(y) < c.side_y
+    return c.low_x < x < c.side_x and abs(y) < c.side_y
 
 
 @kernel

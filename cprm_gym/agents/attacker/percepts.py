@@ -6,6 +6,8 @@ as good as the tier of knowledge that fills them.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...envs.controller import Observation
@@ -35,7 +37,22 @@ OPPONENTS = 12
 """First row of the opponents in ``memory``."""
 
 
-def terms(body: Body, c: AttackerConstants, keeper: int = -1, offside: bool = True, back_x: float = -HALF_LENGTH) -> Terms:
+class Ground(NamedTuple):
+    """Where is played."""
+
+    low_x: float = MARGIN - HALF_LENGTH
+    """Metres; the lines less what is kept from them."""
+    high_x: float = HALF_LENGTH - MARGIN
+    side_y: float = HALF_WIDTH - MARGIN
+    offside: bool = True
+    """Whether the rule is in force."""
+
+
+PITCH = Ground()
+"""A match's."""
+
+
+def terms(body: Body, c: AttackerConstants, keeper: int = -1, ground: Ground = PITCH) -> Terms:
     """What the kernels judge by.
 
     Parameters
@@ -44,10 +61,7 @@ def terms(body: Body, c: AttackerConstants, keeper: int = -1, offside: bool = Tr
     c : AttackerConstants
     keeper : int
         Row of the opponents' keeper among them; -1 if there is none.
-    offside : bool
-        Whether the rule is in force.
-    back_x : float
-        Where the part of the pitch begins in which is played, m.
+    ground : Ground
     """
     server, kind = body.server, body.kind
     own = {name: getattr(c, name) for name in Terms._fields if name in c.to_dict()}
@@ -57,9 +71,8 @@ def terms(body: Body, c: AttackerConstants, keeper: int = -1, offside: bool = Tr
         "inertia": kind.inertia_moment, "rival_pace": body.pace(c.rival_run), "contact": body.contact, "margin": kind.kickable_margin,
         "legs": body.within(SURE) + c.tolerance,
         "kick_speed": KICK * min(server.ball_speed_max, server.ball_accel_max, server.maxpower * kind.kick_power_rate),
-        "goal_x": HALF_LENGTH, "goal_half": server.goal_width / 2, "side_x": HALF_LENGTH - MARGIN, "side_y": HALF_WIDTH - MARGIN,
-        "back_x": back_x + MARGIN,
-        "keeper": keeper, "offside": int(offside),
+        "goal_x": HALF_LENGTH, "goal_half": server.goal_width / 2, "low_x": ground.low_x, "side_x": ground.high_x,
+        "side_y": ground.side_y, "keeper": keeper, "offside": int(ground.offside),
     })  # fmt: skip
 
 

@@ -41,14 +41,8 @@ ARRIVING = 0.6
 
 
 @kernel
-def receive(m, c, me, count, half_x, half_y, fresh):
-    """Without the ball: go to it if nobody of the team is faster, else get open for a pass within the region."""
-    if m.ball_age > LOST:
-        search(m, c, fresh)
-        return
-    if rank_to_ball(m, me, count) == 0:
-        chase(m, c, 100.0)
-        return
+def open_place(m, me, count, half_x, half_y):
+    """(x, y) within the region, near him, at which he is most open for a pass."""
     best_x, best_y, best = m.x, m.y, -1e9
     for k in range(17):
         radius = 0.0 if k == 0 else (2.5 if k < 9 else 6.0)
@@ -58,6 +52,19 @@ def receive(m, c, me, count, half_x, half_y, fresh):
         value = openness(m, me, count, x, y) - 0.15 * radius
         if value > best:
             best_x, best_y, best = x, y, value
+    return best_x, best_y
+
+
+@kernel
+def receive(m, c, me, count, half_x, half_y, fresh):
+    """Without the ball: go to it if nobody of the team is faster, else get open for a pass within the region."""
+    if m.ball_age > LOST:
+        search(m, c, fresh)
+        return
+    if rank_to_ball(m, me, count) == 0:
+        chase(m, c, 100.0)
+        return
+    best_x, best_y = open_place(m, me, count, half_x, half_y)
     if run_to(m, c, best_x, best_y, 90.0, 1.0):
         turn_to(m, c, math.atan2(m.ball_y - m.y, m.ball_x - m.x))
     look_to(m, c, m.ball_x, m.ball_y)
@@ -148,8 +155,8 @@ def exposure(m, x, y, bx, by):
 
 
 @kernel
-def hold(m, c):
-    """Shield the ball: keep the body between it and the opponents.
+def sheltered(m):
+    """(x, y): where to have the ball in the next cycle, the body between it and the opponents.
 
     Of the places around the body where the ball can be kicked, it is kicked to the one that lies away from the opponents, where they
     stand and, less so, where they would be after a stride towards it. There it is in the next cycle, and the kick after that stops it.
@@ -168,7 +175,14 @@ def hold(m, c):
         value -= exposure(m, x, y, bx, by)
         if value > best:
             best_x, best_y, best = x, y, value
-    kick_velocity(m, c, best_x - m.ball_x, best_y - m.ball_y)
+    return best_x, best_y
+
+
+@kernel
+def hold(m, c):
+    """Shield the ball."""
+    x, y = sheltered(m)
+    kick_velocity(m, c, x - m.ball_x, y - m.ball_y)
     # eyes that look every cycle; what is near is felt whichever way they look
     c.view_width = NARROW
 
