@@ -86,6 +86,16 @@ class HalfFieldConstants(AttackerConstants):
 
     whose: ClassVar[str] = "attacker_half_field"
 
+    rival_turn: float = between(0.7, 0.0, 2.0)
+    """Cycles that an opponent loses more when he must turn by a right angle."""
+    safe: float = between(0.6, -1.0, 3.0)
+    """Metres of room below which a push or pass is in danger."""
+    progress: float = between(4.0, 0.5, 12.0)
+    """What a metre towards the goal in each cycle is worth, in metres of room."""
+    closer: float = between(0.1, 0.0, 0.4)
+    """Metres of room that a metre of the way to the goal costs."""
+    shot_far: float = between(22.0, 10.0, 32.0)
+    """Metres from the goal from which he shoots."""
     hold: float = between(0.5, 0.0, 6.0)
     """Cycles that he or his team-mate needs to play on a ball that he has met; whole ones count."""
     shot_room: float = between(-4.0, -8.0, 3.0)
