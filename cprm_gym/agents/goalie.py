@@ -21,6 +21,7 @@ import numpy as np
 from ..architecture.cprm import CPRM, Cluster, Observe
 from ..architecture.cprm.percepts import PerceptNames, PerceptTable
 from ..architecture.petri import Belief, Continuous, Input, Math, ObjectPlace, PetriNet, Place, Selection, Transition
+from ..architecture.petri.execution.state import ObjectTable
 from ..architecture.prm.inference.engines.projection import ProjectionEngine
 from ..envs.controller import Observation
 from ..envs.tasks import Task
@@ -321,9 +322,9 @@ def opponent_attributes(observation: Observation, opponents: int = 11) -> Mappin
         ``Opponent``: ``danger`` (the nearer to the ball the more, 0 for those not seen for two seconds), ``ball_gap`` (m).
     """
     memory, age = parts(observation, "memory", "memory_age")
-    danger, gaps = np.empty((2, len(memory), opponents))
-    kernels.dangers(memory, age, opponents, danger, gaps)
-    return {"Opponent": {"danger": danger, "ball_gap": gaps}}
+    out = np.empty((2, len(memory), opponents))
+    kernels.dangers(memory, age, opponents, *out)
+    return {"Opponent": ObjectTable(kernels.ATTRIBUTES, out)}
 
 
 CLUSTERS = (("ball.x", "ball.vx"), ("ball.y", "ball.vy"))

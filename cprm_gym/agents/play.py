@@ -10,12 +10,14 @@ import numpy as np
 from ..architecture.cprm import CPRM, CPRMRunner
 from ..architecture.cprm.runner import check_options
 from ..architecture.cprm.slow import Timing
-from ..envs.actions import NECK_SCALE, scaled
+from ..architecture.petri.execution.executor import Executor
+from ..envs.actions import NECK_SCALE, PARAMETER_SCALES
 from ..envs.controller import Action, Controller, Observation, no_action
 from ..errors import ControllerError
 from ..simulator.state import CommandKind
 from .body import DEFAULT, Body
 from .given import check_given
+from .kernels import actions as kernels
 from .percepts import Percepts
 
 BODY_COMMANDS: Mapping[str, tuple[CommandKind, tuple[str, ...]]] = {
@@ -87,6 +89,7 @@ class SoccerAgent:
             emitted = _emitted(self.cprm)
             exclusive = [[name for name in BODY_COMMANDS if name in emitted]]
             self.controller = CPRMRunner(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
+            self._sends = _sends(self.controller.executor, self.body)
             self._turned = np.zeros(count)
             worlds = None
         self.controller.reset(worlds)
@@ -112,34 +115,12 @@ class SoccerAgent:
         if self.controller is None:
             raise ControllerError("act before reset: the controller does not know how many worlds there are")
         percepts = self.perceive(observation)
-        commands = self.controller.step(percepts, self.objects(observation) if self.objects else None)
-        count = self.controller.batch
-        action = no_action(count)
-        self._turned = np.zeros(count)
-        for name, (kind, parameters) in BODY_COMMANDS.items():
-            if name not in commands.fired:
-                continue
-            fired = commands.fired[name]
-            if not fired.any():
-                continue
-            action["type"][fired] = kind
-            values = [commands.values[name].get(key, 0.0) for key in parameters]
-            action["params"][fired] = scaled(np.full(count, int(kind)), *values)[fired]
-            if name == "turn":
-                moment = commands.values[name]["moment"]
-                self._turned = np.where(fired, moment / (1.0 + self.body.kind.inertia_moment * percepts["body.speed"]), 0.0)
-        if "turn_neck" in commands.fired:
-            fired = commands.fired["turn_neck"]
-            moment = np.clip(commands.values["turn_neck"]["moment"] / NECK_SCALE, -1.0, 1.0)
-            action["turn_neck"][fired, 0] = moment[fired]
-        if "look" in commands.fired:
-            fired = commands.fired["look"]
-            wanted = (commands.values["look"]["direction"] - self._turned + 180.0) % 360.0 - 180.0
-            neck = (np.clip(wanted, self.body.server.minneckang, self.body.server.maxneckang) - percepts["body.neck_deg"]) / NECK_SCALE
-            action["turn_neck"][fired, 0] = np.clip(neck, -1.0, 1.0)[fired]
-        if "change_view" in commands.fired:
-            fired = commands.fired["change_view"]
-            action["view"][fired] = np.rint(commands.values["change_view"]["width"][fired]).astype(np.int64)
+        self.controller.step(percepts, self.objects(observation) if self.objects else None)
+        action = no_action(self.controller.batch)
+        self._turned = np.empty(self.controller.batch)
+        fired, values = self.controller.executor.sent
+        speed, neck = (np.ascontiguousarray(percepts[name]) for name in ("body.speed", "body.neck_deg"))
+        kernels.act(*self._sends, fired, values, speed, neck, int(CommandKind.TURN), *(action[key] for key in ACTION), self._turned)
         return action
 
 
@@ -147,6 +128,34 @@ def agent_in(player: Controller) -> SoccerAgent | None:
     """Who plays with a CPRM in a player, who may be one on a tier of knowledge; None for other kinds."""
     inner = player if isinstance(player, SoccerAgent) else getattr(player, "controller", None)
     return inner if isinstance(inner, SoccerAgent) else None
+
+
+ACTION = ("type", "params", "turn_neck", "view")
+
+
+def _sends(executor: Executor, body: Body) -> tuple[np.ndarray, ...]:
+    """Where the commands that a net may send stand, as `kernels.act` takes it."""
+    commands = executor.command_names
+    table: list[tuple[int, int, int, int]] = []
+    columns: list[int] = []
+    scales: list[float] = []
+    for name, (kind, parameters) in BODY_COMMANDS.items():
+        if name in commands:
+            table.append((commands.index(name), int(kind), len(columns), len(parameters)))
+            columns += [executor.parameters(name).get(key, -1) for key in parameters]
+            scales += PARAMETER_SCALES[kind][: len(parameters)].tolist()
+    side = [
+        (commands.index(name), executor.parameters(name).get(key, -1)) if name in commands else (-1, -1)
+        for name, key in (("turn_neck", "moment"), ("look", "direction"), ("change_view", "width"))
+    ]
+    limits = (body.kind.inertia_moment, body.server.minneckang, body.server.maxneckang, NECK_SCALE)
+    return (
+        np.array(table, np.int64).reshape(-1, 4),
+        np.array(columns, np.int64),
+        np.array(scales, np.float64),
+        np.array(side, np.int64),
+        np.array(limits, np.float64),
+    )
 
 
 def _emitted(cprm: CPRM) -> set[str]:

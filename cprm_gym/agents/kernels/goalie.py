@@ -54,6 +54,10 @@ def guards(body, me, level, memory, age, players, opponents, goal_x, out):
         guard(body[w], me[w], level[w], memory[w], age[w], players[w], opponents, goal_x, out[w])
 
 
+ATTRIBUTES = ("danger", "ball_gap")
+"""Of each opponent, as `dangers` gives them."""
+
+
 @kernel
 def dangers(memory, age, opponents, danger, gaps):
     """Danger of each opponent, (W, opponents), and his metres from the ball."""

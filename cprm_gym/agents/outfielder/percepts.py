@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...architecture.cprm.percepts import PerceptNames, PerceptTable
+from ...architecture.petri.execution.state import ObjectTable
 from ...envs.controller import Observation
 from ...envs.players.scripted import FORMATION
 from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH
@@ -93,4 +94,4 @@ def outfield_attributes(observation: Observation, own: Body = DEFAULT) -> Mappin
     known = parts(observation, "body", "self", "memory", "memory_age")
     mates, rivals = (np.empty((len(names), len(known[0]), 11)) for names in (kernels.MATES, kernels.RIVALS))
     kernels.judgements(*known, terms(own), mates, rivals)
-    return {"Teammate": dict(zip(kernels.MATES, mates)), "Opponent": dict(zip(kernels.RIVALS, rivals))}
+    return {"Teammate": ObjectTable(kernels.MATES, mates), "Opponent": ObjectTable(kernels.RIVALS, rivals)}

@@ -17,6 +17,7 @@ from ..petri.execution.executor import Executor
 from ..prm.grounding.grounding import Grounding
 from ..prm.grounding.slices import GroundVariable
 from ..prm.inference.alone.questions import Question
+from ..prm.inference.compiled.cache import Recent
 from ..prm.inference.evidence import UNOBSERVED, StateRows, state_of
 from ..prm.inference.filter import make_engine
 from ..prm.inference.filter_bank import FilterBank
@@ -194,6 +195,7 @@ class CPRMRunner:
         if self.bank is not None and self._sights and not any(v.quantity is not None for v, _ in self._domains):
             self._reader = Sights(self._sights, self.bank.variables, {name: k for k, name in enumerate(self._columns.names)})
         self._demand = Formula(demand) if demand else None
+        self._known_links: Recent[bytes, tuple[Link, ...]] = Recent(1024)  # of one agent, by whom he means
         self._trace = trace
         self._percepts: Percepts = {}
         self._seen: tuple[Iterable[str], Iterable[NDArray[np.float64]], Iterable[NDArray[np.bool_]]] = ((), (), ())
@@ -359,6 +361,11 @@ class CPRMRunner:
 
     def _links(self) -> tuple[Link, ...]:
         """The relations that the object places ask for."""
+        if self.batch > 1:
+            return self._links_now()
+        return self._known_links.fetch(self.executor.held.tobytes(), self._links_now)
+
+    def _links_now(self) -> tuple[Link, ...]:
         return tuple(
             Link(c.relation, tuple(p[1:] if p.startswith("=") else Role(self._class_at[p], self.executor.holds(p)) for p in c.places))
             for c in self.cprm.clusters

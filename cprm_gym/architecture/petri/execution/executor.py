@@ -162,6 +162,17 @@ class Executor:
         view.flags.writeable = False
         return view
 
+    def parameters(self, command: str) -> Mapping[str, int]:
+        """The columns of `sent` in which the parameters of a command stand."""
+        if command not in self._layout.commands:
+            raise unknown_name("command", command, self._layout.commands)
+        return self._layout.parameters[command]
+
+    @property
+    def sent(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """The commands of the last cycle as arrays: (W, command names) whether each went out, and (W, .) all parameters; views."""
+        return self._out.fired, self._out.value
+
     @property
     def held(self) -> NDArray[np.int32]:
         """(W, O) index of the object in each of `object_names`, -1 for none; a view that must not be written."""

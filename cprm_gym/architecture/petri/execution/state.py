@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,31 @@ Values = ArrayLike | Mapping[str, ArrayLike]
 
 Objects = Mapping[str, Mapping[str, ArrayLike]]
 """Class -> attribute -> values of its objects, (n,) for all copies alike or (W, n); attribute ``present`` is a mask."""
+
+
+class ObjectTable(Mapping[str, NDArray[np.float64]]):
+    """Attributes of the objects of a class in one array: attribute -> (W, n).
+
+    Parameters
+    ----------
+    names : tuple of str
+        The same object in every cycle, so that whoever reads the table finds his columns once.
+    table : (attributes, W, n) float array
+    """
+
+    def __init__(self, names: tuple[str, ...], table: NDArray[np.float64]) -> None:
+        self.names, self.table = names, table
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self.names:
+            raise KeyError(name)
+        return self.table[self.names.index(name)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
 
 
 class Snapshot(NamedTuple):

@@ -16,7 +16,7 @@ from .compiled_net import UNBOUNDED, CompiledNet, PlaceKind
 from .kernels import arrays
 from .kernels import cycle as kernels
 from .program import Layout
-from .state import Objects, Values
+from .state import Objects, ObjectTable, Values
 
 _MOST = sys.float_info.max
 
@@ -60,6 +60,7 @@ class Surroundings:
         self.state = state
         self.batch = batch
         self.failed = failed
+        self._tables: dict[tuple[str, tuple[str, ...]], list[tuple[int, int]] | None] = {}
         self._identity = np.arange(len(layout.beliefs), dtype=np.int32)
 
     def observe(self, inputs: Values) -> None:
@@ -111,6 +112,8 @@ class Surroundings:
             if name not in layout.attributes:
                 raise unknown_name("class", name, layout.attributes)
             wanted = layout.attributes[name]
+            if isinstance(given, ObjectTable) and self._see_table(name, given):
+                continue
             for attribute in given:
                 if attribute not in wanted and attribute != "present":
                     hint = f"{did_you_mean(attribute, wanted)} The net reads: {', '.join(wanted) or 'none'}."
@@ -128,6 +131,25 @@ class Surroundings:
                 self.block(name, attribute, size)[:] = self._fit(values, size, f"attribute {attribute!r} of class {name!r}")
             present = numbers(given.get("present", 1.0), f"'present' of class {name!r}")
             self.block(name, "", size)[:] = self._fit(present, size, f"'present' of class {name!r}")
+
+    def _see_table(self, name: str, given: ObjectTable) -> bool:
+        """Write all attributes of a class at once; False where there is anything to say about them."""
+        size = self.layout.sizes.get(name, 0)
+        key = name, given.names
+        if key not in self._tables:
+            wanted = self.layout.attributes[name]
+            told = (*wanted, "present")
+            fits = (name, "") in self.layout.columns and all(a in given.names for a in wanted) and all(a in told for a in given.names)
+            names = ("", *wanted) if "present" in given.names else wanted
+            self._tables[key] = [(given.names.index(a or "present"), self.layout.columns[name, a]) for a in names] if fits else None
+        places = self._tables[key]
+        if places is None or given.table.shape[1:] != (self.batch, size) or np.isinf(given.table).any():
+            return False
+        if "present" not in given.names:
+            self.block(name, "", size)[:] = 1.0
+        for k, column in places:
+            self.state.data[:, column : column + size] = given.table[k]
+        return True
 
     def block(self, class_name: str, attribute: str, size: int) -> NDArray[np.float64]:
         """(W, n) an attribute of the objects of a class; a view."""

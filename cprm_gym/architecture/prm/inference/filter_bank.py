@@ -29,7 +29,7 @@ from ..grounding.slices import GroundVariable
 from ..model.schema import canonical_tuple, one_or_many, parse_tuple
 from . import filtering
 from .alone.questions import Asked, Question, find
-from .alone.ways import Way, Ways, key_of
+from .alone.ways import Way, Ways
 from .compiled.cache import Recent
 from .compiled.slice_info import SliceInfo
 from .continuous.number_evidence import Numbers, nothing, read_numbers
@@ -293,10 +293,9 @@ class FilterBank:
         """As `step`, of the only agent: what follows from his relations is looked up where he has been there before."""
         agents, state = self._cohorts[0]
         stand = self._ways.stand(state, self.object_in)
-        key = key_of(links)
-        way = stand.ways.get(key)
+        way = stand.way(links)
         if way is None:
-            way = stand.ways[key] = self._way(links)
+            way = stand.leads(links, self._way(links))
             state = self._cohorts[0].state
         elif way.names:
             state = self._renamings.of(state, way.names)

@@ -24,9 +24,27 @@ MOST_STANDS = 4096
 
 @dataclass(eq=False)
 class Stand:
-    """A slice, and an order of the objects; where it leads, by `key_of` the relations that are asked for."""
+    """A slice, and an order of the objects; where it leads, by `key_of` the relations that are asked for.
+
+    Whoever asks with the same links again, one and the same object, is answered without a look at them.
+    """
 
     ways: dict[Hashable, Way] = field(default_factory=dict)
+    _last: tuple[Sequence[Link], Way] | None = None
+
+    def way(self, links: Sequence[Link]) -> Way | None:
+        """The way on; None where nobody has gone it."""
+        if self._last is not None and self._last[0] is links:
+            return self._last[1]
+        found = self.ways.get(key_of(links))
+        return None if found is None else self.leads(links, found)
+
+    def leads(self, links: Sequence[Link], way: Way) -> Way:
+        """Remember a way."""
+        self.ways[key_of(links)] = way
+        if isinstance(links, tuple):
+            self._last = links, way
+        return way
 
 
 @dataclass(frozen=True, eq=False)
