@@ -21,6 +21,9 @@ from .goalie import GoalieAgent
 from .outfielder.agent import OutfieldAgent, outfielder_cprm
 from .play import SoccerAgent
 
+FOR_GOALIE = ("t_b", "latency", "demand", "rehearsal")
+"""When he infers, and how many slices he imagines before the first."""
+
 
 def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     """The goalie, or an outfield player, of a match as a controller.
@@ -31,14 +34,14 @@ def make_controller(task: Task, agent: str, **options: Any) -> SoccerAgent:
     agent : str
         ``left_1``: the goalie, if the team has one with that number.
     **options
-        Of the `CPRMRunner`; the goalie takes when he infers (``t_b``, ``latency``, ``demand``), an outfield player all of them.
+        Of the `CPRMRunner`; the goalie takes those of `FOR_GOALIE`, an outfield player all of them.
     """
     side, _, number = agent.partition("_")
     goalie, opponents = (task.left_goalie, task.right) if side == "left" else (task.right_goalie, task.left)
     body = Body.of(task)
     if int(number) != goalie:
         return OutfieldAgent(body, **options)
-    return GoalieAgent(opponents, body=body, **{name: options[name] for name in ("t_b", "latency", "demand") if name in options})
+    return GoalieAgent(opponents, body=body, **{name: options[name] for name in FOR_GOALIE if name in options})
 
 
 class Eleven:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, MutableMapping
 import numpy as np
 
 from ..architecture.cprm.percepts import PerceptNames, PerceptTable
-from ..envs.observations import BodyFeature, SelfFeature
+from ..architecture.petri.execution.state import ObjectTable
 from ..simulator.pitch import HALF_LENGTH
 from .body import DEFAULT, Body
 from .kernels import percepts as kernels
@@ -160,14 +160,7 @@ def mates_percepts(observation: Mapping[str, np.ndarray], mates: int) -> Percept
     return out
 
 
-def _mates(observation: Mapping[str, np.ndarray], mates: int) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 1) rows and (N, mates) uniform numbers of the team-mates, in order and without the own."""
-    own = np.asarray(observation["body"])[:, BodyFeature.UNUM].astype(np.int64)[:, None]
-    numbers = np.arange(1, mates + 1)[None] + np.zeros_like(own)
-    return np.arange(len(own))[:, None], numbers + (numbers >= own)
-
-
-def mate_attributes(observation: Mapping[str, np.ndarray], mates: int) -> dict[str, np.ndarray]:
+def mate_attributes(observation: Mapping[str, np.ndarray], mates: int) -> ObjectTable:
     """Of the same team-mates, what object places choose by.
 
     Returns
@@ -175,13 +168,7 @@ def mate_attributes(observation: Mapping[str, np.ndarray], mates: int) -> dict[s
     dict of (N, mates) float64
         ``distance`` (m), ``age`` (cycles since he was seen), ``ball_gap`` (m from the ball; 99 when he or the ball was not seen of late).
     """
-    rows, numbers = _mates(observation, mates)
-    me, memory = np.asarray(observation["self"], np.float64), np.asarray(observation["memory"], np.float64)
-    ages = np.asarray(observation["memory_age"], np.float64)
-    place, age = memory[rows, numbers], ages[rows, numbers]
-    gap = np.hypot(place[..., 0] - memory[:, :1, 0], place[..., 1] - memory[:, :1, 1])
-    return {
-        "distance": np.hypot(place[..., 0] - me[:, SelfFeature.X, None], place[..., 1] - me[:, SelfFeature.Y, None]),
-        "age": age,
-        "ball_gap": np.where((age <= 4) & (ages[:, :1] <= 4), gap, 99.0),
-    }
+    known = parts(observation, "body", "self", "memory", "memory_age")
+    out = np.empty((len(kernels.ATTRIBUTES), len(known[0]), mates))
+    kernels.judgements(*known, mates, out)
+    return ObjectTable(kernels.ATTRIBUTES, out)

@@ -5,10 +5,12 @@ import pytest
 
 from cprm_gym.agents import goalie, passer
 from cprm_gym.agents.outfielder import agent as outfielder
+from cprm_gym.architecture.cprm import CPRMRunner
 from cprm_gym.architecture.prm.inference.engines.exact import ExactEngine
 from cprm_gym.architecture.prm.inference.filter_bank import FilterBank
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
+from cprm_gym.errors import ParameterError
 
 PLAYERS = {
     "goalie": ("Goalie", "left_1", goalie.make_controller),
@@ -42,10 +44,10 @@ def recorded(name, worlds):
     return core.task, seen, done
 
 
-def decisions(name, task, seen, world=0):
+def decisions(name, task, seen, world=0, **options):
     """What a player decides in one world, and what he believes."""
     _, who, make = PLAYERS[name]
-    player = make(task, who)
+    player = make(task, who, **options)
     found, beliefs = [], []
     for k, (everything, over) in enumerate(seen):
         observation = {key: value[world : world + 1] for key, value in everything.items()}
@@ -83,3 +85,33 @@ def test_a_player_decides_alone_as_among_others(name):
         alone, _ = decisions(name, task, seen, world)
         among = [{key: value[world : world + 1] for key, value in action.items()} for action in together]
         assert apart(alone, among) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["goalie", "passer"])
+def test_a_rehearsal_changes_no_decision_and_no_belief(name):
+    task, seen, _ = recorded(name, 1)
+    plain, believed = decisions(name, task, seen)
+    rehearsed, told = decisions(name, task, seen, rehearsal=60)
+    assert apart(plain, rehearsed) == 0.0
+    np.testing.assert_array_equal(believed, told)
+
+
+def test_after_a_rehearsal_few_structures_are_made():
+    task, seen, _ = recorded("goalie", 1)
+    made = {}
+    for rehearsal in (0, 400):
+        player = goalie.make_controller(task, "left_1", rehearsal=rehearsal)
+        player.reset({key: value[:1] for key, value in seen[0][0].items()}, 5)
+        compiler = player.controller.bank.settings.engine.compiler
+        before = len(compiler.slice_steps)
+        for observation, _ in seen:
+            player.act(observation)
+        made[rehearsal] = len(compiler.slice_steps) - before
+        assert player.controller.bank.impossible_count.sum() == 0
+    assert made[400] <= made[0] // 2, made
+
+
+@pytest.mark.parametrize("rehearsal", [-1, 2.5])
+def test_a_rehearsal_of_no_whole_number_of_slices_is_refused(rehearsal):
+    with pytest.raises(ParameterError, match="`rehearsal` is a whole number of slices from 0, got"):
+        CPRMRunner(goalie.goalie_cprm(2), rehearsal=rehearsal)

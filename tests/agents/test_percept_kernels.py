@@ -52,6 +52,7 @@ PAIRS = {
     ),
     "outfielder": (outfielder.outfield_percepts, arrays.outfield_percepts),
     "outfielder's others": (lambda o: flat(outfielder.outfield_attributes(o)), lambda o: flat(arrays.outfield_attributes(o))),
+    "mates to choose among": (lambda o: percepts.mate_attributes(o, 4), lambda o: arrays.mate_attributes(o, 4)),
     "goalie's others": (lambda o: flat(goalie.opponent_attributes(o, 5)), lambda o: flat(arrays.opponent_attributes(o, 5))),
 }
 

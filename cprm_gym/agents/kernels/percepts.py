@@ -214,3 +214,23 @@ def mates_seen(body, me, level, memory, age, players, mates, out):
     """`see_mates` in every world."""
     for w in range(len(out)):
         see_mates(body[w], me[w], level[w], memory[w], age[w], players[w], mates, out[w])
+
+
+ATTRIBUTES = ("distance", "age", "ball_gap")
+"""By what team-mates are chosen."""
+
+
+@kernel
+def judgements(body, me, memory, age, mates, out):
+    """`ATTRIBUTES` of each of some team-mates, in the order of their numbers without the own, into (3, W, mates)."""
+    for w in range(len(body)):
+        k = 0
+        for number in range(1, mates + 2):
+            if number == int(body[w, _UNUM]) or k == mates:
+                continue
+            x, y = memory[w, number, 0], memory[w, number, 1]
+            gap = math.hypot(x - memory[w, 0, 0], y - memory[w, 0, 1])
+            out[0, w, k] = math.hypot(x - me[w, _X], y - me[w, _Y])
+            out[1, w, k] = age[w, number]
+            out[2, w, k] = gap if age[w, number] <= 4 and age[w, 0] <= 4 else 99.0
+            k += 1

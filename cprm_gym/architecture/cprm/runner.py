@@ -25,6 +25,7 @@ from ..prm.inference.filtering import POLICIES
 from ..prm.inference.links import Link, Role
 from ..prm.model.formulas import Formula
 from ..prm.model.schema import canonical_tuple
+from .alone import imagine, questions_of
 from .separate import Holding, Perceived, SeparateBeliefs, Told, separate_filters
 from .sights import Columns, Sight, Sights
 from .slow import SlowBeliefs, Timing, slow_banks, slow_separately
@@ -120,6 +121,9 @@ class CPRMRunner:
         Inferences from one deep one to the next.
     t_b, latency, demand
         When inferences begin and when their results come (`slow.Timing`): by default one ends each slice, at once.
+    rehearsal : int
+        Slices that one agent imagines before the first, so that plans and structures are there when they are needed: it costs some
+        milliseconds for each that is new, and no answer depends on it. Of an exact or projecting engine, for a batch of one.
 
     Raises
     ------
@@ -143,6 +147,7 @@ class CPRMRunner:
         t_b: int | None = None,
         latency: int = 0,
         demand: str = "",
+        rehearsal: int = 0,
     ) -> None:
         self.cprm = cprm
         self.batch = batch
@@ -187,7 +192,9 @@ class CPRMRunner:
                 if not at_once:
                     other = FilterBank(grounding, batch, self.bank.settings.engine, on_impossible=on_impossible, seed=seed)
                     self.slow = slow_banks(self.bank, other, self.timing, cprm.period)
-        self._questions = self._questions_of(self.bank) if self.bank is not None and batch == 1 else ()
+        self._questions: tuple[Question, ...] = ()
+        if self.bank is not None and batch == 1:
+            self._questions = questions_of(self._beliefs, self._class_at, self.executor, self.bank)
         self._columns = Columns(tuple(dict.fromkeys(read)), self.executor)
         self._rows: NDArray[np.float64] | None = None
         self._reader: Sights | None = None
@@ -201,6 +208,11 @@ class CPRMRunner:
         self._seen: tuple[Iterable[str], Iterable[NDArray[np.float64]], Iterable[NDArray[np.bool_]]] = ((), (), ())
         self._in_force: tuple[Link, ...] = ()
         self._cycle = np.zeros(batch, np.int64)
+        if not isinstance(rehearsal, int) or rehearsal < 0:
+            raise ParameterError(f"`rehearsal` is a whole number of slices from 0, got {rehearsal!r}")
+        if rehearsal and self.bank is not None and self._reader is not None and batch == 1 and self.bank.settings.engine.divisible:
+            choices = [len(self._by_class.get(self._class_at[p], ())) for p in self.executor.object_names]
+            imagine(cprm, self.bank, self._sights, self._class_at, self._questions, choices, rehearsal)
 
     # ------------------------------------------------------------------ life
 
@@ -284,19 +296,6 @@ class CPRMRunner:
                 read = bank.view(view, variable)
             values[name] = read if agents.all() else np.where(agents, read, self.executor.read(name))
         return values
-
-    def _questions_of(self, bank: FilterBank) -> tuple[Question, ...]:
-        """The belief places as questions to a bank of one agent; none where one is about a relation's variable."""
-        questions = []
-        for _, variable, view, default in self._beliefs:
-            owner, _, attribute = variable.partition(".")
-            meant = owner in self._class_at
-            class_name = self._class_at[owner] if meant else bank.grounding.objects.get(owner)
-            if class_name is None:
-                return ()
-            index = self.executor.object_names.index(owner) if meant else bank.members[class_name].index(owner)
-            questions.append(Question(view, class_name, index, meant, attribute, default))
-        return tuple(questions)
 
     def _infer_each(self, beliefs: SeparateBeliefs, percepts: Percepts, due: NDArray[np.bool_]) -> None:
         """As `_infer`, agent by agent."""

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import UnknownName
 from ..expressions.compiler import Assembler
 from ..petri.execution.executor import Executor
 from ..prm.grounding.slices import GroundVariable
@@ -48,10 +47,11 @@ class Columns:
         self._executor = executor
         self._inputs = len(executor.input_names)
         self._every = list(enumerate(self.names))
+        self._place_of = {name: k for k, name in enumerate(executor.net.place_names)}
         self._of: PerceptNames | None = None
         self._found = np.zeros(0, np.int64)
         self._rest = self._every
-        self._places: list[tuple[int, int]] = []
+        self._places: tuple[list[int], list[int]] = [], []
 
     def gather(self, percepts: Mapping[str, Any]) -> NDArray[np.float64] | None:
         """(W, N) the numbers that are percepts, one column for each name; None where one is no number, or is neither percept nor place."""
@@ -62,24 +62,26 @@ class Columns:
             rows, rest = percepts.table.take(self._found, axis=1), self._rest
         else:
             rows = np.empty((self._executor.batch, len(self.names)))
-        places = []
+        columns, places = [], []
         try:
             for column, name in rest:
                 if name in percepts:
                     rows[:, column] = percepts[name]
                 elif column >= self._inputs:
-                    places.append((column, self._executor.net.place(name)))
+                    columns.append(column)
+                    places.append(self._place_of[name])
                 else:
                     return None
-        except (TypeError, ValueError, OverflowError, UnknownName):
+        except (TypeError, ValueError, OverflowError, KeyError):
             return None
-        self._places = places
+        self._places = columns, places
         return rows
 
     def add_places(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """`rows`, with what the places among the names of the last `gather` hold now."""
-        for column, place in self._places:
-            rows[:, column] = self._executor.marking[:, place]
+        columns, places = self._places
+        if columns:
+            rows[:, columns] = self._executor.marking[:, places]
         return rows
 
     def _look_up(self, columns: PerceptNames) -> None:
