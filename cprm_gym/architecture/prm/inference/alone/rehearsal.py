@@ -52,6 +52,7 @@ def rehearse(
     for k in range(slices):
         if k % EPISODE == 0:
             bank.reset()
+            held[:] = -1
         turns = rng.random(len(meant)) < rng.choice([0.0, 0.4, 1.0])
         # objects of a class are alike, so a few of them will do
         held = np.where(turns, rng.integers(-1, np.minimum(counts, 3)), held).astype(np.int32)
