@@ -19,6 +19,7 @@ from . import __version__
 from .errors import CprmError, unknown_name
 from .files import check_place
 from .joining.command import join
+from .learning.command import train
 from .server.command import serve
 from .studio.command import studio
 from .viewing.command import convert, stats, watch
@@ -89,6 +90,7 @@ app.command()(watch)
 app.command()(convert)
 app.command()(stats)
 app.command()(studio)
+app.command()(train)
 
 
 @app.callback()

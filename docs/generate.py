@@ -38,6 +38,7 @@ FACES = (
     "cprm_gym.server",
     "cprm_gym.agents",
     "cprm_gym.benchmark",
+    "cprm_gym.learning",
 )
 """The packages whose names are public, from the front door inwards."""
 

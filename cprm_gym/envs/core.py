@@ -37,6 +37,7 @@ from .players.senses import LateNews, Senses, SensesChange
 from .presets import REMEMBERED, Preset, see_everything
 from .rewards import Reward
 from .tasks.base import Status, Task
+from .vectors.normalised import Normalised
 
 OUT_OF_TIME = int(Status.OUT_OF_TIME)
 BLOCK = 16
@@ -183,7 +184,9 @@ class SoccerCore(Pitch):
         self.macros = Macros(sim, players, counts, task.region, task.full_state) if mode == MACRO else None
         self.view = ActionView(MACRO, gym_spaces.Discrete(len(self.macros.names))) if self.macros else action_view(mode)
         self.scripted, self.played = self._others(task.others if self.options.others is None else self.options.others, counts)
-        space = observation_space(task.task_features, self.include, len(self.macros.names) if self.macros else 0)
+        self._normal = Normalised(self, task.task_features) if "normalised" in self.include else None
+        vector = self._normal.columns.space(flatten=True) if self._normal else None
+        space = observation_space(task.task_features, self.include, len(self.macros.names) if self.macros else 0, vector)  # type: ignore[arg-type]
         for name, part in space.items():
             self.observation[name] = np.zeros((worlds, len(self.agents), *(part.shape or ())), part.dtype)
         senses = Senses.of(self.options.senses)
@@ -194,7 +197,7 @@ class SoccerCore(Pitch):
         self._now = self._late.now if self._late else self.observation
         self._begun = False
         self._memories: Memories | None = None
-        if "memory" in self.include or self.options.observation in REMEMBERED:
+        if {"memory", "normalised"} & {*self.include} or self.options.observation in REMEMBERED:
             active = np.isin(np.arange(1, PLAYERS + 1), players)
             self._memories = self.macros.memories if self.macros else Memories(sim, active, task.full_state)
             self._records = self._memories.records
@@ -483,6 +486,8 @@ class SoccerCore(Pitch):
                 o["action_mask"][...] = self.macros.mask
         if "task" in o:
             self.task.features(self, o["task"])
+            if self._normal is not None:
+                self._normal.add_task(o["task"], o["normalised"])
         if self.played is not None:
             self.played.look(self.max_cycles)
         if self._late is not None:
@@ -513,6 +518,8 @@ class SoccerCore(Pitch):
         tell(self, sensed, None if self._memories is None else self._memories.records, self._now)
         if self.preset.name == "full":
             see_everything(self, chosen)
+        if self._normal is not None:
+            self._normal.write(self, chosen, self.remembered(), self._now["normalised"])
         self.preset.fill(self, chosen)
 
     def close(self) -> None:

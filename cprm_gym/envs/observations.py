@@ -136,12 +136,15 @@ HEAR_FEATURES = 15
 of a team-mate, direction from the body (radians), length, and ten bytes of the message."""
 LINE_FEATURES = 3
 """Columns of ``observation["lines"]``: distance (m), direction from the face (radians), which (`Line`)."""
-INCLUDES = ("memory", "landmarks", "lines", "hear", "action_mask")
+INCLUDES = ("memory", "landmarks", "lines", "hear", "normalised", "action_mask")
 """Parts of an observation that are computed only when asked for."""
 
 
 def observation_space(
-    task_features: tuple[tuple[str, float, float], ...] = (), include: tuple[str, ...] = (), macros: int = 0
+    task_features: tuple[tuple[str, float, float], ...] = (),
+    include: tuple[str, ...] = (),
+    macros: int = 0,
+    vector: spaces.Box | None = None,
 ) -> spaces.Dict:
     """Space of one agent's observation.
 
@@ -153,6 +156,8 @@ def observation_space(
         Further parts, of `INCLUDES`.
     macros : int
         Entries of ``action_mask``.
+    vector : Box, optional
+        Space of the part ``normalised``, which is there if it is given and included.
 
     Returns
     -------
@@ -162,8 +167,8 @@ def observation_space(
         With ``memory``: ``self`` (8,) of `SelfFeature`, ``memory`` (23, 4): x, y of ball, own team and opponents as last seen, carried on
         (and vx, vy of the ball), ``memory_age`` (23,), all in the own team's frame. With ``landmarks``: ``landmarks`` (55, 4) as ``ball``,
         ``landmark_level`` (55,). With ``lines``: ``lines`` (2, 3) of `LINE_FEATURES`, the line ahead, and outside the pitch a second one.
-        With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle. With
-        ``action_mask``: ``action_mask`` (macros,) int8, what can be done now.
+        With ``hear``: ``hear`` (4, 15) of `HEAR_FEATURES`, the messages heard in this cycle. With ``normalised``: the vector of that
+        preset (`cprm_gym.envs.vectors.normalised`). With ``action_mask``: ``action_mask`` (macros,) int8, what can be done now.
     """
     parts: dict[str, spaces.Space[Any]] = {
         "body": spaces.Box(_BODY_LOW, _BODY_HIGH, dtype=np.float32),
@@ -187,6 +192,8 @@ def observation_space(
         low = np.tile(np.array([0, 0, 0, -_PI, 0] + [0] * 10, np.float32), (HEARD, 1))
         high = np.tile(np.array([2, 2, 11, _PI, 127] + [255] * 10, np.float32), (HEARD, 1))
         parts["hear"] = spaces.Box(low, high, dtype=np.float32)
+    if "normalised" in include and vector is not None:
+        parts["normalised"] = vector
     if task_features:
         low = np.array([f[1] for f in task_features], np.float32)
         high = np.array([f[2] for f in task_features], np.float32)

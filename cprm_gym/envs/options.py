@@ -40,8 +40,9 @@ class EnvOptions:
         Preset: ``normalised`` (default, `cprm_gym.envs.vectors.normalised`), ``raw``, ``memory``, ``full``, ``hfo_low``, ``hfo_high`` or
         ``keepaway`` (`cprm_gym.envs.presets`).
     include : str or sequence of str
-        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``, ``hear``,
-        ``action_mask`` (of the macro view, beside the info, for learners that look for it there).
+        Further parts of the observation: ``memory`` (a picture of the pitch kept from the agent's own percepts), ``landmarks``, ``lines``,
+        ``hear``, ``normalised`` (the vector of that preset, beside the percepts of ``raw``), ``action_mask`` (of the macro view, beside
+        the info, for learners that look for it there).
     flatten : bool
         One vector instead of a dict.
     others : str, ControllerFactory or a pair of them, optional
@@ -104,7 +105,8 @@ class EnvOptions:
         object.__setattr__(self, "senses", senses)
         if senses != Senses() and self.observation == "full":
             raise ParameterError("senses: the preset 'full' tells the truth, whatever they are; take another observation")
-        if any(senses.delays) and (self.action_mode == "macro" or self.observation not in ("raw", "memory")):
+        at_once = self.observation not in ("raw", "memory") or "normalised" in include
+        if any(senses.delays) and (self.action_mode == "macro" or at_once):
             raise ParameterError("senses: late news go with the observations 'raw' and 'memory' and without macros, which look at once")
 
     @classmethod

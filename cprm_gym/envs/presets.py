@@ -202,7 +202,7 @@ class Preset:
     def _normalised(self, pitch: Pitch, worlds: np.ndarray) -> None:
         """All parts of ``normalised``."""
         assert self._normal is not None
-        self._normal.write(pitch, worlds, int(BodyFeature.FRESH), self.vector)
+        self._normal.write(pitch, worlds, pitch.remembered(), self.vector)
 
     # ------------------------------------------------------------------ the vectors of the literature
 

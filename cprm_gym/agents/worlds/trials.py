@@ -53,8 +53,8 @@ Start = Callable[[SoccerCore, np.ndarray, np.ndarray], None]
 Judge = Callable[[SoccerCore], np.ndarray]
 
 
-def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball") -> PetriNet:
-    """A net that begins the skill after `SETTLE` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done.
+def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball", settle: int = SETTLE) -> PetriNet:
+    """A net that begins the skill after `settle` cycles, keeps the eyes on the ball (or ``mate``), and notes that it is done.
 
     What is given to the skill is a number or the name of a percept. A skill that never ends looks itself, and is called done after
     `WATCHED` cycles.
@@ -74,14 +74,14 @@ def alone(skill: PetriNet, given: Mapping[str, float | str], whom: str = "ball")
         modules={"skill": skill},
         fuse={f"skill.{k}": f"given_{k}" for k in given},
         transitions=(
-            Transition("set_out", ("intend",), ("skill.begin", *(() if done else ("watched",))), delay=SETTLE),
+            Transition("set_out", ("intend",), ("skill.begin", *(() if done else ("watched",))), delay=settle),
             finish,
             *((look,) if done else ()),
         ),
     )  # fmt: skip
 
 
-def goalie_alone(skill: PetriNet, body: Body = DEFAULT) -> CPRM:
+def goalie_alone(skill: PetriNet, body: Body = DEFAULT, settle: int = SETTLE) -> CPRM:
     """The same for a skill of the goalie, with his belief about the ball and what he derives from it.
 
     A skill that never ends is called done after `WATCHED` cycles.
@@ -100,7 +100,7 @@ def goalie_alone(skill: PetriNet, body: Body = DEFAULT) -> CPRM:
         ),
         modules={"skill": skill},
         fuse={f"skill.{p}": "hand_distance" if (skill.name, p) == ("clear", "ball_distance") else p for p in skill.ports.parameters},
-        transitions=(Transition("set_out", ("intend",), ("skill.begin", "watched"), delay=SETTLE), finish, *((look,) if done else ())),
+        transitions=(Transition("set_out", ("intend",), ("skill.begin", "watched"), delay=settle), finish, *((look,) if done else ())),
     )  # fmt: skip
     return CPRM(net.name, net, goalie_model(body), {"ball": "Ball"}, observations=BALL_SEEN)
 
@@ -149,13 +149,13 @@ class Trial:
         """The skill of a default player."""
         return self.make()
 
-    def agent(self, name: str, body: Body = DEFAULT) -> SoccerAgent:
-        """A player who does nothing else."""
+    def agent(self, name: str, body: Body = DEFAULT, settle: int = SETTLE) -> SoccerAgent:
+        """A player who does nothing else, from cycle `settle` on."""
         skill = self.make(body)
         if self.goalie:
-            cprm = goalie_alone(skill, body)
+            cprm = goalie_alone(skill, body, settle)
             return SoccerAgent(cprm, lambda observation: goalie_percepts(observation, 0), needs=("memory",), body=body)
-        return SoccerAgent(CPRM(name, alone(skill, self.given, self.eyes)), finder_percepts, needs=("memory",), body=body)
+        return SoccerAgent(CPRM(name, alone(skill, self.given, self.eyes, settle)), finder_percepts, needs=("memory",), body=body)
 
 
 def _apart(core: SoccerCore) -> np.ndarray:

@@ -16,6 +16,7 @@ from ..observations import MAX_AGE, observation_space
 from ..pitch import Pitch
 from ..players.memory import Memories
 from ..tasks.base import Task
+from ..vectors.normalised import Normalised
 from .percepts import Sensed, tell
 
 SEEDS = 2**62
@@ -61,11 +62,13 @@ class ControlledPlayers:
         self.include: tuple[str, ...] = tuple(dict.fromkeys(part for c in self.controllers for part in getattr(c, "needs", ())))
         self.pitch = pitch.seen_by(np.array(players, np.int64))
         worlds = pitch.worlds
-        space = observation_space(task.task_features, self.include)
+        self._normal = Normalised(self.pitch, task.task_features) if "normalised" in self.include else None
+        vector = self._normal.columns.space(flatten=True) if self._normal else None
+        space = observation_space(task.task_features, self.include, vector=vector)  # type: ignore[arg-type]
         self.observation = {name: np.zeros((worlds, len(players), *(s.shape or ())), s.dtype) for name, s in space.items()}
         self.pitch.observation = self.observation
         self.memories: Memories | None = None
-        if "memory" in self.include:
+        if {"memory", "normalised"} & {*self.include}:
             self.memories = Memories(pitch.sim, np.isin(np.arange(1, PLAYERS + 1), players), task.full_state)
         self._view = action_view("full")
         self._rows = [self.pitch.players[i : i + 1] - 1 for i in range(len(players))]
@@ -82,12 +85,16 @@ class ControlledPlayers:
         if self.memories is not None:
             self.memories.update(sensed.see, sensed.body, sent, sensed.worlds)
         tell(self.pitch, sensed, None if self.memories is None else self.memories.records, self.observation)
+        if self._normal is not None and self.memories is not None:
+            self._normal.write(self.pitch, sensed.worlds, self.memories.records, self.observation["normalised"])
 
     def look(self, max_cycles: int) -> None:
         """What the task adds to the observations, once everybody has perceived."""
         self.pitch.max_cycles = max_cycles
         if "task" in self.observation:
             self.task.features(self.pitch, self.observation["task"])
+            if self._normal is not None:
+                self._normal.add_task(self.observation["task"], self.observation["normalised"])
 
     def begin(self, worlds: np.ndarray) -> None:
         """The controllers begin episodes in the given worlds, (n,), from the observations there are now."""

@@ -20,6 +20,7 @@ from ...simulator.pitch import HALF_LENGTH, HALF_WIDTH, PITCH_LENGTH, PITCH_WIDT
 from ...simulator.state import PlayMode
 from ..kernels import normalised as kernels
 from ..kernels.vectors import RECENT
+from ..observations import BodyFeature
 from ..pitch import Pitch
 
 
@@ -199,12 +200,12 @@ class Normalised:
         self._low = np.array([f[1] for f in task_features], np.float32)
         self._half = np.array([max((f[2] - f[1]) / 2, 1e-12) for f in task_features], np.float32)
 
-    def write(self, pitch: Pitch, worlds: np.ndarray, fresh: int, vector: np.ndarray) -> None:
-        """The vectors, (W, A, size), of some worlds, (n,), whose percepts and memories have just been made; `fresh`: its column of body."""
+    def write(self, pitch: Pitch, worlds: np.ndarray, records: np.ndarray, vector: np.ndarray) -> None:
+        """The vectors, (W, A, size), of some worlds, (n,), whose percepts and memories, (W, 22) of MEMORY, have just been made."""
         o, sim = pitch.observation, pitch.sim
         kernels.normalised(
-            sim.world, sim.packed, worlds, pitch.players, pitch.remembered(), o["body"], fresh, o["players"], o["level"], self._others,
-            self._flags, self._scales, vector,
+            sim.world, sim.packed, worlds, pitch.players, records, o["body"], int(BodyFeature.FRESH), o["players"], o["level"],
+            self._others, self._flags, self._scales, vector,
         )  # fmt: skip
 
     def add_task(self, features: np.ndarray, vector: np.ndarray) -> None:
