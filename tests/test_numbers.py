@@ -29,6 +29,7 @@ ALLOWED = {
     (MODELS, "0.06"): "a probability: a team-mate turns to him",
     ("cprm_gym/agents/outfielder/model.py", "0.06"): "an edge of bins",
     ("cprm_gym/agents/kernels/outfield.py", "1.2"): "m / cycle of a ball that he drives, as its way is judged",
+    ("cprm_gym/agents/attacker/constants.py", "1.2"): "how much an opponent who must turn loses",
     ("cprm_gym/agents/demos.py", "34"): "a colour",
     ("cprm_gym/agents/net_view.py", "34"): "a colour",
     (TEAM, "34"): "metres of a long pass",

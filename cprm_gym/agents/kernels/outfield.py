@@ -45,7 +45,9 @@ OUTFIELD = (
     "way.direction_deg", "ball.vx", "ball.vy", "ball.placed",
     *(f"{team}{k}.{part}" for team in "to" for k in range(1, 12) for part in ("seen", "x", "y")),
 )  # fmt: skip
-TIME, MEET_X, MEET_Y, PLACE_X, PLACE_Y, LINE, THEIRS, KICK_OFF, ROOM, WAY, BALL_VX, BALL_VY, BALL_PLACED, PLAYERS = range(36, 50)
+TIME, MEET_X, MEET_Y, PLACE_X, PLACE_Y, LINE, THEIRS, KICK_OFF, ROOM, WAY, BALL_VX, BALL_VY, BALL_PLACED, PLAYERS = range(
+    len(FIELD), len(FIELD) + 14
+)
 WAYS, AIMS = 9, 7
 """How many directions, and points of the goal, are looked at."""
 TURN = 17.0

@@ -43,13 +43,14 @@ FIELD = (
     "ball.reckoned_direction_deg", "ball.speed_ahead", "ball.speed_aside", "ball.approach", "goal.distance", "goal.direction_deg",
     "mate.x", "mate.y", "mate.age", "mate.distance", "mate.direction_deg", "game.waiting", "game.playing", "game.ours",
 )  # fmt: skip
-X, Y, FACING, LOCATED, BALL_X, BALL_Y, BALL_AGE, RECKONED_DISTANCE = range(14, 22)
-RECKONED_DIRECTION, AHEAD, ASIDE, APPROACH, GOAL_DISTANCE, GOAL_DIRECTION = range(22, 28)
-MATE_X, MATE_Y, MATE_AGE, MATE_DISTANCE, MATE_DIRECTION, WAITING, PLAYING, OURS = range(28, 36)
+(
+    X, Y, FACING, LOCATED, BALL_X, BALL_Y, BALL_AGE, RECKONED_DISTANCE, RECKONED_DIRECTION, AHEAD, ASIDE, APPROACH, GOAL_DISTANCE,
+    GOAL_DIRECTION, MATE_X, MATE_Y, MATE_AGE, MATE_DISTANCE, MATE_DIRECTION, WAITING, PLAYING, OURS,
+) = range(len(BALL), len(FIELD))  # fmt: skip
 MOTION = (
     *FIELD, "ball.bearing_deg", "ball.placed", "ball.rolling", "ball.swinging_deg", "me.met", "me.slid_deg", "me.eyes_deg", "body.hit_ball",
 )  # fmt: skip
-BEARING, PLACED, ROLLING, SWINGING, MET, SLID, EYES, HIT_BALL = range(36, 44)
+BEARING, PLACED, ROLLING, SWINGING, MET, SLID, EYES, HIT_BALL = range(len(FIELD), len(MOTION))
 MATE = ("seen", "faced", "x", "y", "facing")
 """Of each player who is seen."""
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ..petri.execution.executor import Executor
 from ..prm.inference.alone.questions import Question
-from ..prm.inference.alone.rehearsal import rehearse
 from ..prm.inference.filter_bank import FilterBank
 from ..prm.inference.links import Link, Role
 from ..prm.inference.views import View
+from .rehearsal import rehearse
 from .sights import Sight
 from .value import CPRM
 

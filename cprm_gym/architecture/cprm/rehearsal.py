@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .....errors import CprmError
-from ..evidence import StateRows
-from ..links import Link
-
-if TYPE_CHECKING:
-    from ..filter_bank import FilterBank
+from ...errors import CprmError
+from ..prm.inference.evidence import StateRows
+from ..prm.inference.filter_bank import FilterBank
+from ..prm.inference.links import Link
 
 EPISODE = 20
 """Slices after which the imagined agent begins anew."""
