@@ -1,6 +1,7 @@
 """The suite ``knowledge``: the same worlds for all tiers, paired, resumable; its command and its plan."""
 
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -163,11 +164,24 @@ def test_the_belief_plays_with_the_trackers_numbers_where_there_are_some():
     assert pair.numbers("belief") == pair.numbers("memory")
 
 
-def test_who_foresees_plays_with_the_numbers_of_who_knows_everything_where_there_are_some(tmp_path, monkeypatch):
+def made(folder, tier, senses=None):
+    """A study of nothing: its numbers are those set by hand."""
+    folder.mkdir(parents=True, exist_ok=True)
+    head = {"tier": tier, **({"senses": asdict(senses)} if senses else {})}
+    path = folder / f"{tier}.jsonl"
+    path.write_text(json.dumps(head) + "\n" + json.dumps({"mean": PLAYERS["Goalie2v1"].constants().to_dict()}) + "\n")
+
+
+def test_who_has_no_study_in_these_senses_plays_with_that_of_the_tier_like_his(tmp_path, monkeypatch):
     monkeypatch.setattr("cprm_gym.agents.skills.constants.STUDIES", tmp_path)
     player = Player(PLAYERS["Goalie2v1"].make, PLAYERS["Goalie2v1"].constants, study="mine")
-    for tier in ("memory", "state"):
-        path = tmp_path / "mine" / f"{tier}.jsonl"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps({"tier": tier}) + "\n" + json.dumps({"mean": player.constants().to_dict()}) + "\n")
-        assert player.origin("foresight") == f"study {tier}"
+    lost = SENSES["lost .6"]
+    made(tmp_path / "mine", "memory", lost)
+    assert [player.origin(tier, lost) for tier in ("belief", "foresight")] == ["study memory"] * 2
+    made(tmp_path / "mine", "tracker", lost)
+    made(tmp_path / "mine", "state", lost)
+    assert [player.origin(tier, lost) for tier in ("belief", "foresight")] == ["study tracker", "study state"]
+    made(tmp_path / "mine", "belief")
+    assert [player.origin("belief", senses) for senses in (lost, None)] == ["study tracker", "study belief"]
+    made(tmp_path / "mine", "foresight")
+    assert player.origin("foresight", lost) == "study foresight", "an oracle does not mind the senses"

@@ -34,7 +34,8 @@ from .tiers import Informed
 RIVAL = "memory"
 """The tier that the others are compared with, and whose numbers a tier without a study plays with."""
 LIKE = {"belief": "tracker", "foresight": "state"}
-"""A tier without a study -> the one whose numbers it plays with, where that has a study: filters that know the noise, oracles."""
+"""A tier without a study in these senses, or without any -> the one whose numbers it plays with, where that has one there: both are
+filters that know the noise, or oracles."""
 ANYWHERE = tuple(tier for tier in TIERS if tier != "bins")
 """Tiers that know every task; the bins are those of the goalie's model."""
 
@@ -73,10 +74,12 @@ class Player:
         """The study whose numbers he plays with on a tier, in senses (`studies.best_study`); None if there is none."""
         if self.constants is None:
             return None
-        folder = self.study or self.constants.whose
-        if tier in LIKE and not any(study.tier == tier for study in studies(folder)):
+        folder, senses = self.study or self.constants.whose, senses or Senses()
+        there = {study.tier for study in studies(folder)}
+        alike = there if tier in ORACLES else {study.tier for study in studies(folder) if study.senses == senses}
+        if tier in LIKE and tier not in alike and (LIKE[tier] in alike or tier not in there):
             tier = LIKE[tier]
-        return best_study(folder, tier, senses or Senses(), RIVAL, tier in ORACLES)
+        return best_study(folder, tier, senses, RIVAL, tier in ORACLES)
 
     def origin(self, tier: str, senses: Senses | None = None) -> str:
         """Where his numbers on a tier come from: ``study TIER``, ``study TIER, other senses``, ``by hand``, ``none`` where he has none."""
