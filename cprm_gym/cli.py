@@ -124,6 +124,7 @@ def benchmark(
         int | None, typer.Option(help="Decides every random number; all controllers meet the same worlds.", show_default="0")
     ] = None,
     workers: Annotated[int | None, typer.Option(help=_WORKERS, show_default="as many as pay")] = None,
+    ray: Annotated[str | None, typer.Option(help="Play on a Ray cluster at this address instead (local: one started here).")] = None,
     timeout: Annotated[float, typer.Option(help="Seconds that one decision of a controller may take; more is its error.")] = 60.0,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted run in this folder, as it was planned.")] = None,
@@ -146,6 +147,7 @@ def benchmark(
     if suite == "chapter5":
         with said_plainly():
             others: dict[str, Any] = {"tasks": tasks, "controllers": controllers, "backend": backend, "senses": senses, "tiers": tiers}
+            others["ray"] = ray
             others |= {"t-b": t_b, "latency": latency}
             for name, value in others.items():
                 if value is not None:
@@ -157,8 +159,8 @@ def benchmark(
             raise CprmError("--only goes with --suite chapter5")
     if suite is not None or quick or senses is not None or tiers is not None:
         with said_plainly():
-            if backend is not None:
-                raise CprmError("--backend does not go with --suite, which plays in process")
+            if backend is not None or ray is not None:
+                raise CprmError(f"--{'backend' if ray is None else 'ray'} does not go with --suite, which plays in process")
             if controllers is not None or t_b is not None or latency is not None:
                 raise CprmError("--controllers, --t-b and --latency do not go with --suite, where each task has its player")
             chosen = {"tasks": tasks, "senses": senses, "tiers": tiers}
@@ -168,9 +170,10 @@ def benchmark(
         return
     from .benchmark.plan import BlockResult, Plan
     from .benchmark.report import summarise
-    from .benchmark.runner import again_with, check_workers, run
+    from .benchmark.runner import again_with, run
     from .client.remote import check_trainer
     from .envs.others.registry import with_options
+    from .workers import check_workers
 
     with said_plainly():
         given: dict[str, Any] = {"episodes": episodes, "seed": seed, "backend": backend}
@@ -180,6 +183,8 @@ def benchmark(
         given |= {"tasks": tasks and _names(tasks), "controllers": who}
         given = {name: value for name, value in given.items() if value is not None}
         check_workers(workers)
+        if ray is not None and backend is not None:
+            raise CprmError("--ray does not go with --backend, a server that plays one episode at a time")
         if backend is not None:
             workers = 1 if workers is None else workers
         if backend is not None and workers != 1:
@@ -199,7 +204,7 @@ def benchmark(
         with bar:
             line = bar.add_task("starting", total=len(plan.blocks()))
             try:
-                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, told=_said):
+                for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, told=_said, ray=ray):
                     results.append(result)
                     bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
             except KeyboardInterrupt:
@@ -214,7 +219,7 @@ def benchmark(
     if not any(p.suffix == ".png" for p in written):
         console.print("no plot: matplotlib is not installed (pip install 'cprm-gym\\[render]')")
     if interrupted:
-        go_on = f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{again_with(workers)}"
+        go_on = f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{again_with(workers, ray)}"
         complaints.print(f"interrupted; go on with: {escape(go_on)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
     if report.errors:
@@ -232,6 +237,7 @@ def ladder(
     rivals: Annotated[list[str] | None, typer.Option("--rival", help="A further player of the other side; several times for more.")] = None,
     training: Annotated[bool, typer.Option("--training", help="Leave out the opponents that are held out for testing.")] = False,
     workers: Annotated[int | None, typer.Option(help=_WORKERS, show_default="as many as pay")] = None,
+    ray: Annotated[str | None, typer.Option(help="Play on a Ray cluster at this address instead (local: one started here).")] = None,
     output: Annotated[Path, typer.Option(help="Folder of results; a folder of today's date is made in it.")] = Path("results"),
     resume: Annotated[Path | None, typer.Option(help="Take up the interrupted round robin in this folder, as it was planned.")] = None,
 ) -> None:
@@ -245,7 +251,7 @@ def ladder(
     with complaints.status("starting ...") as status:
         played = play_ladder(
             {name: value for name, value in given.items() if value is not None}, resume, lambda: _new_folder(output), workers,
-            lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"), _said,
+            lambda done, total, who: status.update(f"{done} of {total} blocks: {escape(who)}"), _said, ray,
         )  # fmt: skip
     table = Table(box=None, padding=(0, 1))
     for head in ("side", "player", "Elo", "95 %", "score", "games", ""):

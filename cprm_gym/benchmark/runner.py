@@ -7,16 +7,14 @@ results. A block that is finished is one line of ``episodes.jsonl`` (`journal`);
 from __future__ import annotations
 
 import math
-import multiprocessing
 import os
+import shlex
 import signal
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -29,7 +27,8 @@ from ..envs.core import SoccerCore, select_agents
 from ..envs.others.registry import load_controller
 from ..envs.play import rehearse
 from ..envs.tasks import make_task
-from ..errors import ControllerError, CprmError, ParameterError
+from ..errors import ControllerError, ParameterError
+from ..workers import check_workers, results
 from .journal import Journal, Planned
 from .plan import Block, BlockResult
 
@@ -175,6 +174,7 @@ def run(
     on_result: Callable[[BlockResult, int, int], Any] | None = None,
     told: Callable[[str], Any] | None = None,
     play: Callable[[Block, float], BlockResult] | None = None,
+    ray: str | None = None,
 ) -> Iterator[BlockResult]:
     """Play all blocks of a plan that the journal does not hold yet.
 
@@ -193,6 +193,8 @@ def run(
         Called with what was chosen where `workers` is None.
     play : callable, optional
         How a block is played, (block, timeout) -> result, if not by `play_block`; a function of a module, so that workers find it.
+    ray : str, optional
+        A Ray cluster that plays instead of `workers` (`cprm_gym.workers.results`).
 
     Yields
     ------
@@ -204,7 +206,7 @@ def run(
     ParameterError
         For fewer workers than one, or a time-out that is not positive.
     CprmError
-        When a worker dies, the journal is damaged or another process writes it.
+        When workers die again and again, the journal is damaged or another process writes it.
     """
     check_workers(workers)
     if not timeout > 0:
@@ -217,18 +219,12 @@ def run(
         finished = {} if kept is None else kept.read()
         todo = [block for block in blocks if block not in finished]
         known = (finished[block] for block in blocks if block in finished)
-        for done, result in enumerate(chain(known, _play_as_pays(todo, workers, timeout, play or play_block, told)), 1):
+        for done, result in enumerate(chain(known, _play_as_pays(todo, workers, timeout, play or play_block, told, ray)), 1):
             if kept is not None and result.error is None and result.block not in finished:
                 kept.append(result)
             if on_result:
                 on_result(result, done, len(blocks))
             yield result
-
-
-def check_workers(workers: int | None) -> None:
-    """Refuse a number of workers below one; None leaves it to `workers_for`."""
-    if workers is not None and workers < 1:
-        raise ParameterError(f"workers: {workers!r} given, at least 1 is needed")
 
 
 def workers_for(seconds: float, blocks: int) -> int:
@@ -240,18 +236,20 @@ def workers_for(seconds: float, blocks: int) -> int:
     return max(1, min(processors, blocks, int(seconds * blocks / (4 * START_SECONDS))))
 
 
-def again_with(workers: int | None) -> str:
-    """How a command says its number of workers when it is typed again."""
+def again_with(workers: int | None, ray: str | None = None) -> str:
+    """How a command says who plays when it is typed again."""
+    if ray is not None:
+        return f" --ray {shlex.quote(ray)}"
     return f" --workers {workers}" if workers is not None and workers > 1 else ""
 
 
 def _play_as_pays(
     blocks: Sequence[Block], workers: int | None, timeout: float, play: Callable[[Block, float], BlockResult],
-    told: Callable[[str], Any] | None,
+    told: Callable[[str], Any] | None, ray: str | None,
 ) -> Iterator[BlockResult]:  # fmt: skip
-    """`_play_all` with so many workers, or after a first block with as many as pay."""
-    if workers is not None or len(blocks) < 2:
-        yield from _play_all(blocks, workers or 1, timeout, play)
+    """The blocks, by so many workers, or after a first block by as many as pay, or by a Ray cluster."""
+    if workers is not None or ray is not None or len(blocks) < 2:
+        yield from results(play, [(block, timeout) for block in blocks], workers or 1, ray)
         return
     begin = time.process_time()
     yield play(blocks[0], timeout)
@@ -259,62 +257,4 @@ def _play_as_pays(
     workers = workers_for(seconds, left)
     if told is not None:
         told(f"{workers} {'worker' if workers == 1 else 'workers'}: {left} blocks of about {seconds:.1f} s are left")
-    yield from _play_all(blocks[1:], workers, timeout, play)
-
-
-def _play_all(blocks: Sequence[Block], workers: int, timeout: float, play: Callable[[Block, float], BlockResult]) -> Iterator[BlockResult]:
-    if workers == 1 or len(blocks) < 2:
-        for block in blocks:
-            yield play(block, timeout)
-        return
-    # fresh processes: threads and compiled code of this one are not copied into them
-    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
-    before = set(multiprocessing.active_children())
-    try:
-        with _deaf_to_interrupts():
-            pending: set[Future[BlockResult]] = {pool.submit(play, b, timeout) for b in blocks}
-        while pending:
-            ready, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for future in ready:
-                yield future.result()
-    except BaseException as error:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in set(multiprocessing.active_children()) - before:
-            process.terminate()
-        if isinstance(error, BrokenProcessPool):
-            raise CprmError("a worker was ended from outside, perhaps for want of memory: take fewer --workers") from None
-        raise
-    finally:
-        pool.shutdown()
-
-
-def _end_with_parent() -> None:
-    """In a worker: end when the process that started it does, killed or not."""
-    parent = multiprocessing.parent_process()
-
-    def follow() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes started here leave Ctrl-C to this one, which ends them; one that comes meanwhile is met afterwards."""
-    if hasattr(signal, "pthread_sigmask"):
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            yield
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        return
-    if threading.current_thread() is not threading.main_thread():  # only that one may say so
-        yield
-        return
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous)
+    yield from results(play, [(block, timeout) for block in blocks[1:]], workers)

@@ -24,6 +24,7 @@ from cprm_gym.cli import app
 from cprm_gym.envs.controller import no_action
 from cprm_gym.envs.others import registry
 from cprm_gym.errors import ControllerError, CprmError, ParameterError, UnknownName
+from cprm_gym.workers import deaf_to_interrupts
 
 CONTROLLERS = ("cprm", "fsm", "random")
 
@@ -495,7 +496,7 @@ def test_an_interrupt_that_comes_while_workers_are_started_is_met_afterwards():
     started = []
 
     def start():
-        with runner._deaf_to_interrupts():
+        with deaf_to_interrupts():
             signal.raise_signal(signal.SIGINT)
             started.append(True)
 

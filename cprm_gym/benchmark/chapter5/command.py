@@ -12,8 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ...errors import CprmError
+from ...workers import check_workers
 from ..plan import BlockResult
-from ..runner import again_with, check_workers, run
+from ..runner import again_with, run
 from .plan import SUITE, Chapter5Plan
 from .playing import play_cell
 from .report.whole import Chapter5Report, summarise

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...errors import CprmError
-from ..runner import again_with, check_workers, run
+from ...workers import check_workers
+from ..runner import again_with, run
 from .plan import LadderPlan, Standing, play_games, save, standings
 
 
@@ -29,6 +30,7 @@ def play_ladder(
     workers: int | None,
     told: Callable[[int, int, str], None],
     said: Callable[[str], None] | None = None,
+    ray: str | None = None,
 ) -> Played:
     """Play a round robin, or go on with one, and write ``ladder.json`` and ``ladder.md`` in its folder.
 
@@ -46,6 +48,8 @@ def play_ladder(
         Called with blocks done, blocks in all and who has just played.
     said : callable, optional
         Called with the number of workers that was chosen, in words.
+    ray : str, optional
+        A Ray cluster that plays instead of workers.
 
     Raises
     ------
@@ -64,11 +68,11 @@ def play_ladder(
     results, again = [], ""
     total = len(plan.blocks())
     try:
-        for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", play=play_games, told=said):
+        for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", play=play_games, told=said, ray=ray):
             results.append(result)
             told(len(results), total, result.block.controller)
     except KeyboardInterrupt:
-        again = f"cprm-gym ladder --resume {shlex.quote(str(folder))}{again_with(workers)}"
+        again = f"cprm-gym ladder --resume {shlex.quote(str(folder))}{again_with(workers, ray)}"
     if again and not results:
         return Played(plan, folder, [], again)
     table, ratings = standings(plan, results)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ....errors import FormatError, ModelError, unknown_name
+from ....workers import results
 from ..bounds import Bounds
-from ..budget import Budget, Clock
+from ..budget import Budget
 from .identity import fingerprint
 from .intervals import clopper_pearson, lower_limit, simultaneous, upper_limit
 from .means import Range, mean_interval, mean_sequence
@@ -222,6 +221,7 @@ def sample(
     workers: int = 1,
     block: int = 256,
     progress: Callable[[Sample], object] | None = None,
+    ray: str | None = None,
 ) -> Sample:
     """Play runs until there are enough.
 
@@ -253,6 +253,8 @@ def sample(
         Processes, and runs that are played together.
     progress : callable, optional
         Called with the sample after every block.
+    ray : str, optional
+        A Ray cluster that plays instead of `workers` (`cprm_gym.workers.results`).
 
     Raises
     ------
@@ -278,7 +280,7 @@ def sample(
     todo = [range(k, min(k + block, episodes)) for k in starts if k not in done or k + done[k]["runs"] > episodes]
     found.reason = "episodes"
     try:
-        for tally in _play(runs, todo, seed, (wanted, counted), workers, clock):
+        for tally in _play(runs, todo, seed, (wanted, counted), workers, ray):
             found.add(tally)
             if journal is not None:
                 with journal.open("a", encoding="utf-8") as file:
@@ -312,26 +314,13 @@ def _widths(width: float | Mapping[str, float] | None, found: Sample) -> dict[st
 _Wanted = tuple[Mapping[str, Property], Mapping[str, Number]]
 
 
-def _play(runs: Runs, todo: Sequence[range], seed: int, wanted: _Wanted, workers: int, clock: Clock) -> Iterator[dict[str, Any]]:
+def _play(runs: Runs, todo: Sequence[range], seed: int, wanted: _Wanted, workers: int, ray: str | None) -> Iterator[dict[str, Any]]:
     """Tallies of blocks, as they are finished, in their order."""
-    if workers == 1:
+    if workers == 1 and ray is None:
         for numbers in todo:
             yield _tally(runs, numbers, seed, wanted)
         return
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        waiting: list[Future[dict[str, Any]]] = []
-        rest = iter(todo)
-        try:
-            for numbers in rest:
-                waiting.append(pool.submit(_tally, runs, numbers, seed, wanted))
-                if len(waiting) >= 2 * workers:
-                    yield waiting.pop(0).result()
-                if clock.spent():
-                    break
-            while waiting:
-                yield waiting.pop(0).result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    yield from results(_tally, [(runs, numbers, seed, wanted) for numbers in todo], workers, ray, ordered=True)
 
 
 def _tally(runs: Runs, numbers: range, seed: int, asked: _Wanted) -> dict[str, Any]:
