@@ -151,8 +151,9 @@ class ModelsView {
     if (!path) return;
     const how = await askHow();
     if (!how) return;
-    this.problem.textContent = `learning from ${path} …, which takes a while where something is hidden`;
     this.learning = true;
+    this.problem.classList.remove("bad");
+    this.problem.textContent = `learning from ${path}, which takes a while where something is hidden …`;
     try {
       const state = await this.desk.call("model.learn", { id: this.desk.current.id, path, ...how });
       this.desk.take(state);
@@ -163,6 +164,7 @@ class ModelsView {
       this.studio.note(error.message, "error");
     }
     this.learning = false;
+    this.problem.classList.add("bad");
     this.changed();
   }
 }
