@@ -122,13 +122,6 @@ def test_a_search_begun_before_the_net_is_there_waits_for_it_and_says_so(serve, 
     page.wait_for_selector('.node[data-key="give_up"].selected')
 
 
-def test_looking_for_a_part_where_no_net_is_open_says_so(serve, open_page):
-    page = open_page(f"{serve().address}#nets")
-    page.get_by_role("heading", name="No net is open.").wait_for()
-    page.keyboard.press("f")
-    page.get_by_text("no net is open, so there is no part to be found").wait_for()
-
-
 def test_what_does_not_fit_is_said_beside_the_field_and_changes_nothing(orient):
     page = orient
     click(page, "off_axis")
@@ -366,6 +359,7 @@ def test_the_expression_of_a_model_is_checked_by_the_names_of_its_parents(serve,
     assert field.inner_text() == "0.9 * vx"
 
 
+@pytest.mark.slow
 def test_the_model_of_an_agent_is_learned_from_the_readings_of_the_run_that_is_watched(serve, open_page, tmp_path):
     served = serve(demo="goalie", seed=2)
     page = open_page(served.address)

@@ -317,6 +317,10 @@ def test_without_anything_to_watch_the_page_says_what_to_do(serve, open_page):
     page.wait_for_function("() => document.body.textContent.includes('Nothing is being watched')")
     page.click("text=choose what to play")
     page.wait_for_selector("[data-do=watch]")
+    page.keyboard.press("Alt+2")
+    page.get_by_role("heading", name="No net is open.").wait_for()
+    page.keyboard.press("f")
+    page.get_by_text("no net is open, so there is no part to be found").wait_for()
 
 
 def test_a_log_is_played_and_looked_at_from_any_frame(serve, open_page, tmp_path):

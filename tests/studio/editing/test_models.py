@@ -2,11 +2,14 @@
 
 import json
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cprm_gym.agents.goalie import goalie_cprm
+from cprm_gym.architecture.cprm import CPRM, Observe
+from cprm_gym.architecture.petri import Belief, PetriNet, Place
 from cprm_gym.architecture.prm import (
     Attribute,
     Exists,
@@ -22,9 +25,10 @@ from cprm_gym.architecture.prm import (
     Table,
 )
 from cprm_gym.architecture.prm.model.domains import Bins
-from cprm_gym.errors import CprmError, ModelError, UnknownName
+from cprm_gym.errors import CprmError, ModelError, ParameterError, UnknownName
 from cprm_gym.studio.editing.desk import Desk
 from cprm_gym.studio.editing.document import Document, form_of
+from cprm_gym.studio.editing.logs import log_text
 from cprm_gym.studio.editing.model_operations import OPERATIONS
 from cprm_gym.studio.editing.model_view import cpd_table, graph, query, tuples
 from cprm_gym.studio.editing.models import Models
@@ -252,6 +256,28 @@ def test_learning_from_a_log_finds_the_chances_that_made_it_and_can_be_undone(mo
     assert pressed["rows"][1][1][1] == pytest.approx(0.9, abs=0.04)
     models.desk.undo(key)
     assert models.desk.document(key).model_value() == ONE
+
+
+def test_the_model_of_an_agent_is_learned_where_it_is_and_all_else_of_the_agent_stays(models, tmp_path):
+    net = PetriNet("reader", (Place("a", tokens=1), Belief("seen", variable="c.near", view="probability", state="yes")), ())
+    agent = CPRM("agent", net, ONE, {"c": "C"}, (Observe("c.pressed", "touch"),))
+    rows = sampled(np.random.default_rng(2), 400)
+    for k, row in enumerate(rows):
+        if k % 4 == 0:
+            del row["c.near"]
+    (tmp_path / "log.json").write_text(log_text([[(row, ()) for row in rows]]))
+    key = models.desk.add("agent", agent, "new:agent")
+    learned = models.learn(key, "log.json", "em", iterations=5)["learned"]["log_likelihoods"]
+    assert learned == sorted(learned)
+    assert learned[-1] > learned[0] + 50
+    value = models.desk.document(key).value()
+    assert value.model != ONE
+    assert replace(value, model=ONE) == agent
+    assert models.desk.models() == {"one": value.model}
+    models.desk.undo(key)
+    assert models.desk.document(key).value() == agent
+    with pytest.raises(ParameterError, match="iterations: 1 to 1000, got 0"):
+        models.learn(key, "log.json", "em", iterations=0)
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n1", '{"episodes": 3}', "c.near\nperhaps"])
