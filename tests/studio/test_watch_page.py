@@ -398,25 +398,8 @@ def test_a_connection_lost_while_the_run_is_opened_is_made_again_and_opens_it(se
     assert len(cut) == 1
 
 
-def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):
-    _, page = opened(serve, open_page, demo="goalie", seed=2)
-    page.keyboard.press("?")
-    assert "one firing on" in page.inner_text("#keys")
-    page.keyboard.press("Escape")
-    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
-    page.keyboard.press("Shift+L")
-    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
-    page.keyboard.press("n")
-    page.keyboard.press("ArrowDown")
-    page.wait_for_selector(".netcanvas .selected")
-    page.keyboard.press("Alt+4")
-    page.wait_for_selector("[data-do=episodes]", state="visible")
-    page.keyboard.press("Alt+1")
-    page.wait_for_selector(".field", state="visible")
-
-
-def test_a_tall_net_is_shown_so_that_names_can_be_read_and_is_moved_by_bars_and_keys(serve, open_page):
-    _, page = opened(serve, open_page, demo="goalie", seed=2)
+def a_tall_net_is_moved_by_bars_and_keys(page):
+    """It is shown so that names can be read, and all of it by one key."""
 
     def label():
         return page.evaluate("document.querySelector('.net-here .node[data-key=shut] .label').getBoundingClientRect().height")
@@ -446,6 +429,24 @@ def test_a_tall_net_is_shown_so_that_names_can_be_read_and_is_moved_by_bars_and_
     page.keyboard.press("0")
     page.wait_for_selector(".net-here .scroll.down")
     assert label() == readable
+
+
+def test_the_page_is_worked_by_keys_and_changes_its_colours(serve, open_page):
+    _, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("?")
+    assert "one firing on" in page.inner_text("#keys")
+    page.keyboard.press("Escape")
+    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.keyboard.press("Shift+L")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
+    page.keyboard.press("n")
+    page.keyboard.press("ArrowDown")
+    page.wait_for_selector(".netcanvas .selected")
+    a_tall_net_is_moved_by_bars_and_keys(page)
+    page.keyboard.press("Alt+4")
+    page.wait_for_selector("[data-do=episodes]", state="visible")
+    page.keyboard.press("Alt+1")
+    page.wait_for_selector(".field", state="visible")
 
 
 def test_curves_are_drawn_and_a_click_on_them_goes_to_that_cycle(serve, open_page):
