@@ -104,7 +104,7 @@ def test_players_by_name():
     assert isinstance(make_player(f"{NET}{ON}memory{LATE}", how)(task, "left_1"), Slow)
     assert type(make_player(f"fsm{WATCHED}", how)(task, "left_1")).__name__ == "Watchdog"
     assert plays("fsm", "Goalie")
-    assert not plays("fsm", "Keepaway3v2")
+    assert not plays("fsm", "Soccer")
     assert not plays(INTERNAL, "Goalie")
     with pytest.raises(UnknownName, match="unknown controller 'fms'"):
         make_player("fms", how)
