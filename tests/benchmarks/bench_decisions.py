@@ -1,7 +1,7 @@
 """One decision of an agent who is alone, percepts to action: python tests/benchmarks/bench_decisions.py [--against CHECKOUT]
 
 CPU microseconds, median and 99th percentile over the cycles after the first 20, in episodes that follow each other: of the goalie, of one
-of the passing pair, and of an outfield player of eleven a side, with their models as they are. *rehearsed*: with slices imagined before
+of the passing pair, and of an outfield player of five a side, with their models as they are. *rehearsed*: with slices imagined before
 the first (`CPRMRunner`, ``rehearsal``), where there is such an option. With ``--against`` the same file runs in turn on another checkout
 of the project and on this one, so that a loaded machine hits both alike; medians over the rounds.
 """
@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve()
-PLAYERS = {"goalie": ("Goalie", 0), "passer": ("PassAndAdvance", 0), "outfielder": ("Soccer11v11", 4)}
+PLAYERS = {"goalie": ("Goalie", 0), "passer": ("PassAndAdvance", 0), "outfielder": ("Soccer5v5", 2)}
 FIRST, REHEARSAL = 20, 400
 
 
