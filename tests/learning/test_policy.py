@@ -195,3 +195,24 @@ def test_policies_that_are_shipped_are_small_whole_and_play(name):
     for _ in range(3):
         action = check_action(name, controller.act({key: values[:, 0] for key, values in core.observation.items()}), 4)
         core.step({key: np.asarray(values)[:, None] for key, values in action.items()})
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_a_policy_plays_beside_the_agents_and_is_saved_with_them(drawn):
+    policy = untrained(described("HFO1v1", "macro", (12,), MacroPlayer(make_task("HFO1v1"), 12, 1).names))
+
+    def opponent(task, agent):
+        return PolicyController(policy, task, agent, drawn)
+
+    core = SoccerCore("HFO1v1", 3, action_mode="discrete", controlled="left", others=("hold", opponent))
+    core.reset(2)
+    rng = np.random.default_rng(0)
+    actions = rng.integers(0, [6, 5, 24, 5], (30, 3, 1, 4))
+    for action in actions[:15]:
+        core.step(action)
+    state = core.save_state()
+    first = [core.step(action) and core.sim.world["pos"][:, 12].copy() for action in actions[15:]]
+    core.load_state(state)
+    again = [core.step(action) and core.sim.world["pos"][:, 12].copy() for action in actions[15:]]
+    assert all((a == b).all() for a, b in zip(first, again))
+    assert np.ptp(np.array(first), axis=0).max() > 0.1, "he moves"
