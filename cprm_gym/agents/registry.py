@@ -15,7 +15,8 @@ AGENTS: dict[str, str] = {
     "GoToBall": "seeker", "KickOffShot": "striker", "KickOffShot2v2": "striker", "PassAndAdvance": "passer",
     **dict.fromkeys(("PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3"), "passer"), "Goalie": "goalie", "Goalie2v1": "goalie",
     "Goalie3v2": "goalie", "LostAndFound": "finder.agent", "Hike": "hiker.agent",
-    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), "attacker.half_field"), "Keepaway3v2": "keeper.agent",
+    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", *LADDER), "attacker.half_field"),
+    **dict.fromkeys(("Keepaway3v2", "Keepaway4v3", "Keepaway5v4"), "keeper.agent"),
     "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""

@@ -20,7 +20,10 @@ TASKS = {
     "fsm": tuple(fsm.TABLES), "subsumption": tuple(subsumption.LAYERS), "behavior_tree": tuple(behavior_tree.TREES),
     "code": tuple(code.PROGRAMS), "belief_region": tuple(belief_region.POLICIES),
 }  # fmt: skip
-OTHER_STEPS = {"HFO1v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption", "FrontGoalPassingLane"}
+OTHER_STEPS = {
+    *("HFO1v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Keepaway4v3", "Keepaway5v4"),
+    *("FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption", "FrontGoalPassingLane"),
+}
 """Between the first and the last of their kind."""
 PLAYED = [(name, task) for name, tasks in TASKS.items() for task in tasks if task not in OTHER_STEPS]
 LEAST = {

@@ -186,13 +186,14 @@ def _keeper(task: Task, agent: str) -> Scene:
     )  # fmt: skip
 
 
+HALF_FIELD = ("HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5")
+KEEPAWAY = ("Keepaway3v2", "Keepaway4v3", "Keepaway5v4")
 SCENES = {
     "Hike": _hiker,
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,
-    **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", *LADDER), _attacker),
-    "Keepaway3v2": _keeper,
+    **dict.fromkeys((*HALF_FIELD, *LADDER), _attacker), **dict.fromkeys(KEEPAWAY, _keeper),
 }  # fmt: skip
 """Task -> maker of its scene."""
 

@@ -1,0 +1,141 @@
+"""Lesions: a CPRM agent with one of its parts taken out, to see what that part is worth.
+
+    cprm-gym benchmark --tasks Goalie --controllers cprm:model=bins,lesion:without=relations,lesion:without=time
+
+``time``: its belief begins from the prior in every cycle, so that what was seen before is forgotten; ``relations``: no relation comes into
+force, whatever the net attends to; ``reflexes``: the goalie acts on what he believes alone; ``recovery``: the primary sequence alone, with
+``watched=true`` begun anew where its body has done nothing for 60 cycles; ``looking``: the neck stays straight and the view as it is. The
+first four are of agents with a model of their own, or parts for recovery; anybody can be kept from looking.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cprm_gym.agents.play import SoccerAgent, agent_in
+from cprm_gym.agents.registry import BINS, MODELLED
+from cprm_gym.agents.registry import make_controller as cprm
+from cprm_gym.benchmark.recovery import RIVALS, Watchdog
+from cprm_gym.envs.controller import Action, Controller, Observation
+from cprm_gym.envs.tasks import Task
+from cprm_gym.errors import ParameterError, unknown_name
+
+REFLEXES = ("Goalie", "Goalie2v1", "Goalie3v2")
+"""Tasks whose agent has reflexes that can be taken out."""
+
+
+class Forgetful:
+    """A CPRM agent without links in time: before each cycle the belief is the prior.
+
+    Parameters
+    ----------
+    agent : SoccerAgent
+        With a model.
+    """
+
+    def __init__(self, agent: SoccerAgent) -> None:
+        self.controller, self.needs = agent, agent.needs
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes."""
+        self.controller.reset(observation, seed, worlds)
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every world."""
+        runner = self.controller.controller
+        if runner is not None and runner.bank is not None:
+            runner.bank.reset()
+        return self.controller.act(observation)
+
+
+class Staring:
+    """A controller whose neck stays straight and whose view stays as it is.
+
+    Parameters
+    ----------
+    controller : Controller
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller, self.needs = controller, tuple(getattr(controller, "needs", ()))
+
+    def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
+        """Begin episodes."""
+        self.controller.reset(observation, seed, worlds)
+
+    def act(self, observation: Observation) -> Action:
+        """One cycle of every world."""
+        action = self.controller.act(observation)
+        return {**action, "turn_neck": np.zeros_like(action["turn_neck"]), "view": np.zeros_like(action["view"])}
+
+
+def _modelled(task: Task, agent: str, without: str) -> SoccerAgent:
+    """The agent with a model of his own."""
+    if task.name not in MODELLED:
+        raise ParameterError(f"lesion: the agent of {task.name} has no model, of which {without} could be taken out")
+    made = agent_in(cprm(task, agent, model=BINS))
+    if made is None:
+        raise ParameterError(f"lesion: {without} cannot be taken out of {agent} of {task.name}")
+    return made
+
+
+def _without_time(task: Task, agent: str) -> Controller:
+    return Forgetful(_modelled(task, agent, "time"))
+
+
+def _without_relations(task: Task, agent: str) -> Controller:
+    made = _modelled(task, agent, "relations")
+    if not made.cprm.clusters:
+        raise ParameterError(f"lesion: no relation comes into force in {task.name}")
+    made.cprm = replace(made.cprm, clusters=())
+    return made
+
+
+def _without_reflexes(task: Task, agent: str) -> Controller:
+    if task.name not in REFLEXES:
+        raise ParameterError(f"lesion: the agent of {task.name} has no reflexes to be taken out; those of {', '.join(REFLEXES)} have")
+    return cprm(task, agent, model=BINS, reflexes="none")
+
+
+def _without_recovery(task: Task, agent: str) -> Controller:
+    if task.name not in RIVALS:
+        raise ParameterError(f"lesion: the agent of {task.name} has no parts for recovery; those of {', '.join(RIVALS)} have")
+    return RIVALS[task.name]["without"](task, agent)
+
+
+def _without_looking(task: Task, agent: str) -> Controller:
+    return Staring(cprm(task, agent))
+
+
+LESIONS = {
+    "looking": _without_looking, "time": _without_time, "relations": _without_relations, "reflexes": _without_reflexes,
+    "recovery": _without_recovery,
+}  # fmt: skip
+"""What is taken out -> maker of who is left."""
+
+
+def make_controller(task: Task, agent: str, without: str = "looking", watched: bool = False) -> Controller:
+    """The CPRM agent of a task without one of its parts.
+
+    Parameters
+    ----------
+    task : Task
+    agent : str
+    without : str
+        Of `LESIONS`.
+    watched : bool
+        Whether a watchdog begins it anew where its body has done nothing for 60 cycles.
+
+    Raises
+    ------
+    UnknownName
+        For a part that there is not, or a task that no CPRM plays.
+    ParameterError
+        For a part that the agent of the task does not have.
+    """
+    if without not in LESIONS:
+        raise unknown_name("part to be taken out", without, LESIONS)
+    made = LESIONS[without](task, agent)
+    return Watchdog(made) if watched else made
