@@ -5,7 +5,7 @@ import pytest
 
 from cprm_gym.simulator.gamelog.frames import Frame, Team, empty_players
 from cprm_gym.simulator.gamelog.statistics import Counting, match_statistics
-from cprm_gym.simulator.state import PlayerBit, PlayMode
+from cprm_gym.simulator.state import Count, PlayerBit, PlayMode
 
 STAND, KICK, FAULT, TACKLE = PlayerBit.STAND, PlayerBit.KICK, PlayerBit.KICK_FAULT, PlayerBit.TACKLE
 
@@ -70,19 +70,23 @@ def test_ways_goals_and_halves():
     assert found.teams == ("L", "R")
 
 
-def test_of_a_log(tmp_path):
+@pytest.mark.parametrize("seed", [1, 4])
+def test_of_a_log(tmp_path, seed):
     from cprm_gym.envs.core import SoccerCore
     from cprm_gym.simulator.gamelog.writer import GameLogWriter
 
-    core = SoccerCore("Soccer11v11", 1, controlled=(), others="strong", seed=3)
-    core.reset(3)
+    core = SoccerCore("Soccer11v11", 1, controlled=(), others="strong", seed=seed)
+    core.reset(seed)
     with GameLogWriter.for_simulator(tmp_path / "game.rcg", core.sim) as log:
+        counts, kicked, played = core.sim.world["counts"][0], 0, 0
         for _ in range(300):
+            before = counts.copy()
             core.step(None)
             log.record(core.sim)
+            kicks, tackles = ((counts[:, which] > before[:, which]).any() for which in (Count.KICK, Count.TACKLE))
+            kicked, played = kicked + kicks, played + (kicks or tackles)
     found = match_statistics(tmp_path / "game.rcg").whole
-    kicks = core.sim.world["counts"][0, :, 0].reshape(2, 11).sum(axis=1)
     assert found.cycles == 300
-    assert (np.array(found.touches) >= 0.9 * kicks).all()
+    assert 0 < kicked <= sum(found.touches) <= played, "one touch a cycle, whoever else kicks in it"
     assert found.way.sum() > 1000
     assert found.heat[0].sum() <= 300
