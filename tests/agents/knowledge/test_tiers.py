@@ -39,8 +39,8 @@ def play(factory, worlds=6, cycles=40, senses=None, task="Goalie", seed=3, first
     made = make_task(task)
     agent = select_agents(made.controlled, made.left, made.right)[0]
     controller = factory(made, agent)
-    include = controller.needs if parts is None else parts
-    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=include, senses=senses or Senses())
+    include = dict.fromkeys((*(() if parts is None else parts), *getattr(controller, "needs", ())))
+    core = SoccerCore(made, worlds, seed=seed, first_world=first, include=tuple(include), senses=senses or Senses())
     core.reset(seed)
     if isinstance(controller, Informed):
         controller.connect(core, agent)
