@@ -126,6 +126,44 @@ def test_why_a_transition_did_not_fire_and_which_reading_moved_a_belief(serve, o
     page.click(".belief[data-variable='ball.x']")
     page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'What moved ball.x'")
     assert page.inner_text(".ask tbody tr td") == "ball.seen_x"
+    assert page.inner_text("[data-show=asked]") == "asked in cycle 2"
+    page.keyboard.press("ArrowLeft")
+    at(page, 1)
+    assert "the readings of cycle 2" in page.inner_text("[data-show=answer]")
+    page.click("text=ask again in cycle 1")
+    page.wait_for_function("() => document.querySelector('[data-show=answer]').textContent.includes('cycle 1')")
+    assert page.inner_text("[data-show=asked]") == "asked in cycle 1"
+
+
+def test_after_a_comparison_nothing_is_asked_of_the_other_run(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("ArrowRight")
+    at(page, 1)
+    page.keyboard.press("x")
+    page.wait_for_selector(".field-there .thing")
+    page.keyboard.press("ArrowRight")
+    at(page, 2)
+    page.keyboard.press("x")
+    page.wait_for_selector(".watch:not(.split)")
+    page.keyboard.press("ArrowLeft")
+    at(page, 1)  # which was kept with the other run's
+    page.keyboard.press(".")
+    page.wait_for_function("() => document.querySelector('[data-show=firing]').textContent.startsWith('1 of')")
+    page.fill("[type=search]", "guard")
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'guard'")
+    assert "there" not in page.inner_text(".ask")
+    assert page.locator(".note").count() == 0
+
+
+def test_whom_a_place_is_made_to_hold_is_said_by_name(serve, open_page):
+    served, page = opened(serve, open_page, demo="goalie", seed=2)
+    page.keyboard.press("c")
+    page.select_option("[data-show=change-kind]", "hold")
+    for value, name in (("-1", "nobody"), ("1", served.studio.debugger.inside("left_1")["holds"]["watched_1"][1])):
+        page.select_option("[aria-label=object]", value)
+        page.click("[data-do=change]")
+        page.wait_for_selector(f".hands li:has-text('left_1 watched_1 holds {name}')")
 
 
 def test_one_firing_after_the_other(serve, open_page):

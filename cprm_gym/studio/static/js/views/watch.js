@@ -206,6 +206,7 @@ class Watch {
     this.beliefs.begin(this.inside);
     this.curves.begin(this.agent, this.inside);
     this.hands.begin(this.agent, this.inside, this.run);
+    this.log.holds = this.inside?.holds ?? {};
     await this.net.begin(this.agent, this.inside);
     return this.#draw();
   }
@@ -311,6 +312,7 @@ class Watch {
     if (this.#shows("curves")) this.curves.draw(frame, this.state.cycles);
     if (this.#shows("breaks")) this.breaks.draw(this.breakpoints.nets[this.inside?.net] ?? [], this.breakpoints.file, (frame.hit ?? []).filter((h) => h.agent === this.agent));
     if (this.#shows("hands")) this.hands.draw(frame);
+    if (this.#shows("ask")) this.ask.stand(frame.cycle);
     const count = inner?.fired?.length ?? 0;
     this.ticks.replaceChildren(...(frame.other?.first ? [el("option", { value: frame.other.first.cycle })] : []));
     this.firing.textContent = this.firings ? `${this.firings.at} of ${Math.max(this.firings.list.length, this.firings.there?.length ?? 0)} ${this.firings.list[this.firings.at - 1]?.transition ?? ""}` : `${count} fired`;
@@ -414,7 +416,7 @@ class Watch {
   async #fetch(at) {
     const { agent, frame } = this;
     const list = await this.call("watch.firings", { agent, cycle: frame.cycle });
-    const there = frame.other?.agents[agent]?.marking && frame.other.cycle === frame.cycle ? await this.beside.ask("watch.firings", { agent, cycle: frame.cycle }) : null;
+    const there = this.beside.on && frame.other?.agents[agent]?.marking && frame.other.cycle === frame.cycle ? await this.beside.ask("watch.firings", { agent, cycle: frame.cycle }) : null;
     const still = list && agent === this.agent && frame.cycle === this.frame?.cycle;
     this.firings = still ? { list, there, at: Math.min(at, Math.max(list.length, there?.length ?? 0)) } : null;
   }
@@ -427,7 +429,8 @@ class Watch {
     if (inside.transitions.includes(key)) return this.why(key, there);
     if (inside.places.includes(key)) {
       this.tab("ask");
-      const other = this.frame.other?.agents[this.agent];
+      const other = this.beside.on ? this.frame.other?.agents[this.agent] : null;
+      this.ask.asked(this.frame.cycle, () => this.choose(key, there));
       if (there) this.ask.place(key, other, inside);
       else this.ask.place(key, this.frame.agents[this.agent], inside, other?.marking ? other : null);
     }
@@ -452,9 +455,11 @@ class Watch {
   async #answer(what, name, given, show) {
     this.tab("ask");
     if (this.state.playing) await this.call("watch.pause");
+    const { cycle } = this.frame;
     this.ask.wait(what);
+    this.ask.asked(cycle, () => this.#answer(what, name, given, show));
     try {
-      show(await this.connection.call(name, { agent: this.agent, cycle: this.frame.cycle, ...given }));
+      show(await this.connection.call(name, { agent: this.agent, cycle, ...given }));
     } catch (error) {
       this.ask.fail(error.message);
     }

@@ -11,13 +11,30 @@ const LOG = 300;
 export class Ask {
   constructor({ ask, seek, breakAt, moved, edit, curve }) {
     this.act = { ask, seek, breakAt, moved, edit, curve };
-    this.element = el("div", { class: "ask" });
+    this.body = el("div", {});
+    this.when = el("p", { class: "soft", "data-show": "asked" });
+    this.element = el("div", { class: "ask" }, this.body, this.when);
     this.clear();
   }
 
   clear() {
-    refill(this.element, el("p", { class: "soft" },
+    this.of = null;
+    this.stand(null);
+    refill(this.body, el("p", { class: "soft" },
       "Choose a transition in the net to ask why it did not fire, a place to see what it holds, or a belief to see which reading moved it."));
+  }
+
+  /** What follows is of this cycle; `again()` asks the same of the one that is shown then. */
+  asked(cycle, again) {
+    this.of = { cycle, again };
+    this.stand(cycle);
+  }
+
+  /** The cycle that is shown: an answer of another one says so. */
+  stand(cycle) {
+    if (this.of === null) return refill(this.when);
+    const other = this.of.cycle === cycle ? null : el("button", { class: "link", "data-do": "again", onclick: () => this.of.again() }, `ask again in cycle ${cycle}`);
+    return refill(this.when, `asked in cycle ${this.of.cycle}`, other && "; ", other);
   }
 
   #edit(part) {
@@ -29,11 +46,11 @@ export class Ask {
   }
 
   wait(what) {
-    refill(this.element, el("p", { class: "soft" }, `asking about ${what} …`));
+    refill(this.body, el("p", { class: "soft" }, `asking about ${what} …`));
   }
 
   fail(text) {
-    refill(this.element, el("p", { class: "bad" }, text));
+    refill(this.body, el("p", { class: "bad" }, text));
   }
 
   transition(answer, there = false) {
@@ -44,7 +61,7 @@ export class Ask {
         el("td", {}, el("button", { class: "link", onclick: () => this.act.seek(c.place) }, c.place)), el("td", {}, need), el("td", {}, `has ${c.has}`),
         el("td", {}, c.holds ? "" : `by ${c.by}`), el("td", {}, since));
     });
-    refill(this.element,
+    refill(this.body,
       el("div", { class: "bar" }, el("h3", {}, answer.transition, there ? el("span", { class: "soft" }, " there") : ""), el("span", { class: "room" }),
         el("button", { "data-do": "break", onclick: () => this.act.breakAt("fires", answer.transition) }, "stop when it fires (B)"), this.#edit(answer.transition)),
       el("p", { class: "answer", "data-show": "answer" }, answer.answer),
@@ -56,7 +73,7 @@ export class Ask {
   place(name, inner, inside, there = null) {
     const variable = inside.reads[name];
     const held = (one) => (name in (one.holds ?? {}) ? one.holds[name] : one.marking?.[name] ?? 0);
-    refill(this.element,
+    refill(this.body,
       el("div", { class: "bar" }, el("h3", {}, name), el("span", { class: "room" }),
         el("button", { "data-do": "break", onclick: () => this.act.breakAt("marked", name) }, "stop when it is marked (B)"), this.#curve(name), this.#edit(name)),
       el("p", {}, `holds ${held(inner)}${there ? `; there ${held(there)}` : ""}`),
@@ -67,7 +84,7 @@ export class Ask {
   belief(answer, unit) {
     const mean = (m) => (m?.mean === undefined || m.mean === null ? "" : `${short(m.mean)} ± ${short(m.spread)}${unit}`);
     const most = Math.max(0.001, ...answer.evidence.map((e) => e.moved));
-    refill(this.element,
+    refill(this.body,
       el("div", { class: "bar" }, el("h3", {}, `What moved ${answer.variable}`), el("span", { class: "room" }), typeof answer.after?.mean === "number" ? this.#curve(`E(${answer.variable})`) : null),
       el("p", { "data-show": "answer" }, answer.evidence.length
         ? `Without the readings of cycle ${answer.cycle}: ${mean(answer.before)}; with them: ${mean(answer.after)} (moved by ${short(answer.moved)} of 1).`
@@ -124,6 +141,7 @@ export class Log {
   constructor(onchoose) {
     this.onchoose = onchoose;
     this.lines = new Map();
+    this.holds = {}; // object place -> what it can hold
     this.element = el("ol", { class: "log", reversed: true, "aria-label": "decisions" });
   }
 
@@ -136,7 +154,7 @@ export class Log {
     for (const [cycle, line] of this.lines) if (cycle >= frame.cycle) { line.remove(); this.lines.delete(cycle); }
     const commands = Object.entries(frame.commands).map(([name, values]) => `${name}(${Object.values(values).map((v) => short(v)).join(", ")})`).join(" ");
     const { fired } = frame;
-    const changed = frame.changes.map((c) => describe(c)).join("; ");
+    const changed = frame.changes.map((c) => describe(c, this.holds)).join("; ");
     if (!commands && !frame.command && !fired.length && !changed && !frame.stopped && !frame.over) return;
     const line = el("li", { "data-cycle": frame.cycle },
       el("button", { class: "link mono", onclick: () => this.onchoose(frame.cycle) }, `${frame.cycle}`), el("span", { class: "mono" }, commands || frame.command || "–"),
@@ -152,10 +170,15 @@ export class Log {
   }
 }
 
-const KINDS = { ball: "ball moved", player: "player moved", blind: "blind", force: "forced", lose: "not told", mark: "marked", hold: "holds", fail: "failed" };
+const KINDS = { ball: "ball moved", player: "player moved", blind: "blind", force: "forced", lose: "not told", mark: "marked", fail: "failed" };
 
-export function describe(change) {
+/** A change in words; `holds`: object place -> the objects that it can hold. */
+export function describe(change, holds = {}) {
   const who = change.whom ? `${change.whom} ` : "";
+  if (change.kind === "hold") {
+    const [at] = change.values;
+    return `${who}${change.name} holds ${at < 0 ? "nobody" : holds[change.name]?.[at] ?? `object ${at}`}`;
+  }
   const values = change.values.length ? ` ${change.values.map((v) => short(v)).join(", ")}` : "";
   return `${who}${KINDS[change.kind]} ${change.name}${values}${change.cycles > 1 ? ` for ${change.cycles} cycles` : ""}`.trim();
 }
@@ -237,7 +260,7 @@ export class Hands {
   }
 
   draw(frame) {
-    this.list.replaceChildren(...(frame.changes ?? []).map((c) => el("li", {}, describe(c))));
+    this.list.replaceChildren(...(frame.changes ?? []).map((c) => el("li", {}, describe(c, this.inside?.holds))));
     this.element.querySelector("[data-do=undo]").disabled = !frame.undo;
   }
 }
