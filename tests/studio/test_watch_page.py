@@ -153,7 +153,15 @@ def test_after_a_comparison_nothing_is_asked_of_the_other_run(serve, open_page):
     page.keyboard.press("Enter")
     page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'guard'")
     assert "there" not in page.inner_text(".ask")
-    assert page.locator(".note").count() == 0
+    page.select_option("[aria-label='how far modules are unfolded']", "1")
+    page.wait_for_selector(".net-here .node[data-key='save.start']")
+    page.keyboard.press("Escape")
+    page.select_option("[data-show=compare]", "same")
+    page.wait_for_selector(".net-there .node[data-key='save.start']")
+    served.studio.playing.watch("Goalie", seed=3)  # as the view Run does, while the other run is beside
+    page.wait_for_function("() => document.querySelector('.field-here .bar').textContent.includes('seed 3')")
+    page.wait_for_selector(".watch:not(.split)")
+    assert [one for one in page.locator(".note").all_inner_texts() if "beside" in one] == []
 
 
 def test_whom_a_place_is_made_to_hold_is_said_by_name(serve, open_page):

@@ -256,6 +256,7 @@ class Watch {
     if (!on && this.#shows("differences")) this.#pick(this.sides.left, "beliefs");
     if (this.beside.on === on) return;
     this.beside.on = on;
+    if (!on) this.beside.forget();
     this.body.classList.toggle("split", on);
   }
 

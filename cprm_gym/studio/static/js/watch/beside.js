@@ -48,7 +48,13 @@ export class Beside {
   begin(run) {
     this.run = run;
     this.field.begin(run);
-    this.made = null;
+    this.forget();
+  }
+
+  /** Nothing is asked of the other run any more, until there is one again. */
+  forget() {
+    this.made = this.inside = this.last = null;
+    this.net.forget();
   }
 
   /** Ask what the agent is made of there, when it is another one or another run. */

@@ -67,6 +67,11 @@ export class NetView {
     this.canvas.select([...this.leader.canvas.selection].filter((key) => this.canvas.nodes.has(key)), false);
   }
 
+  /** Ask for nothing until it begins again. */
+  forget() {
+    this.inside = this.shown = this.wanted = this.last = null;
+  }
+
   /** What there is to say about the search. */
   tell(text, wrong = false) {
     this.told.textContent = this.told.title = text;
