@@ -131,7 +131,7 @@ def test_why_a_transition_did_not_fire_and_which_reading_moved_a_belief(serve, o
     at(page, 1)
     assert "the readings of cycle 2" in page.inner_text("[data-show=answer]")
     page.click("text=ask again in cycle 1")
-    page.wait_for_function("() => document.querySelector('[data-show=answer]').textContent.includes('cycle 1')")
+    page.wait_for_function("() => document.querySelector('[data-show=answer]')?.textContent.includes('cycle 1')")
     assert page.inner_text("[data-show=asked]") == "asked in cycle 1"
 
 
@@ -152,6 +152,7 @@ def test_after_a_comparison_nothing_is_asked_of_the_other_run(serve, open_page):
     page.fill("[type=search]", "guard")
     page.keyboard.press("Enter")
     page.wait_for_function("() => document.querySelector('.ask h3')?.textContent === 'guard'")
+    assert page.inner_text("[data-show=asked]") == "asked in cycle 1"
     assert "there" not in page.inner_text(".ask")
     page.select_option("[aria-label='how far modules are unfolded']", "1")
     page.wait_for_selector(".net-here .node[data-key='save.start']")

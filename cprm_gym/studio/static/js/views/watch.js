@@ -426,7 +426,7 @@ class Watch {
   choose(key, there = false) {
     this.chosen = key;
     const inside = there ? this.beside.inside : this.inside;
-    if (!inside?.net) return null;
+    if (!inside?.net || !this.frame) return null; // chosen before a run is there
     if (inside.transitions.includes(key)) return this.why(key, there);
     if (inside.places.includes(key)) {
       this.tab("ask");
@@ -456,6 +456,7 @@ class Watch {
   async #answer(what, name, given, show) {
     this.tab("ask");
     if (this.state.playing) await this.call("watch.pause");
+    if (!this.frame) return;
     const { cycle } = this.frame;
     this.ask.wait(what);
     this.ask.asked(cycle, () => this.#answer(what, name, given, show));
