@@ -96,7 +96,7 @@ def test_an_episode_begins_without_memory_of_the_last_one(name):
 def test_what_cannot_be_played_is_refused(name):
     assert name in controller_entries()
     with pytest.raises(UnknownName, match=f"controller '{name}'.*KickOffShot"):
-        STRUCTURES[name].make_controller(make_task("Keepaway3v2"), "left_1")
+        STRUCTURES[name].make_controller(make_task("Soccer"), "left_1")
 
 
 def test_tables_are_checked_when_they_are_made():
@@ -161,8 +161,8 @@ def test_structure_by_knowledge():
 
 
 def test_the_command_says_so_where_nobody_plays_the_task(monkeypatch, capsys):
-    monkeypatch.setattr("sys.argv", ["structures", "--task", "Keepaway3v2", "--episodes", "2"])
+    monkeypatch.setattr("sys.argv", ["structures", "--task", "Soccer", "--structures", "fsm,code", "--episodes", "2"])
     with pytest.raises(SystemExit) as stopped:
         main()
     assert stopped.value.code == 2
-    assert "plays Keepaway3v2" in capsys.readouterr().err
+    assert "plays Soccer" in capsys.readouterr().err

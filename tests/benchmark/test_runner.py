@@ -286,7 +286,7 @@ def test_the_cprm_controller_lists_the_tasks_that_it_plays():
     with pytest.raises(UnknownName, match="'Soccer'"):
         registry.load_controller("fsm")(make_task("Soccer"), "left_1")
     with pytest.raises(UnknownName, match=r"Known: .*GoToBall"):
-        registry.load_controller("cprm")(make_task("Keepaway3v2"), "left_1")
+        registry.load_controller("cprm")(make_task("SlowApproach"), "left_1")
 
 
 def test_an_entry_that_cannot_be_loaded_says_why(monkeypatch):

@@ -25,7 +25,7 @@ def play(sim, cycles=80):
 
 def test_both_steps_give_the_same_worlds():
     silent, whistled = (Simulator(3, rules=Rules.NONE, seed=1) for _ in range(2))
-    whistled._played = whistled.packed  # the type with which everything of the referee is compiled
+    whistled.played = whistled.packed  # the type with which everything of the referee is compiled
     whistled.trainer._packed = whistled.packed
     one, other = play(silent), play(whistled)
     assert one.tobytes() == other.tobytes()
@@ -40,9 +40,9 @@ def test_only_parameters_without_rules_leave_the_referee_out():
 
 
 def test_rules_and_the_automatic_mode_keep_the_referee():
-    assert Simulator(1, rules=Rules.NONE)._played.dtype == NO_REFEREE
-    assert Simulator(1, rules=Rules.TIME)._played.dtype == PARAMETERS
-    assert Simulator(1, ServerParameters(auto_mode=True), rules=Rules.NONE)._played.dtype == PARAMETERS
+    assert Simulator(1, rules=Rules.NONE).played.dtype == NO_REFEREE
+    assert Simulator(1, rules=Rules.TIME).played.dtype == PARAMETERS
+    assert Simulator(1, ServerParameters(auto_mode=True), rules=Rules.NONE).played.dtype == PARAMETERS
 
 
 def test_the_record_without_a_referee_is_the_same_memory():
