@@ -34,7 +34,7 @@ from .percepts import Percepts, parts, table
 from .play import SoccerAgent
 from .skills.catch_ball import catch_ball
 from .skills.clear import AT_HAND, clear
-from .skills.constants import FIRST, AttackedConstants, GoalieConstants
+from .skills.constants import FIRST, AttackedConstants, GoalieConstants, HoldingConstants
 from .skills.reposition import attacked, guarding_place, reposition
 from .skills.watch_ball import watch_ball
 
@@ -365,12 +365,18 @@ RECKONED = (
 """The ball as it is reckoned, and the opponent nearest to it, in the places of beliefs."""
 SECOND = Input("second_x", observes="second.x", value=FAR), Input("second_y", observes="second.y")
 """The opponent to whom could be passed."""
+HELD = Input("hold", observes="hands.now"), Input("hold_next", observes="hands.next")
+"""How likely his hands are to take the ball (`cprm_gym.agents.knowledge.hands`)."""
 
 
 @functools.lru_cache(maxsize=64)
 def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST, focus: bool = False) -> CPRM:
     """The net alone, on what is reckoned instead of believed."""
-    seen = (*RECKONED, *SECOND) if isinstance(constants, AttackedConstants) else RECKONED
+    seen = (
+        *RECKONED,
+        *(SECOND if isinstance(constants, AttackedConstants) else ()),
+        *(HELD if isinstance(constants, HoldingConstants) else ()),
+    )
     net = goalie_net(seen, attended=0, name="goalie_memory", body=body, constants=constants, focus=focus)
     return CPRM("goalie_memory", net=net)
 
@@ -394,6 +400,8 @@ class ReckoningGoalie(SoccerAgent):
     def _read(self, observation: Observation) -> Percepts:
         """`goalie_percepts`, the place of the opponent who is most dangerous, and of the other one who is nearest to the goal."""
         percepts = goalie_percepts(observation, self.opponents)
+        if "hands" in observation:
+            percepts["hands.now"], percepts["hands.next"] = np.asarray(observation["hands"], np.float64).T
         danger = np.asarray(opponent_attributes(observation, self.opponents)["Opponent"]["danger"])
         nearest, rows = danger.argmax(axis=1), np.arange(len(danger))
         known = danger[rows, nearest] > 0

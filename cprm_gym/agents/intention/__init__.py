@@ -4,7 +4,7 @@
 (dissertation §2.3.5; ``docs/knowledge.md`` says what it is worth).
 """
 
-from .goalie import AttackedIntentionConstants, IntentionConstants, IntentionGoalie
+from .goalie import AttackedIntentionConstants, HoldingIntentionConstants, IntentionConstants, IntentionGoalie
 from .model import DUE, LINE, MODES, Intention, intention_model, learned
 from .situation import FEATURES, TOUCHES, VIEW
 from .tier import IntentionTier, Rule, Told

@@ -19,7 +19,7 @@ from ..body import DEFAULT, Body, number
 from ..goalie import FAR, GOAL_X, SECOND, ReckoningGoalie, goalie_net
 from ..percepts import Percepts
 from ..play import SoccerAgent
-from ..skills.constants import AttackedConstants, GoalieConstants, between
+from ..skills.constants import AttackedConstants, GoalieConstants, HoldingConstants, between
 from .tier import Told
 
 
@@ -46,6 +46,13 @@ class AttackedIntentionConstants(AttackedConstants, IntentionConstants):
     whose: ClassVar[str] = "goalie_attacked_intention"
 
 
+@dataclass(frozen=True, kw_only=True)
+class HoldingIntentionConstants(HoldingConstants, IntentionConstants):
+    """Of the goalie who expects shots and catches by how likely he is to hold the ball."""
+
+    whose: ClassVar[str] = "goalie_holding_intention"
+
+
 INTENDED = (
     *(Input(f"known_{name}", observes=f"ball.{name}") for name in ("x", "y", "vx", "vy")),
     *(Input(f"shot_{name}", observes=f"intention.{name}") for name in ("chance", "side", "x", "y", "line", "speed")),
@@ -66,10 +73,22 @@ def expecting(c: IntentionConstants) -> tuple[Math, ...]:
     )  # fmt: skip
 
 
+def holding_shots(body: Body, c: HoldingConstants) -> tuple[Input | Math, ...]:
+    """Places ``hold`` and ``hold_next``: as believed, or, of a shot that is expected, by where the ball then is."""
+    deep = number(round(body.hands - c.early, 10))
+    return (
+        Input("known_hold", observes="hands.now"), Input("known_next", observes="hands.next"),
+        Math("hold", f"(1 if ball_distance < {number(body.hands)} else 0) if expected else known_hold"),
+        Math("hold_next", f"(0 if ball_distance < {deep} or next_distance > ball_distance - {number(c.deepening)} else 2)"
+                          " if expected else known_next"),
+    )  # fmt: skip
+
+
 @functools.lru_cache(maxsize=64)
 def intention_cprm(body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants(), focus: bool = False) -> CPRM:
     """The net on what is known and expected."""
-    seen = (*INTENDED, *expecting(constants), *(SECOND if isinstance(constants, AttackedConstants) else ()))
+    holds = holding_shots(body, constants) if isinstance(constants, HoldingConstants) else ()
+    seen = (*INTENDED, *expecting(constants), *holds, *(SECOND if isinstance(constants, AttackedConstants) else ()))
     net = goalie_net(seen, attended=0, name="goalie_intention", body=body, constants=constants, focus=focus)
     return CPRM("goalie_intention", net=net)
 

@@ -27,6 +27,7 @@ from ...errors import ModelError
 from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
+from .hands import Spread
 from .ball import SELF, BallConstants, ball_model, ball_readings, misplaced
 from .scene.constants import PlayerConstants, PoseConstants
 from .scene.others import PlayersFilter, players_model
@@ -177,6 +178,17 @@ class BeliefTier(Tracker):
         """(N, 22, 2) of the other players, as metres that they are expected to run in the next cycle, which is what the tracker's are."""
         here, there = (self.others.places(ahead)[..., :2] for ahead in (self._late_others, self._late_others + 1))
         return there - here
+
+    def spread(self) -> Spread:
+        """The ball as it is now in his own picture, each mode by itself."""
+        assert self.posterior is not None
+        try:
+            weights, means, covs = self.posterior.components(*MOTION)
+        except ModelError:  # before the first look they do not hang together
+            return super().spread()
+        means = means.copy()
+        means[..., :2] += self._moved[:, None]
+        return self._carried_on(Spread(weights * self._seen[:, None], means, covs))
 
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """As the tracker's, of all modes together."""

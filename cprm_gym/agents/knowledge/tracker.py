@@ -22,6 +22,7 @@ from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
 from ..skills.constants import Constants, between
+from .hands import Spread
 from .own_motion import carried_on
 
 VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
@@ -175,6 +176,18 @@ class Tracker:
         for k in range(self._late, 0, -1):  # the first news are told until others come
             course.append(np.where((self._cycles >= k)[:, None], self._rolled(course[-1], self._pushes[k - 1]), course[-1]))
         return course
+
+    def spread(self) -> Spread:
+        """The ball as it is now, as the filter has it."""
+        seen = self._seen.astype(np.float64)[:, None]
+        return self._carried_on(Spread(seen, self._mean[:, None].copy(), self._cov[:, None].copy()))
+
+    def _carried_on(self, ball: Spread) -> Spread:
+        """From the time of the news to now."""
+        for k in range(self._late, 0, -1):
+            later, since = ball.rolled(self._pushes[k - 1], self.body), self._cycles >= k
+            ball = Spread(*(np.where(since.reshape(-1, *[1] * (new.ndim - 1)), new, old) for old, new in zip(ball, later)))
+        return ball
 
     # ------------------------------------------------------------------ the ball
 

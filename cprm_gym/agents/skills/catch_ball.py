@@ -18,27 +18,43 @@ from __future__ import annotations
 
 import functools
 
-from ...architecture.petri import Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
+from ...architecture.petri import AnyPlace, Command, Continuous, Input, Math, PetriNet, Place, Ports, Transition
 from ..body import DEFAULT, Body, number
-from .constants import FIRST, GoalieConstants
+from .constants import FIRST, GoalieConstants, HoldingConstants
 
 LUNGE = 0.85
 """Share of ``tackle_dist`` up to which he tackles."""
 
 
+def _grasp(body: Body, c: GoalieConstants) -> tuple[tuple[str, ...], tuple[AnyPlace, ...]]:
+    """Parameters and places that say when he catches: by where the ball is, or by how likely he is to hold it."""
+    if isinstance(c, HoldingConstants):
+        return ("hold", "hold_next"), (
+            Continuous("hold"), Continuous("hold_next"),  # probabilities that a catch takes the ball, now and a cycle later
+            Math("reachable", f"1 if hold > {number(c.grip)} else 0"),
+            Math("now_or_never", f"1 if hold_next < hold + {number(c.patience)} else 0"),
+        )  # fmt: skip
+    deep = number(round(body.hands - c.early, 10))  # as near as he waits for the ball to come
+    return (), (
+        # whatever its direction: the hands turn as far as they can, and what they cover is as broad as an arm is long
+        Math("reachable", f"1 if ball_distance < {number(body.hands)} else 0"),
+        Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - {number(c.deepening)} else 0"),
+    )  # fmt: skip
+
+
 @functools.lru_cache(maxsize=256)
 def catch_ball(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> PetriNet:
     """The skill of a player as a module; its outcomes are ``caught``, ``over``, ``past``, ``missed`` and ``aborted``."""
-    server, hands, c = body.server, number(body.hands), constants
+    server, c = body.server, constants
+    asked, grasp = _grasp(body, c)
     lunge = number(LUNGE * server.tackle_dist)
-    deep = number(round(body.hands - c.early, 10))  # as near as he waits for the ball to come
     power = number(server.tackle_exponent)
     return PetriNet(
         "catch_ball",
         ports=Ports(
             begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
             answers={"abort": ("aborted", "caught", "missed")}, within=2,
-            parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank"),
+            parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank", *asked),
         ),
         places=(
             Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),
@@ -49,9 +65,7 @@ def catch_ball(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> Petr
             Continuous("way_distance"), Continuous("way_direction"),  # to the point of closest approach
             Continuous("coming"), Continuous("behind"), Continuous("flank"),  # degrees from the body to the free flank
             Input("speed", observes="body.speed"), Input("stopped", observes="game.stopped"),
-            # whatever its direction: the hands turn as far as they can, and what they cover is as broad as an arm is long
-            Math("reachable", f"1 if ball_distance < {hands} else 0"),
-            Math("now_or_never", f"1 if ball_distance < {deep} or next_distance > ball_distance - {number(c.deepening)} else 0"),
+            *grasp,
             Math("ahead", "ball_distance * cos(radians(ball_direction))"), Math("aside", "ball_distance * sin(radians(ball_direction))"),
             Math("chance",
                  f"1 - min(1, (ahead / {number(server.tackle_dist)}) ** {power} + (aside / {number(server.tackle_width)}) ** {power})"

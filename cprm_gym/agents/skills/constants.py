@@ -161,6 +161,18 @@ class GoalieConstants(Constants):
 
 
 @dataclass(frozen=True, kw_only=True)
+class HoldingConstants(GoalieConstants):
+    """Of the goalie who catches by how likely it is that his hands take the ball, instead of by where it is expected."""
+
+    whose: ClassVar[str] = "goalie_holding"
+
+    grip: float = between(0.5, 0.05, 0.99)
+    """Probability of holding the ball from which he catches."""
+    patience: float = between(0.0, -0.4, 0.4)
+    """By how much likelier it has to be in the next cycle for him to wait."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class AttackedConstants(GoalieConstants):
     """Of the goalie who faces several attackers: who can shoot, and who can be passed to."""
 

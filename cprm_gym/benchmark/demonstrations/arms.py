@@ -8,13 +8,14 @@ from typing import Any
 
 from ...agents.body import Body
 from ...agents.goalie import GoalieAgent, ReckoningGoalie
-from ...agents.intention import AttackedIntentionConstants, IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
+from ...agents.intention import AttackedIntentionConstants, HoldingIntentionConstants, IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
 from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.hands import HandsTier
 from ...agents.knowledge.players import PLAYERS
 from ...agents.knowledge.registry import make_tier
 from ...agents.knowledge.tiers import Informed
 from ...agents.knowledge.tracker import Tracker
-from ...agents.skills.constants import AttackedConstants, GoalieConstants
+from ...agents.skills.constants import AttackedConstants, GoalieConstants, HoldingConstants
 from ...envs.controller import Controller
 from ...envs.players.senses import Senses
 from ...envs.tasks import Task
@@ -40,6 +41,8 @@ class Arm:
         Of the goalie: how he looks (``focus``); of one with a model of his own also ``reflexes``, ``t_b`` and ``latency``.
     looks : Pattern, optional
         Which his eyes follow instead; of an arm that expects nothing.
+    holds : bool
+        Whether he catches by how likely he is to hold the ball, on a tier that has a distribution of it (`HandsTier`).
     """
 
     tier: str
@@ -47,9 +50,12 @@ class Arm:
     lesion: Mapping[str, bool] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     looks: Pattern | None = None
+    holds: bool = False
 
     def constants(self, task: str = "Goalie") -> type[GoalieConstants]:
         """What his numbers are in a task: against several attackers there are more."""
+        if self.holds:
+            return HoldingIntentionConstants if self.expects else HoldingConstants
         alone, several = (IntentionConstants, AttackedIntentionConstants) if self.expects else (GoalieConstants, AttackedConstants)
         return alone if task == "Goalie" else several
 
@@ -76,13 +82,16 @@ class Arm:
             if not self.expects:
                 goalie: Controller = ReckoningGoalie(opponents, body, constants, **self.options)
                 goalie = goalie if self.looks is None else FixedLooks(goalie, self.looks)
-                return Informed(goalie, make_tier(self.tier, task, agent, senses))
+                if not self.holds:
+                    return Informed(goalie, make_tier(self.tier, task, agent, senses))
             inner = BeliefTier(senses, body) if self.tier == "belief" else Tracker(senses, body)
+            if not self.expects:
+                return Informed(goalie, HandsTier(inner, inner))
             assert isinstance(constants, IntentionConstants)
             options: dict[str, Any] = {**self.lesion, "rule": Rule() if self.expects == "rule" else None}
-            return Informed(
-                IntentionGoalie(opponents, body, constants, **self.options), IntentionTier(inner, learned(play), opponents, **options)
-            )
+            goalie = IntentionGoalie(opponents, body, constants, **self.options)
+            expecting = IntentionTier(inner, learned(play), opponents, **options)
+            return Informed(goalie, HandsTier(expecting, inner) if self.holds else expecting)
 
         return make
 
@@ -96,6 +105,11 @@ ARMS: dict[str, Arm] = {
     "rule on belief": Arm("belief", "rule"),
     "model": Arm("tracker", "model"),
     "model on belief": Arm("belief", "model"),
+    "tracker, hands": Arm("tracker", holds=True),
+    "belief, hands": Arm("belief", holds=True),
+    "rule, hands": Arm("tracker", "rule", holds=True),
+    "model, hands": Arm("tracker", "model", holds=True),
+    "model on belief, hands": Arm("belief", "model", holds=True),
     "without attention": Arm("tracker", "model", {"attended": False}),
     "without possession": Arm("tracker", "model", {"possesses": False}),
     "without memory": Arm("tracker", "model", {"memory": False}),
