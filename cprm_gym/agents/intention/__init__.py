@@ -18,6 +18,7 @@ __all__ = [
     "TOUCHES",
     "VIEW",
     "AttackedIntentionConstants",
+    "HoldingIntentionConstants",
     "Intention",
     "IntentionConstants",
     "IntentionGoalie",

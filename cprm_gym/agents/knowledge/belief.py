@@ -27,8 +27,8 @@ from ...errors import ModelError
 from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
-from .hands import Spread
 from .ball import SELF, BallConstants, ball_model, ball_readings, misplaced
+from .hands import Spread
 from .scene.constants import PlayerConstants, PoseConstants
 from .scene.others import PlayersFilter, players_model
 from .scene.pose import PoseFilter, pose_model

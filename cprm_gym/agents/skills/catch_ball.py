@@ -54,7 +54,9 @@ def catch_ball(body: Body = DEFAULT, constants: GoalieConstants = FIRST) -> Petr
         ports=Ports(
             begin="begin", ongoing="ongoing", done="caught", errors=("over", "past", "missed", "aborted"), interrupts=("abort",),
             answers={"abort": ("aborted", "caught", "missed")}, within=2,
-            parameters=("ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank", *asked),
+            parameters=(
+                "ball_distance", "ball_direction", "next_distance", "way_distance", "way_direction", "coming", "behind", "flank", *asked,
+            ),
         ),
         places=(
             Place("begin", capacity=1), Place("ongoing", capacity=1), Place("caught", capacity=1), Place("over", capacity=1),

@@ -166,9 +166,9 @@ class HoldingConstants(GoalieConstants):
 
     whose: ClassVar[str] = "goalie_holding"
 
-    grip: float = between(0.5, 0.05, 0.99)
+    grip: float = between(0.1, 0.02, 0.99)
     """Probability of holding the ball from which he catches."""
-    patience: float = between(0.0, -0.4, 0.4)
+    patience: float = between(0.1, -0.4, 0.4)
     """By how much likelier it has to be in the next cycle for him to wait."""
 
 

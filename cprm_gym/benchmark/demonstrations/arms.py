@@ -8,7 +8,15 @@ from typing import Any
 
 from ...agents.body import Body
 from ...agents.goalie import GoalieAgent, ReckoningGoalie
-from ...agents.intention import AttackedIntentionConstants, HoldingIntentionConstants, IntentionConstants, IntentionGoalie, IntentionTier, Rule, learned
+from ...agents.intention import (
+    AttackedIntentionConstants,
+    HoldingIntentionConstants,
+    IntentionConstants,
+    IntentionGoalie,
+    IntentionTier,
+    Rule,
+    learned,
+)
 from ...agents.knowledge.belief import BeliefTier
 from ...agents.knowledge.hands import HandsTier
 from ...agents.knowledge.players import PLAYERS
