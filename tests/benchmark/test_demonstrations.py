@@ -43,14 +43,15 @@ def test_differences_are_the_models_less_the_rivals_in_the_same_worlds():
     success = {r.block.controller.rsplit("/", 1)[1]: np.array(r.success) for r in results}
     rows = {row.arm: row for row in report.rows}
     assert list(rows) == list(DEMONSTRATIONS["A"].arms)
+    model = DEMONSTRATIONS["A"].model
     for arm in ("tracker", "rule", "memory", "state"):
-        expected = paired_difference(success["model"], success[arm])
+        expected = paired_difference(success[model], success[arm])
         assert (rows[arm].difference, rows[arm].difference_low, rows[arm].difference_high) == expected[:3]
-    assert rows["model"].difference is None
-    assert rows["model"].rate > rows["memory"].rate
+    assert rows[model].difference is None
+    assert rows[model].rate > rows["memory"].rate
     assert rows["tracker"].floor == 9.0
     assert rows["memory"].floor is None
-    assert "| A | model |" in report.to_markdown()
+    assert f"| A | {model} |" in report.to_markdown()
 
 
 @pytest.mark.parametrize(
