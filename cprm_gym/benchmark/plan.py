@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ..client.remote import server_place
 from ..envs.others.registry import controller_entries, split_options
@@ -15,8 +15,42 @@ from ..envs.tasks import TASKS
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
 
+Kind = TypeVar("Kind")
 BLOCK = 125
 """Episodes played as one batch; a fixed number, so that results do not depend on the number of workers."""
+
+
+def write_plan(plan: Any, folder: Path) -> None:
+    """Note in a folder what is to be played there (``plan.json``): the fields of a dataclass."""
+    write_atomically(folder / "plan.json", json.dumps(asdict(plan), indent=2) + "\n")
+
+
+def read_plan(kind: type[Kind], folder: Path, of: str) -> Kind:
+    """The plan that `write_plan` noted.
+
+    Parameters
+    ----------
+    kind : type
+        Its dataclass.
+    folder : Path
+    of : str
+        What is planned, for messages.
+
+    Raises
+    ------
+    CprmError
+        When there is none, or it cannot be read.
+    """
+    path = folder / "plan.json"
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in data.items()})
+    except FileNotFoundError:
+        raise CprmError(f"{folder}: there is no plan.json; the folder of an interrupted {of} is needed") from None
+    except CprmError as error:
+        raise CprmError(f"{path}: {error}") from None
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise CprmError(f"{path}: not the plan of a {of}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -64,7 +98,7 @@ class Plan:
 
     def write(self, folder: Path) -> None:
         """Note in the folder of a run what is to be played there (``plan.json``)."""
-        write_atomically(folder / "plan.json", json.dumps(asdict(self), indent=2) + "\n")
+        write_plan(self, folder)
 
     @classmethod
     def read(cls, folder: Path) -> Plan:
@@ -75,17 +109,7 @@ class Plan:
         CprmError
             When there is none, or it cannot be read.
         """
-        path = folder / "plan.json"
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
-            return cls(**values)
-        except FileNotFoundError:
-            raise CprmError(f"{folder}: there is no plan.json; the folder of an interrupted run is needed") from None
-        except CprmError as error:
-            raise CprmError(f"{path}: {error}") from None
-        except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-            raise CprmError(f"{path}: not the plan of a run: {error}") from None
+        return read_plan(cls, folder, "run")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from ...envs.core import SoccerCore
 from ...envs.others.registry import other_player
 from ...errors import ControllerError, CprmError, ParameterError
 from ...files import write_atomically
-from ..plan import Block, BlockResult
+from ..plan import Block, BlockResult, read_plan, write_plan
 from .families import Family, family
 from .rating import Ratings, rate
 
@@ -94,7 +93,7 @@ class LadderPlan:
 
     def write(self, folder: Path) -> None:
         """Note in the folder what is to be played there (``plan.json``)."""
-        write_atomically(folder / "plan.json", json.dumps(asdict(self), indent=2) + "\n")
+        write_plan(self, folder)
 
     @classmethod
     def read(cls, folder: Path) -> LadderPlan:
@@ -105,17 +104,7 @@ class LadderPlan:
         CprmError
             When there is none, or it cannot be read.
         """
-        path = folder / "plan.json"
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-            values: Any = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
-            return cls(**values)
-        except FileNotFoundError:
-            raise CprmError(f"{folder}: there is no plan.json; the folder of an interrupted round robin is needed") from None
-        except CprmError as error:
-            raise CprmError(f"{path}: {error}") from None
-        except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-            raise CprmError(f"{path}: not the plan of a round robin: {error}") from None
+        return read_plan(cls, folder, "round robin")
 
 
 def play_games(block: Block, timeout: float) -> BlockResult:

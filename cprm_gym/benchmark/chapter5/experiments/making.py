@@ -49,8 +49,8 @@ def tell(results: Results, size: Size) -> Told:
         "written once, which stand in the CPRM's files; its file holds its net, and where it has a model what links "
         "the two; the model's classes are elsewhere. Places "
         "and transitions are counted with all modules embedded.",
-        "Learners: no trained policy ships, so the experience that they need is not measured: not trained. How to train one: "
-        "`python -m cprm_baselines.rl.go_to_ball --help`.",
+        "Learners are not trained here, so the experience that they need is not compared. What trained policies took and reach: "
+        "`docs/learning.md`; how to train one: `cprm-gym train --help`.",
     )
     tables = (
         Table("Size for a task", ("task", "player", "lines", "made of"), tuple(rows)),

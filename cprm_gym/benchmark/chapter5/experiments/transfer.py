@@ -61,8 +61,8 @@ def tell(results: Results, size: Size) -> Told:
     comparisons = compare(pairs)
     notes = (
         f"{UNTUNED} has the numbers set by hand, {NET} those tuned on the standard task; all other structures have the "
-        f"net's. Learners: none "
-        "ships with a trained policy, so none is shown. Each knows the parameters of its server, as the server tells them to its players.",
+        f"net's. Trained "
+        "policies were not taken to other worlds. Each knows the parameters of its server, as the server tells them to its players.",
     )
     head = ("task", "world", "player", "n", "success %, Wilson 95 %")
     return Told("transfer", TITLE, QUESTION, (Table("Success", head, tuple(rows)),), tuple(panels), tuple(comparisons),
