@@ -8,8 +8,8 @@ another copy of the package. Where these folders are, and who may write them, is
 
 from __future__ import annotations
 
-import ast
 import hashlib
+import re
 import sys
 from collections.abc import Callable, Iterable
 from functools import cache
@@ -23,6 +23,10 @@ from numba.core import event, types
 from .kernel_cache import KernelCache, cache_root, remove_stale, say
 
 config: Any = _config
+
+IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+(\.*)([\w.]*)[ \t]+)?import[ \t]+(\([^)]*\)|[^\n;]+)", re.MULTILINE)
+"""An import as it is written: its leading dots, its module, its names. Read thus, a package takes a hundredth of the time of parsing it;
+what looks like an import in a text counts as one, which costs nothing but a key that changes too often."""
 
 _announced = False
 
@@ -44,13 +48,13 @@ def imports(file: Path) -> frozenset[Path]:
         top = top.parent
     home = file.relative_to(top).parts[0] if top != file.parent else ""
     found: set[Path] = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            module = (file.parents[node.level - 1] if node.level else top).joinpath(*(node.module or "").split("."))
-            for alias in node.names:
-                found |= _files(module / alias.name) or _files(module)
-        elif isinstance(node, ast.Import):
-            found |= {path for alias in node.names for path in _files(top.joinpath(*alias.name.split(".")))}
+    for dots, module, names in IMPORT.findall(file.read_text(encoding="utf-8")):
+        named = [words[0] for name in re.sub(r"#.*", "", names).strip("()").split(",") if (words := name.split())]
+        if dots or module:
+            base = (file.parents[len(dots) - 1] if dots else top).joinpath(*module.split("."))
+            found |= {path for name in named for path in _files(base / name) or _files(base)}
+        else:
+            found |= {path for name in named for path in _files(top.joinpath(*name.split(".")))}
     return frozenset(path for path in found if (path.is_relative_to(top / home) if home else path.parent == top))
 
 

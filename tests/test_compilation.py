@@ -1,5 +1,6 @@
 """The kernel cache: never stale, announced once."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -65,6 +66,37 @@ def test_imports_are_followed_through_the_package_and_no_further(tmp_path):
         (tmp_path / name).write_text(text)
     found = import_closure(tmp_path / "package/deep/kernels.py")
     assert {str(file.relative_to(tmp_path / "package")) for file in found} == {"deep/kernels.py", "numbers.py", "deep/more.py"}
+
+
+def test_imports_read_from_the_text_are_those_of_the_parsed_file(tmp_path):
+    def parsed(file):
+        top = next(folder for folder in file.parents if not (folder / "__init__.py").exists())
+        found = set()
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom):
+                base = (file.parents[node.level - 1] if node.level else top).joinpath(*(node.module or "").split("."))
+                wanted = [(base / alias.name, base) for alias in node.names]
+            elif isinstance(node, ast.Import):
+                wanted = [(top.joinpath(*alias.name.split(".")),) for alias in node.names]
+            else:
+                continue
+            for places in wanted:
+                files = ({p for p in (at.with_name(at.name + ".py"), at / "__init__.py") if p.is_file()} for at in places)
+                found |= next((some for some in files if some), set())
+        return {path for path in found if path.is_relative_to(top / file.relative_to(top).parts[0])}
+
+    files = [file for file in Path(cprm_gym.__file__).parent.rglob("*.py") if "kernels" in str(file) or file.stat().st_size % 5 == 0]
+    assert len(files) > 100
+    for file in files:
+        assert parsed(file) <= compilation.imports(file), file
+
+    (tmp_path / "other.py").write_text("")
+    (tmp_path / "more.py").write_text("")
+    for text in ("import other as o, math, more\n", "if True:\n    from other import (  # why\n        a,\n    )\n    import more; x = 1\n",
+                 "from . import other\nfrom .more import *\n", "def f():\n\timport more, other\n"):  # fmt: skip
+        (tmp_path / "who.py").write_text(text)
+        compilation.imports.cache_clear()
+        assert {path.name for path in compilation.imports(tmp_path / "who.py")} == {"other.py", "more.py"}, text
 
 
 def test_constants_of_another_room_belong_to_the_key():
