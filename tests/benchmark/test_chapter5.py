@@ -13,12 +13,13 @@ from typer.testing import CliRunner
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.benchmark import runner
 from cprm_gym.benchmark.chapter5 import Chapter5Plan, play_cell, players, summarise
-from cprm_gym.benchmark.chapter5.cells import FACT, QUICK, Cell, Wanted, blocks_of
+from cprm_gym.benchmark.chapter5.cells import FACT, FULL, QUICK, Cell, Wanted, blocks_of
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.command import Asked, benchmark, plan_of, spoken
 from cprm_gym.benchmark.chapter5.comparisons import Pair, compare, interval
 from cprm_gym.benchmark.chapter5.conditions import CONDITIONS, SHIFTS, condition, shifts_of
-from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS
+from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS, slow
+from cprm_gym.benchmark.chapter5.experiments.making import reached
 from cprm_gym.benchmark.chapter5.facts.concurrency import FORMS, MOVES, STATES, measure, product
 from cprm_gym.benchmark.chapter5.facts.contained import same
 from cprm_gym.benchmark.chapter5.facts.sizes import code_lines, own_file, size_of, tuned
@@ -112,6 +113,26 @@ def test_players_by_name():
         make_player(f"{NET}{ON}beleif", how)(task, "left_1")
 
 
+def test_the_cprm_under_another_name_is_not_played_again_and_what_is_weak_on_purpose_is_not_compared():
+    assert not {"lesion", "goalie_memory"} & set(players.registered())
+    assert set(players.WEAKENED) <= set(players.registered())
+    plan = Chapter5Plan(("table",), replace(QUICK, table=2))
+    results = [play("Goalie", f"default/{name}", 2) for name in ("cprm", "fsm", "random", "eased", "goalie_raw")]
+    (told,) = summarise(plan, results).told
+    assert {row[1] for row in told.tables[0].rows} == {"cprm", "fsm", "random", "eased", "goalie_raw"}
+    assert [(c.first, c.second) for c in told.comparisons] == [("cprm", "fsm")]
+
+
+def test_trained_policies_are_taken_to_other_worlds_wherever_one_comes_with_the_project():
+    cells = {one.cell for one in EXPERIMENTS["transfer"].wanted(FULL)}
+    for task in ("GoToBall", "Goalie", "HFO1v0"):
+        assert plays("policy", task)
+        assert {cell.condition for cell in cells if (cell.task, cell.player) == (task, "policy")} == {"default", *shifts_of(task)}
+    for task in ("GoToBall", "HFO1v0"):  # where nothing was tuned, the net is not played twice
+        assert {cell.player for cell in cells if cell.task == task} & {"cprm", NET, players.UNTUNED} == {"cprm"}
+    assert {cell.player for cell in cells if cell.task == "Goalie"} >= {"cprm", NET, players.UNTUNED}
+
+
 def test_a_controller_without_its_package_is_left_out_and_said_so(monkeypatch):
     def load(name):
         if name == "code":
@@ -134,7 +155,7 @@ def test_a_controller_without_its_package_is_left_out_and_said_so(monkeypatch):
 
 
 def test_shifts_change_the_task_and_nothing_else_does():
-    for task in ("Goalie", "Goalie2v1", "GoToBall", "LostAndFound"):
+    for task in ("Goalie", "Goalie2v1", "GoToBall", "LostAndFound", "HFO1v0"):
         for name in SHIFTS:
             changed = condition(name).task(task) != make_task(task)
             assert changed == (name in shifts_of(task)), (task, name)
@@ -204,6 +225,19 @@ def test_knowledge_that_is_not_late_changes_nothing():
     assert plain.more["asked"] == play("Goalie", f"default/{NET}{ON}memory").more["asked"]
 
 
+def test_regions_that_see_are_compared_with_those_that_infer_alone():
+    conditions = ("default", "inference 10 late")
+    names = (slow.SEEING, slow.REGIONS)
+    results = [play("Goalie", f"{where}/{name}", 40) for where in conditions for name in names]
+    (told,) = summarise(Chapter5Plan(("slow",)), results).told
+    assert [(c.condition, c.first, c.second) for c in told.comparisons] == [(where, *names) for where in conditions]
+    late = told.comparisons[1]
+    assert late.better == slow.SEEING
+    (finding,) = told.findings
+    assert finding.verdict == "holds"
+    assert "Reflexes put belief regions ahead in 1 of 1 kinds of slowness" in finding.figure
+
+
 def test_periods_and_latencies_that_there_are_not_are_refused():
     with pytest.raises(ParameterError, match="period 0 and latency 0"):
         Slow(None, 0, 0)
@@ -229,6 +263,21 @@ def test_the_strike_of_an_episode_is_the_same_in_any_slots_and_blocks():
         assert whole.more[name][52:57] == part.more[name]
     assert sum(whole.more["struck"]) > 20
     assert set(DISTURBANCES) <= set(CONDITIONS)
+
+
+def test_the_goalie_is_struck_before_the_shot_is_over():
+    conditions = {one.cell.condition for one in EXPERIMENTS["disturbances"].wanted(FULL) if one.cell.task == "Goalie"}
+    assert conditions == {"default", *(name + " early" for name in DISTURBANCES)}
+    late, early = play("Goalie", "player displaced/fsm", 60), play("Goalie", "player displaced early/fsm", 60)
+    assert sum(late.more["struck"]) < 6
+    assert sum(early.more["struck"]) > 50
+    assert sum(early.success) < sum(late.success)
+
+
+def test_structures_of_the_goalie_are_compared_with_the_net_that_knows_what_they_know():
+    results = [play("Goalie", f"blind spell early/{name}", 4) for name in ("cprm", NET, "fsm", "policy", "scripted")]
+    (told,) = summarise(Chapter5Plan(("disturbances",)), results).told
+    assert [(c.first, c.second) for c in told.comparisons] == [("cprm", NET), (NET, "fsm"), ("cprm", "policy"), ("cprm", "scripted")]
 
 
 # ---------------------------------------------------------------- comparisons
@@ -336,6 +385,21 @@ def test_episodes_of_tuning_are_those_of_the_studies():
     assert found["numbers"] > 5
     assert found["studies"]["memory"] % (24 * 250) == 0
     assert tuned("KickOffShot", "", 0) == {"studies": {}, "numbers": 0}
+
+
+def test_the_experience_of_a_learner_is_that_of_its_record_and_compared_with_what_the_cprm_does_here():
+    found = play("GoToBall", "training/policy", FACT).more
+    assert found["algorithm"] == "ppo"
+    assert found["weights"] > 1000
+    assert found["curve"][-1][0] > 100_000
+    assert reached([[10, 0.2, 0.5], [20, 0.9, 0.4], [30, 1.0, 1.0]], 0.6) == 20
+    assert reached([[10, 0.2, 0.5]], 0.6) is None
+    results = [play("GoToBall", "training/policy", FACT), play("GoToBall", "size/fsm", FACT), play("GoToBall", "default/cprm", 10)]
+    (told,) = summarise(Chapter5Plan(("making",)), results).told
+    ((task, who, rate, learner, steps, *_),) = told.tables[0].rows
+    assert (task, who.split(":")[0], rate.split()[0], learner) == ("GoToBall", "cprm", "100.0", "ppo on discrete actions")
+    assert steps == f"{reached(found['curve'], 1.0):,}"
+    assert f"GoToBall after {steps} agent-steps" in told.findings[0].figure
 
 
 # ---------------------------------------------------------------- runs and reports

@@ -154,16 +154,24 @@ def not_installed() -> dict[str, str]:
     return found
 
 
-FIRST = ("cprm", "fsm", "subsumption", "behavior_tree", "code", "belief_region", "scripted", "random")
+FIRST = ("cprm", "fsm", "subsumption", "behavior_tree", "code", "belief_region", "policy", "scripted", "random")
 """The order of tables; whatever else is registered follows."""
 
 
+AGAIN = ("goalie_memory", "lesion")
+"""Registered controllers that are the CPRM or its net once more, unless an option takes something from them."""
+WEAKENED = ("random", "eased", "goalie_raw")
+"""Those that are weak on purpose: shown as a floor, and not compared."""
+
+
 def registered() -> tuple[str, ...]:
-    """All registered controllers in the order of tables."""
-    names = controller_entries()
+    """All registered controllers in the order of tables, each once."""
+    names = [name for name in controller_entries() if name not in AGAIN]
     return tuple(n for n in FIRST if n in names) + tuple(n for n in names if n not in FIRST)
 
 
+LEARNED = "policy"
+"""The policy that was trained for a task and comes with the project."""
 STRUCTURES = ("cprm", "fsm", "subsumption", "behavior_tree", "code", "belief_region")
 """Those that differ in structure."""
 TIERS_SHOWN = tuple(t for t in TIERS if t not in ("bins", "foresight"))

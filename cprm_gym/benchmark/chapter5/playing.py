@@ -7,7 +7,6 @@ import time
 import traceback
 from pathlib import Path
 
-from ...wrappers.disturbances import DISTURBANCES
 from ..episodes import play_episodes
 from ..plan import Block, BlockResult
 from ..runner import COMPILING, Limit
@@ -61,8 +60,9 @@ def _measure(block: Block, result: BlockResult, timeout: float) -> None:
         play_episodes(task, make, 1, block.seed, block.first, how.senses, limit=Limit(timeout + COMPILING), most=3)
         _warm.add((cell.task, cell.player))
     observer: Disturbing | Answering | None = None
-    if how.disturbance:
-        observer = Disturbing(DISTURBANCES[how.disturbance], block.count, block.seed)
+    happening = how.happening()
+    if happening is not None:
+        observer = Disturbing(happening, block.count, block.seed)
     elif task.name == "Goalie":
         observer = Answering(block.count)
     found = play_episodes(task, make, block.count, block.seed, block.first, how.senses, observer=observer, limit=Limit(timeout))

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from ....agents.knowledge.players import PLAYERS as NETS
 from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
-from ..conditions import DEFAULT
+from ..conditions import DEFAULT, EARLY, SOON
 from ..pieces import Dots, Finding, Table, Told, numbers, percent, verdict_of
-from ..players import BARE, STRUCTURES, WATCHED, plays
+from ..players import BARE, LEARNED, NET, STRUCTURES, WATCHED, believes, plays
 from ..results import Results, median
 
 TITLE = "Something goes wrong"
 QUESTION = "Who gets over it, and is more needed than to begin anew?"
 TASKS = ("KickOffShot", "Goalie", "PassAndAdvance")
 """The three demonstrations, the dear one last."""
+SHORT = ("Goalie",)
+"""Of these, the one whose episodes are mostly over before a disturbance's own time."""
 QUICK_CONDITIONS = (DEFAULT, "ball displaced", "blind spell")
 QUICK_PLAYERS = ("cprm", "fsm", "code", BARE, BARE + WATCHED)
 
 
-def _conditions(size: Size) -> tuple[str, ...]:
-    return (DEFAULT, *DISTURBANCES) if size.full else QUICK_CONDITIONS
+def _conditions(task: str, size: Size) -> tuple[str, ...]:
+    if not size.full:
+        return QUICK_CONDITIONS
+    return (DEFAULT, *(name + EARLY if task in SHORT else name for name in DISTURBANCES))
 
 
 def _tasks(size: Size) -> tuple[str, ...]:
@@ -27,15 +32,20 @@ def _tasks(size: Size) -> tuple[str, ...]:
 
 
 def _players(task: str, size: Size) -> list[str]:
-    names = (*STRUCTURES, BARE, BARE + WATCHED) if size.full else QUICK_PLAYERS
+    names = ("cprm", *_net(task), *STRUCTURES[1:], BARE, BARE + WATCHED, LEARNED, "scripted") if size.full else QUICK_PLAYERS
     return [name for name in names if plays(name, task)]
 
 
+def _net(task: str) -> tuple[str, ...]:
+    """The net on the knowledge of the other structures, where the CPRM has more."""
+    return (NET,) if task in NETS and believes(task) else ()
+
+
 def wanted(size: Size) -> list[Wanted]:
-    """Demonstrations x disturbances x structures, and the net without recovery, alone and watched."""
+    """Demonstrations x disturbances x controllers, and the net without recovery, alone and watched."""
     return [
         Wanted(Cell(task, where, player), size.curve)
-        for task in _tasks(size) for where in _conditions(size) for player in _players(task, size)
+        for task in _tasks(size) for where in _conditions(task, size) for player in _players(task, size)
     ]  # fmt: skip
 
 
@@ -43,7 +53,7 @@ def tell(results: Results, size: Size) -> Told:
     """Success, who has the ball again, and after how many cycles."""
     rows, panels, pairs = [], [], []
     for task in _tasks(size):
-        for where in _conditions(size):
+        for where in _conditions(task, size):
             bars = []
             for player in _players(task, size):
                 found = results.played(task, where, player)
@@ -58,7 +68,8 @@ def tell(results: Results, size: Size) -> Told:
                 rows.append((task, where, player, str(found.n), percent(found.rate()), again, cycles))
                 bars.append((player, *found.percents()))
                 if player != "cprm":
-                    pair = results.pair(task, where, "cprm", player)
+                    fair = NET if player in STRUCTURES and _net(task) and size.full else "cprm"
+                    pair = results.pair(task, where, fair, player)
                     pairs += [pair] if pair is not None else []
             if bars:
                 panels.append(Dots(f"{task}: {'undisturbed' if where == DEFAULT else where}", tuple(bars)))
@@ -69,7 +80,10 @@ def tell(results: Results, size: Size) -> Told:
         "disturbance was over, of the "
         f"episodes that were struck before their end. {BARE} is the primary sequence alone; watched, it begins anew "
         f"where its body has done "
-        "nothing for 60 cycles. The goalie has no parts for recovery that could be taken away.",
+        "nothing for 60 cycles. A shot is over after a dozen cycles, so that the goalie is struck in the "
+        f"{SOON[0]}nd to {SOON[1]}th. He has no parts for recovery that could be taken away: his places lead him back to his post by "
+        f"themselves, so he has no such rival. His structures are compared with his {NET}, which knows what they know; the pair's cprm "
+        "knows more than the other structures of the pair do (belief instead of dead reckoning).",
     )
     return Told("disturbances", TITLE, QUESTION, (Table("Success and recovery", head, tuple(rows)),), tuple(panels), tuple(comparisons),
                 _findings(comparisons), notes)  # fmt: skip

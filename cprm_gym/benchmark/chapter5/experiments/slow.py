@@ -6,7 +6,7 @@ from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT, LATENCIES, PERIODS
 from ..pieces import Curves, Finding, Point, Series, Table, Told, numbers, percent, verdict_of
-from ..players import BELIEVING, BLIND, LATE, NET, ON
+from ..players import BELIEVING, BLIND, LATE, NET, ON, REFLEXES
 from ..results import Played, Results
 from ..watching import MOST
 
@@ -14,7 +14,9 @@ TITLE = "Slow inference"
 QUESTION = "What is left of an agent whose inference takes time, and what do reflexes save?"
 TASK = "Goalie"
 WITH, WITHOUT, REGIONS = BELIEVING, BLIND, f"belief_region{ON}belief{LATE}"
-PLAYERS = (WITH, WITHOUT, REGIONS)
+SEEING = f"belief_region{ON}belief{REFLEXES}"
+"""The same regions, told by the eye what it sees in this cycle."""
+PLAYERS = (WITH, WITHOUT, REGIONS, SEEING)
 AXES: dict[str, tuple[tuple[float, str], ...]] = {
     "latency: cycles until a result is there": ((0.0, DEFAULT), *((float(n), f"inference {n} late") for n in LATENCIES)),
     "t_B: cycles from one inference to the next": ((1.0, DEFAULT), *((float(n), f"inference every {n}") for n in PERIODS)),
@@ -75,8 +77,8 @@ def tell(results: Results, size: Size) -> Told:
             rows.append(
                 (where, player, str(found.n), percent(found.rate()), "-" if middle is None else f"{middle:.1f}", f"{answered} of {asked}")
             )
-        for other in (WITHOUT, REGIONS):
-            pair = results.pair(TASK, where, WITH, other)
+        for one, other in ((WITH, WITHOUT), (SEEING, REGIONS), (WITH, REGIONS), (WITH, SEEING)):
+            pair = results.pair(TASK, where, one, other)
             pairs += [pair] if pair is not None else []
         slowed, reckoning = results.played(TASK, where, WITH), results.played(TASK, DEFAULT, NET)
         if slowed is not None and reckoning is not None:
@@ -95,8 +97,8 @@ def tell(results: Results, size: Size) -> Told:
         f"{WITH}: in a cycle in which the goalie sees the ball he acts on that reading, in others on the belief, of "
         f"which a late result is rolled "
         f"on to now; {WITHOUT}: on the belief alone. {REGIONS}: all that decides is as old as the inference, and taken "
-        f"as it is. {NET}: the same "
-        "decisions on dead reckoning, without a model, which nothing slows. An answer to a shot is the first cycle "
+        f"as it is; {SEEING}: the same, but for the own body and a ball that is seen, which he has as the eye tells them in this cycle. "
+        f"{NET}: the same decisions on dead reckoning, without a model, which nothing slows. An answer to a shot is the first cycle "
         "after which he moves towards "
         "the ball's way or stands in it.",
     )
@@ -105,24 +107,30 @@ def tell(results: Results, size: Size) -> Told:
 
 
 def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding, ...]:
-    slow = [c for c in comparisons if c.condition != DEFAULT and c.second == WITHOUT]
-    if not slow:
+    told, texts = [], []
+    for one, other, whose in ((WITH, WITHOUT, "the net"), (SEEING, REGIONS, "belief regions")):
+        slow = [c for c in comparisons if c.condition != DEFAULT and (c.first, c.second) == (one, other)]
+        if not slow:
+            continue
+        told += slow
+        most = max(slow, key=lambda c: c.difference)
+        times = [_mean(results.played(TASK, most.condition, player)) for player in (one, other)]
+        texts.append(
+            f"Reflexes put {whose} ahead in {sum(c.better == c.first for c in slow)} of {len(slow)} kinds of slowness; most under "
+            f"{most.condition}: {numbers(most)}; there the first answer takes {times[0]} cycles instead of {times[1]} (means)."
+        )
+    if not told:
         return ()
-    ahead = [c for c in slow if c.better == c.first]
-    verdict = verdict_of(len(ahead), slow)
-    most = max(slow, key=lambda c: c.difference)
-    pair = [results.played(TASK, most.condition, player) for player in (WITH, WITHOUT)]
-    means = [None if found is None else _answer(found)[0] for found in pair]
-    times = ["-" if mean is None else f"{mean:.1f}" for mean in means]
-    text = (
-        f"Reflexes are ahead in {len(ahead)} of {len(slow)} kinds of slowness; most under {most.condition}: "
-        f"{numbers(most)}; there the first answer "
-        f"takes {times[0]} cycles instead of {times[1]} (means)."
-    )
     without = [c for c in comparisons if c.second == NET]
     if without:
         best = max(without, key=lambda c: c.difference)
-        won = sum(c.better == c.first for c in without)
-        text += f" Against the same decisions without any model it is ahead in {won} of {len(without)}; "
-        text += f"at best {numbers(best)} ({best.condition})."
-    return (Finding("slow", verdict, text),)
+        won, lost = sum(c.better == c.first for c in without), sum(c.better == c.second for c in without)
+        texts.append(f"Against the same decisions on dead reckoning, which nothing slows, the net with model and reflexes is ahead in "
+                     f"{won} and behind in {lost} of {len(without)}; at best {numbers(best)} ({best.condition}).")  # fmt: skip
+    verdict = verdict_of(sum(c.better == c.first for c in told), told)
+    return (Finding("slow", verdict, " ".join(texts)),)
+
+
+def _mean(found: Played | None) -> str:
+    mean = None if found is None else _answer(found)[0]
+    return "-" if mean is None else f"{mean:.1f}"

@@ -10,7 +10,7 @@ from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT
 from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, numbers, percent
-from ..players import NET, STRUCTURES, believes, not_installed, plays, registered
+from ..players import AGAIN, NET, STRUCTURES, WEAKENED, believes, not_installed, plays, registered
 from ..results import Results
 
 TITLE = "Every task, every controller"
@@ -18,8 +18,6 @@ QUESTION = "Who succeeds at what, how fast, and what does a decision cost?"
 QUICK_TASKS = ("GoToBall", "LostAndFound", "Hike", "KickOffShot", "Goalie")
 MATCHES = ("Soccer", "Soccer5v5", "Soccer11v11")
 """Left out: a match takes as long as hundreds of drills."""
-FLOOR = ("random",)
-"""Shown as a floor, and not compared."""
 FORGETS = "belief_region"
 """The structure without a memory."""
 CLOSE = 0.1
@@ -80,7 +78,7 @@ def tell(results: Results, size: Size) -> Told:
 def _pairs(results: Results, task: str) -> list[Pair]:
     """CPRM and net, each with everybody else."""
     found = []
-    names = [p for p in players(task) if p not in FLOOR]
+    names = [p for p in players(task) if p not in WEAKENED]
     for own in [name for name in ("cprm", NET) if name in names]:
         for other in names:
             if other not in ("cprm", NET) or (own == "cprm" and other == NET):
@@ -139,8 +137,9 @@ def _has_net(compared: list[Comparison], task: str) -> bool:
 def _notes(size: Size) -> tuple[str, ...]:
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
     notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too; it stands "
-             "where cprm has a model of its own, and is else the same. The goalie's cprm has the numbers set by hand, his net those "
-             "tuned for dead reckoning."]  # fmt: skip
+             "where cprm knows more than that, and is else the same. Each has the numbers that were tuned for what it knows."]  # fmt: skip
+    notes.append(f"{listed(WEAKENED)} are weak on purpose: a floor, and not compared. {listed(AGAIN)} are the CPRM and its net under other "
+                 "names, and not played again.")  # fmt: skip
     if alone:
         notes.append(f"No CPRM plays {listed(alone)}; nothing of ours is compared there.")
     notes += [f"{name} did not play: the package {package} is not installed." for name, package in not_installed().items()]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from ....agents.knowledge.players import PLAYERS as NETS
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, shifts_of
 from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, Curves, Finding, Point, Series, Table, Told, numbers, percent
-from ..players import NET, STRUCTURES, UNTUNED, plays
+from ..players import LEARNED, NET, STRUCTURES, UNTUNED, believes, plays
 from ..results import Results
 
 TITLE = "Other worlds"
 QUESTION = "What is left of each where ball, players, starts or opponents differ?"
-TASKS = ("Goalie", "Goalie2v1", "GoToBall", "LostAndFound")
+TASKS = ("Goalie", "Goalie2v1", "GoToBall", "LostAndFound", "HFO1v0")
 QUICK_PLAYERS = (NET, UNTUNED, "fsm", "code")
 
 
@@ -20,8 +21,15 @@ def _tasks(size: Size) -> tuple[str, ...]:
 
 
 def _players(task: str, size: Size) -> list[str]:
-    names = ("cprm", NET, UNTUNED, *STRUCTURES[1:], "scripted") if size.full else QUICK_PLAYERS
+    names = (*_nets(task), *STRUCTURES[1:], LEARNED, "scripted") if size.full else QUICK_PLAYERS
     return [name for name in names if plays(name, task)]
+
+
+def _nets(task: str) -> tuple[str, ...]:
+    """The CPRM, and where the numbers of its net were tuned the net with these and with those set by hand."""
+    if task not in NETS or NETS[task].study_for("memory") is None:
+        return ("cprm",)
+    return ("cprm", NET, UNTUNED) if believes(task) else (NET, UNTUNED)
 
 
 def _conditions(task: str, size: Size) -> list[str]:
@@ -61,15 +69,31 @@ def tell(results: Results, size: Size) -> Told:
     comparisons = compare(pairs)
     notes = (
         f"{UNTUNED} has the numbers set by hand, {NET} those tuned on the standard task; all other structures have the "
-        f"net's. Trained "
-        "policies were not taken to other worlds. Each knows the parameters of its server, as the server tells them to its players.",
+        f"net's. Where there is no {NET}, cprm is the only form of the net there. {LEARNED}: trained on the standard task, where "
+        "such a policy comes with the project. Each controller knows the parameters of its server, as the server tells its players.",
     )
     head = ("task", "world", "player", "n", "success %, Wilson 95 %")
     return Told("transfer", TITLE, QUESTION, (Table("Success", head, tuple(rows)),), tuple(panels), tuple(comparisons),
-                _findings(comparisons), notes)  # fmt: skip
+                _findings(results, comparisons, size), notes)  # fmt: skip
 
 
-def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
+def _learned(results: Results, size: Size) -> str:
+    """What is left of the policies that were trained, beside the net."""
+    parts = []
+    for task in _tasks(size):
+        shifts = _conditions(task, size)[1:]
+        shown = []
+        for player in (LEARNED, NET if NET in _nets(task) else "cprm"):
+            home, away = results.played(task, DEFAULT, player), [results.played(task, where, player) for where in shifts]
+            rates = [100 * found.rate()[0] for found in away if found is not None]
+            if home is not None and rates:
+                shown.append(f"{player} {100 * home.rate()[0]:.1f} %, elsewhere {min(rates):.1f} to {max(rates):.1f}")
+        if len(shown) == 2:
+            parts.append(f"{task} at home {'; '.join(shown)}")
+    return f" Trained policies: {'. '.join(parts)}." if parts else ""
+
+
+def _findings(results: Results, comparisons: list[Comparison], size: Size) -> tuple[Finding, ...]:
     signs = {(c.task, c.condition, c.first, c.second): (c.better == c.first) - (c.better == c.second) for c in comparisons}
     turned, kept, same, home_decided = 0, 0, 0, 0
     for (task, where, first, second), sign in signs.items():
@@ -95,4 +119,4 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
         least = min(tuned, key=lambda c: c.difference)
         text += (f" Numbers tuned at home are ahead of those set by hand in {ahead} and behind in {behind} of {len(tuned)}; at the least "
                  f"{numbers(least)} ({least.task}, {least.condition}).")  # fmt: skip
-    return (Finding("transfer", verdict, text),)
+    return (Finding("transfer", verdict, text + _learned(results, size)),)

@@ -7,9 +7,10 @@ from typing import Any
 
 from . import concurrency, contained
 from .analysing import tried
+from .learned import record
 from .sizes import size_of, tuned
 
-CONCURRENCY, CONTAINED, ANALYSIS, SIZE, TUNING = "concurrency", "contained", "analysis", "size", "tuning"
+CONCURRENCY, CONTAINED, ANALYSIS, SIZE, TUNING, TRAINING = "concurrency", "contained", "analysis", "size", "tuning", "training"
 
 
 def _concurrent(task: str, player: str, seed: int) -> dict[str, Any]:
@@ -21,6 +22,6 @@ def _contained(task: str, player: str, seed: int) -> dict[str, Any]:
 
 
 FACTS: dict[str, Callable[[str, str, int], dict[str, Any]]] = {
-    CONCURRENCY: _concurrent, CONTAINED: _contained, ANALYSIS: tried, SIZE: size_of, TUNING: tuned,
+    CONCURRENCY: _concurrent, CONTAINED: _contained, ANALYSIS: tried, SIZE: size_of, TUNING: tuned, TRAINING: record,
 }  # fmt: skip
 """Name -> measurement."""

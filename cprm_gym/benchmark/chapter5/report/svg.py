@@ -10,7 +10,7 @@ from ..pieces import Curves, Dots
 
 COLOURS = {
     "cprm": "#0072B2", "net": "#0072B2", "fsm": "#B8860B", "subsumption": "#56B4E9", "behavior_tree": "#009E73", "code": "#D55E00",
-    "belief_region": "#CC79A7", "scripted": "#555555", "random": "#999999",
+    "belief_region": "#CC79A7", "policy": "#7A3E9D", "scripted": "#555555", "random": "#999999",
     "frozen": "#999999", "memory": "#B8860B", "tracker": "#009E73", "belief": "#0072B2", "state": "#555555",
     "product machine": "#B8860B",
 }  # fmt: skip
@@ -146,6 +146,7 @@ def _apart(ends: Sequence[tuple[float, str, str]], gap: float, top: float, botto
 
 _SHORT = {
     "cprm, reflexes": "reflexes", "cprm, no reflexes": "no reflexes", "belief_region on belief, all late": "regions, all late",
+    "belief_region on belief, reflexes": "regions, reflexes",
     "belief_region + internal variables": "… + internal variables", "cprm without recovery": "without recovery",
     "cprm without recovery watched": "… + watchdog",
 }  # fmt: skip
