@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import socket
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,8 @@ from .errors import CprmError, ParameterError
 
 TRIES = 3
 """So often processes may end one after the other, without a result between them."""
+PATIENCE = 5.0
+"""Seconds to wait for an answer of a host."""
 LOCAL = "local"
 """Address of a Ray cluster that is started on this machine, for this run."""
 
@@ -117,6 +120,25 @@ def _here(function: Callable[..., Any], jobs: Sequence[tuple[Any, ...]], workers
             raise CprmError(f"workers were ended from outside {TRIES} times, perhaps for want of memory: take fewer --workers")
 
 
+def check_reachable(address: str) -> None:
+    """Refuse an address ``host:port`` (with or without ``ray://``) at which nobody listens, instead of waiting for minutes.
+
+    Raises
+    ------
+    CprmError
+        Naming the address and what the network says.
+    """
+    if address in (LOCAL, "auto"):
+        return
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+        raise CprmError(f"ray: address {address!r} given; allowed are 'local', 'auto', 'host:port' and 'ray://host:port'")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE).close()
+    except OSError as error:
+        raise CprmError(f"ray: no cluster at {address!r}: {error}") from None
+
+
 def _by_ray(function: Callable[..., Any], jobs: Sequence[tuple[Any, ...]], address: str) -> Iterator[tuple[int, Any]]:
     """Numbers and results of the jobs, by a Ray cluster."""
     try:
@@ -125,6 +147,7 @@ def _by_ray(function: Callable[..., Any], jobs: Sequence[tuple[Any, ...]], addre
         raise CprmError("ray: it is not installed: pip install 'cprm-gym[ray]'") from None
     ours = not ray.is_initialized()
     if ours:
+        check_reachable(address)
         try:
             ray.init(None if address == LOCAL else address, include_dashboard=False, log_to_driver=False, logging_level="error")
         except (ConnectionError, ValueError, RuntimeError) as error:

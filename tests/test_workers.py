@@ -1,6 +1,7 @@
 """Jobs of several processes: all results, in order if asked, whoever dies."""
 
 import os
+import socket
 import sys
 from importlib.util import find_spec
 
@@ -10,7 +11,7 @@ from worker_jobs import dies, dies_once, raises, square
 from cprm_gym.benchmark.plan import Plan
 from cprm_gym.benchmark.runner import run
 from cprm_gym.errors import CprmError, ModelError, ParameterError
-from cprm_gym.workers import results
+from cprm_gym.workers import check_reachable, results
 
 JOBS = [(k,) for k in range(12)]
 
@@ -51,6 +52,21 @@ def test_ray_that_is_not_there_is_said():
     words = "ray: no cluster at 'auto'" if installed else r"pip install 'cprm-gym\[ray\]'"
     with pytest.raises(CprmError, match=words):
         list(results(square, JOBS, ray="auto"))
+
+
+def test_an_address_at_which_nobody_listens_is_refused_at_once():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}", "local", "auto"):
+            check_reachable(address)
+    for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):
+        with pytest.raises(CprmError, match=f"no cluster at '{address}'"):
+            check_reachable(address)
+    for address in ("", "nobody", "ray://host", "host:port", "host:0", "host:70000"):
+        with pytest.raises(CprmError, match="allowed are 'local', 'auto'"):
+            check_reachable(address)
 
 
 @pytest.mark.filterwarnings("default")
