@@ -381,6 +381,17 @@ def reckoning_cprm(body: Body = DEFAULT, constants: GoalieConstants = FIRST, foc
     return CPRM("goalie_memory", net=net)
 
 
+def certain_hands(percepts: Percepts, body: Body, constants: GoalieConstants) -> np.ndarray:
+    """(N, 2) how likely the hands are to take a ball that is where it is reckoned to be.
+
+    Certain or impossible now; later worth waiting for (2) as long as it comes deeper into them.
+    """
+    dx, dy, distance = percepts["ball.x"] - percepts["self.x"], percepts["ball.y"] - percepts["self.y"], percepts["ball.distance"]
+    later = np.hypot(dx + percepts["ball.vx"] - percepts["self.vx"], dy + percepts["ball.vy"] - percepts["self.vy"])
+    waits = (distance >= body.hands - constants.early) & (later <= distance - constants.deepening)
+    return np.stack([distance < body.hands, 2.0 * waits], axis=1)
+
+
 class ReckoningGoalie(SoccerAgent):
     """The goalie's net without a model, on the observation's part ``memory``, whoever fills it (`knowledge`).
 
@@ -395,13 +406,19 @@ class ReckoningGoalie(SoccerAgent):
 
     def __init__(self, opponents: int = 11, body: Body = DEFAULT, constants: GoalieConstants = FIRST, focus: bool = False) -> None:
         super().__init__(reckoning_cprm(body, constants, focus), self._read, needs=("memory",), body=body)
-        self.opponents = opponents
+        self.opponents, self.constants = opponents, constants
+
+    @property
+    def holds(self) -> bool:
+        """Whether he catches by how likely his hands are to take the ball."""
+        return isinstance(self.constants, HoldingConstants)
 
     def _read(self, observation: Observation) -> Percepts:
         """`goalie_percepts`, the place of the opponent who is most dangerous, and of the other one who is nearest to the goal."""
         percepts = goalie_percepts(observation, self.opponents)
-        if "hands" in observation:
-            percepts["hands.now"], percepts["hands.next"] = np.asarray(observation["hands"], np.float64).T
+        if self.holds:
+            told = observation["hands"] if "hands" in observation else certain_hands(percepts, self.body, self.constants)
+            percepts["hands.now"], percepts["hands.next"] = np.asarray(told, np.float64).T
         danger = np.asarray(opponent_attributes(observation, self.opponents)["Opponent"]["danger"])
         nearest, rows = danger.argmax(axis=1), np.arange(len(danger))
         known = danger[rows, nearest] > 0

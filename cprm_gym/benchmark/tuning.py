@@ -137,7 +137,7 @@ class Plan:
     @property
     def constants(self) -> type[Constants]:
         """What is tuned."""
-        kind = self.player.constants
+        kind = self.player.kind(self.tier)
         assert kind is not None, "refused when the plan was made"
         return kind
 

@@ -109,7 +109,7 @@ class IntentionGoalie(ReckoningGoalie):
         self, opponents: int = 11, body: Body = DEFAULT, constants: IntentionConstants = IntentionConstants(), focus: bool = False
     ) -> None:
         SoccerAgent.__init__(self, intention_cprm(body, constants, focus), self._read, needs=("memory",), body=body)
-        self.opponents = opponents
+        self.opponents, self.constants = opponents, constants
 
     def _read(self, observation: Observation) -> Percepts:
         """As without intention, and ``intention.*``."""

@@ -51,13 +51,17 @@ def _without(action: Action, worlds: np.ndarray) -> Action:
 MOTION = ("ball.x", "ball.y", "ball.vx", "ball.vy")
 
 
-def expected(posterior: Posterior) -> np.ndarray:
-    """(N, 4) expected place and velocity of the ball."""
+def spread_of(posterior: Posterior) -> Spread | None:
+    """The ball's place and velocity; None before the first look, when they do not hang together."""
     try:
-        weights, means, _ = posterior.components(*MOTION)
-    except ModelError:  # before the first look they do not hang together
-        return np.stack([posterior.read(name) for name in MOTION], axis=1)
-    return np.einsum("nk,nki->ni", weights, means)
+        return Spread(*posterior.components(*MOTION))
+    except ModelError:
+        return None
+
+
+def expected(posterior: Posterior, ball: Spread | None) -> np.ndarray:
+    """(N, 4) expected place and velocity of the ball, which may be known to be spread so."""
+    return np.stack([posterior.read(name) for name in MOTION], axis=1) if ball is None else ball.middle
 
 
 class BeliefTier(Tracker):
@@ -77,6 +81,8 @@ class BeliefTier(Tracker):
         For who can have played the ball.
     pose : PoseConstants, optional
     others : PlayerConstants, optional
+    hands : bool
+        As for `Tracker`.
 
     Attributes
     ----------
@@ -96,8 +102,10 @@ class BeliefTier(Tracker):
         tracker: TrackerConstants | None = None,
         pose: PoseConstants | None = None,
         others: PlayerConstants | None = None,
+        *,
+        hands: bool = False,
     ) -> None:
-        super().__init__(senses, body, tracker)
+        super().__init__(senses, body, tracker, hands=hands)
         self.ball = constants or PLACED
         self.pose, self.others = PoseFilter(self.senses, body, pose), PlayersFilter(self.senses, body, others)
         self._grounding = Grounding(ball_model(body, self.senses, self.ball), {"ball": "Ball"})
@@ -106,6 +114,7 @@ class BeliefTier(Tracker):
         self._ball_age, self._moved = np.zeros(0), np.zeros((0, 2))
         self._done: list[Action] = []
         self._begun = np.zeros(0, bool)
+        self._ball: Spread | None = None
         self._past: list[tuple[np.ndarray, np.ndarray]] = []
         self.posterior: Posterior | None = None
         """What is believed of the ball as it was when it was seen."""
@@ -164,9 +173,10 @@ class BeliefTier(Tracker):
         self.ball_age = np.minimum(age[:, 0], NEVER)
         rows = np.arange(len(me))
         memory[rows, own, :2], age[rows, own] = now[:, :2], 0.0
-        return {
+        told = {
             "self": now.astype(np.float32), "memory": memory.astype(np.float32), "memory_age": np.minimum(age, NEVER).astype(np.float32),
         }  # fmt: skip
+        return {**told, "hands": self._hold(ball, now)} if self.hands else told
 
     @property
     def models(self) -> tuple[Model, ...]:
@@ -181,11 +191,9 @@ class BeliefTier(Tracker):
 
     def spread(self) -> Spread:
         """The ball as it is now in his own picture, each mode by itself."""
-        assert self.posterior is not None
-        try:
-            weights, means, covs = self.posterior.components(*MOTION)
-        except ModelError:  # before the first look they do not hang together
+        if self._ball is None:
             return super().spread()
+        weights, means, covs = self._ball
         means = means.copy()
         means[..., :2] += self._moved[:, None]
         return self._carried_on(Spread(weights * self._seen[:, None], means, covs))
@@ -235,7 +243,8 @@ class BeliefTier(Tracker):
         self.posterior = posterior = self._filter.step(readings)
         self._seen |= seen
         self._ball_age = np.where(seen, 0.0, np.where(young, self._ball_age, self._ball_age + 1.0))
-        self._mean = expected(posterior)
+        self._ball = spread_of(posterior)
+        self._mean = expected(posterior, self._ball)
         if self._late == self._everything:  # late news of the ball are of another look than that from which he now knows his place
             looked = np.asarray(observation["body"])[:, BodyFeature.FRESH] > 0
             away = self._mean[:, :2] - me[:, [SelfFeature.X, SelfFeature.Y]]

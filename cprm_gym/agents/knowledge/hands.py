@@ -2,29 +2,25 @@
 
 An expected ball is in his hands or not. A believed one is in them with a probability, in this cycle and, if he waits, in the next. He has
 one try in five cycles, so it is these two that decide when. Each is the integral of the ball's distribution over the rectangle that the
-hands cover (specification/simulator.md 4.5).
+hands cover (specification/simulator.md 4.5). A tier of knowledge that has such a distribution tells them as the part ``hands`` of an
+observation, if it is asked to.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import IntEnum
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
-from ...envs.controller import Action, Observation
-from ...envs.observations import SelfFeature
-from ..body import Body
-from .tiers import Tier
+from ..body import Body, of_body
+from .kernels import hands as kernels
 
 NEAR = 4.0
 """Metres from him within which the ball has to be expected to be asked about."""
 POINTS = ndtri((np.arange(32) + 0.5) / 32.0)
 """Points of a normal, each as likely, along the hands; across them all is exact."""
-LEAST = 1e-6
-"""m^2 that are added to every variance."""
 
 
 class Hold(IntEnum):
@@ -67,6 +63,17 @@ class Spread(NamedTuple):
         return np.einsum("nk,nki->ni", self.weights, self.means)
 
 
+@of_body
+def _hands(body: Body) -> kernels.Hands:
+    """What the hands of a body cover."""
+    s = body.server
+    return kernels.Hands(
+        float(np.radians(s.min_catch_angle)), float(np.radians(s.max_catch_angle)), s.catchable_area_w / 2.0,
+        s.catchable_area_l * (2.0 - body.kind.catchable_area_l_stretch), body.hands, s.catch_probability, s.ball_speed_max,
+        0.6 * s.ball_rand,
+    )  # fmt: skip
+
+
 def holding(spread: Spread, me: np.ndarray, body: Body) -> np.ndarray:
     """How likely a catch is to take the ball.
 
@@ -83,71 +90,7 @@ def holding(spread: Spread, me: np.ndarray, body: Body) -> np.ndarray:
     (N, 2) array
         `Hold`; 0 where the ball is not near.
     """
-    told = np.zeros((len(me), len(Hold)))
-    later = spread.rolled(np.zeros((len(me), 2)), body)
-    own = np.stack([me[:, SelfFeature.X], me[:, SelfFeature.Y]], axis=1)
-    way = np.stack([me[:, SelfFeature.VX], me[:, SelfFeature.VY]], axis=1)
-    for column, where, ball in ((Hold.NOW, own, spread), (Hold.NEXT, own + way, later)):
-        near = np.flatnonzero(np.hypot(*(ball.middle[:, :2] - where).T) < NEAR)
-        if len(near):
-            told[near, column] = _held(Spread(*(part[near] for part in ball)), where[near], me[near, SelfFeature.BODY], body)
+    told = np.empty((len(me), len(Hold)))
+    mine = np.ascontiguousarray(me, np.float64)
+    kernels.hold(*(np.ascontiguousarray(part, np.float64) for part in spread), mine, NEAR, POINTS, _hands(body), told)
     return told
-
-
-def _held(ball: Spread, where: np.ndarray, facing: np.ndarray, body: Body) -> np.ndarray:
-    """(n,) probability that the ball is in the rectangle that the hands cover from `where`, turned to where it is expected."""
-    s = body.server
-    off = ball.middle[:, :2] - where
-    turned = (np.arctan2(off[:, 1], off[:, 0]) - facing + np.pi) % (2 * np.pi) - np.pi
-    axis = facing + np.clip(turned, np.radians(s.min_catch_angle), np.radians(s.max_catch_angle))
-    frame = np.stack([np.stack([np.cos(axis), np.sin(axis)], -1), np.stack([-np.sin(axis), np.cos(axis)], -1)], 1)
-    at = np.einsum("nij,nkj->nki", frame, ball.means[..., :2] - where[:, None])
-    cov = np.einsum("nij,nkjl,nml->nkim", frame, ball.covs[..., :2, :2], frame)
-    along, across = cov[..., 0, 0] + LEAST, cov[..., 1, 1] + LEAST
-    x = at[..., 0, None] + np.sqrt(along)[..., None] * POINTS
-    y = at[..., 1, None] + (cov[..., 0, 1] / along)[..., None] * (x - at[..., 0, None])
-    sd = np.sqrt(np.maximum(across - cov[..., 0, 1] ** 2 / along, LEAST))[..., None]
-    half, longest = s.catchable_area_w / 2.0, body.hands
-    sure = s.catchable_area_l * (2.0 - body.kind.catchable_area_l_stretch)
-    certain = np.clip(1.0 - (x - sure) / max(longest - sure, 1e-9), 0.0, 1.0) if longest > sure else 1.0
-    inside = np.where((x >= 0.0) & (x <= longest), certain, 0.0) * (ndtr((half - y) / sd) - ndtr((-half - y) / sd))
-    return np.asarray(s.catch_probability * (ball.weights * inside.mean(axis=-1)).sum(axis=1))
-
-
-class Spreading(Protocol):
-    """Who has a distribution of the ball: `Tracker` and `BeliefTier`."""
-
-    body: Body
-
-    def spread(self) -> Spread:
-        """The ball as it is now."""
-
-
-class HandsTier:
-    """A tier of knowledge, and beside it the part ``hands``: what `Hold` says.
-
-    Parameters
-    ----------
-    inner : Tier
-        What is known.
-    ball : Spreading
-        Which of its parts has the distribution of the ball; `inner` itself if not given.
-    """
-
-    name: ClassVar[str] = "hands"
-    oracle: ClassVar[bool] = False
-
-    def __init__(self, inner: Tier, ball: Spreading) -> None:
-        self.inner, self.ball = inner, ball
-        self.needs: tuple[str, ...] = getattr(inner, "needs", ("memory",))
-
-    def reset(self, observation: Observation, worlds: np.ndarray | None = None) -> None:
-        """Forget."""
-        self.inner.reset(observation, worlds)
-
-    def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
-        """What is known, and the part ``hands``."""
-        known = dict(self.inner.know(observation, sent))
-        me = np.asarray(known.get("self", observation.get("self")), np.float64)
-        known["hands"] = holding(self.ball.spread(), me, self.ball.body)
-        return known

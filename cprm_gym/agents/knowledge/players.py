@@ -26,8 +26,16 @@ from ..attacker.constants import AttackerConstants, HalfFieldConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
-from ..skills.constants import AttackedConstants, Constants, FinderConstants, GoalieConstants, last_mean
-from .registry import ORACLES, TIERS, informed
+from ..skills.constants import (
+    AttackedConstants,
+    AttackedHoldingConstants,
+    Constants,
+    FinderConstants,
+    GoalieConstants,
+    HoldingConstants,
+    last_mean,
+)
+from .registry import OPTIONS, ORACLES, TIERS, informed
 from .studies import Study, best_study, studies
 from .tiers import Informed
 
@@ -58,6 +66,8 @@ class Player:
         CPU time of 1000 episodes on `RIVAL`, about, from which a suite tells its own beforehand.
     options : mapping of str to object
         Fields of the task that differ where he is tuned and measured: how strong the others are.
+    holding : type of Constants, optional
+        What they are on a tier that tells of his hands (`registry.OPTIONS`), by whose distribution of the ball he then catches.
     seeds : int
         Over how many seeds a suite spreads his episodes: more than 1 where a seed draws what all its worlds share.
     """
@@ -69,6 +79,11 @@ class Player:
     seconds: float = 20.0
     options: Mapping[str, Any] = field(default_factory=dict)
     seeds: int = 1
+    holding: type[Constants] | None = None
+
+    def kind(self, tier: str) -> type[Constants] | None:
+        """What his numbers on a tier are."""
+        return self.constants if self.holding is None or OPTIONS.get(tier) != "hands" else self.holding
 
     def study_for(self, tier: str, senses: Senses | None = None) -> Study | None:
         """The study whose numbers he plays with on a tier, in senses (`studies.best_study`); None if there is none."""
@@ -93,10 +108,10 @@ class Player:
 
     def numbers(self, tier: str, senses: Senses | None = None) -> Constants | None:
         """His numbers on a tier, in senses: of the study for it, else those set by hand."""
-        if self.constants is None:
+        kind, study = self.kind(tier), self.study_for(tier, senses)
+        if kind is None:
             return None
-        study = self.study_for(tier, senses)
-        return self.constants() if study is None else self.constants.of(last_mean(study.path))
+        return kind() if study is None else kind.of(last_mean(study.path))
 
     def on(self, tier: str, senses: Senses | None = None, constants: Constants | None = None) -> Callable[[Task, str], Informed]:
         """A factory of controllers on a tier.
@@ -127,9 +142,9 @@ def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoali
 
 
 PLAYERS: dict[str, Player] = {
-    "Goalie": Player(goalie, GoalieConstants, tuple(TIERS), seconds=2.0),
-    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=2.5),
-    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=5.0),
+    "Goalie": Player(goalie, GoalieConstants, tuple(TIERS), seconds=2.0, holding=HoldingConstants),
+    "Goalie2v1": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_2v1", seconds=2.5, holding=AttackedHoldingConstants),
+    "Goalie3v2": Player(goalie, AttackedConstants, tuple(TIERS), "goalie_3v2", seconds=5.0, holding=AttackedHoldingConstants),
     "LostAndFound": Player(finder, FinderConstants, seconds=1.0),
     # at a kick-off the second field player of a side becomes of the first of the types that the seed has drawn
     "KickOffShot": Player(lambda task, agent, constants: striker.make_controller(task, agent), seconds=15.0, seeds=10),

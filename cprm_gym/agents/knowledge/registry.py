@@ -16,16 +16,18 @@ from .oracles import Foresight, State
 from .tiers import Frozen, Informed, Memory, Tier
 from .tracker import Tracker
 
-TIERS: dict[str, Callable[[Task, str, Senses], Tier]] = {
+TIERS: dict[str, Callable[..., Tier]] = {
     "frozen": lambda task, agent, senses: Frozen(),
     "memory": lambda task, agent, senses: Memory(),
     "bins": lambda task, agent, senses: BinsTier(task, agent),
     "tracker": lambda task, agent, senses: Tracker(senses, Body.of(task)),
-    "belief": lambda task, agent, senses: BeliefTier(senses, Body.of(task)),
+    "belief": lambda task, agent, senses, hands=False: BeliefTier(senses, Body.of(task), hands=hands),
     "state": lambda task, agent, senses: State(),
-    "foresight": lambda task, agent, senses: Foresight(),
+    "foresight": lambda task, agent, senses, **options: Foresight(**options),
 }
 """Name -> maker; the poorest first."""
+OPTIONS = {"belief": "hands", "foresight": "ahead"}
+"""Name -> the option that it has."""
 ORACLES = ("state", "foresight")
 """Those that read the truth."""
 
@@ -41,7 +43,7 @@ def make_tier(name: str, task: Task, agent: str, senses: Senses | None = None, *
     senses : Senses, optional
         What a tracker may know of the noise; the server's if not given.
     **options
-        Of `Foresight` alone: ``ahead``.
+        Those of `OPTIONS`: ``ahead`` of `Foresight`, ``hands`` of `BeliefTier`.
 
     Raises
     ------
@@ -52,19 +54,24 @@ def make_tier(name: str, task: Task, agent: str, senses: Senses | None = None, *
     """
     if name not in TIERS:
         raise unknown_name("tier", name, TIERS)
-    if options and (name != Foresight.name or set(options) != {"ahead"}):
-        raise ParameterError(f"tier {name!r}: options {', '.join(options)} given; only foresight has one, ahead")
+    if options and list(options) != [OPTIONS.get(name)]:
+        known = ", ".join(f"{tier} has {option}" for tier, option in OPTIONS.items())
+        raise ParameterError(f"tier {name!r}: options {', '.join(options)} given; {known}, the others none")
     if senses is not None and not isinstance(senses, Senses):
         raise ParameterError(f"tier {name!r}: senses: {senses!r} given; Senses are needed")
-    return Foresight(**options) if options else TIERS[name](task, agent, senses or Senses())
+    return TIERS[name](task, agent, senses or Senses(), **options)
 
 
 def informed(factory: ControllerFactory, tier: str, senses: Senses | None = None, **options: Any) -> Callable[[Task, str], Informed]:
-    """A factory of the same controllers on a tier; of one that is on a tier already, with this one instead."""
+    """A factory of the same controllers on a tier; of one that is on a tier already, with this one instead.
+
+    Who catches by how likely his hands are to take the ball (``holds``) is told so by a tier that has the option ``hands``.
+    """
 
     def make(task: Task, agent: str) -> Informed:
         made = factory(task, agent)
         controller = made.controller if isinstance(made, Informed) else made
-        return Informed(controller, make_tier(tier, task, agent, senses, **options))
+        told = {"hands": True} if OPTIONS.get(tier) == "hands" and getattr(controller, "holds", False) else {}
+        return Informed(controller, make_tier(tier, task, agent, senses, **told, **options))
 
     return make

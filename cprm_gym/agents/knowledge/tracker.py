@@ -22,7 +22,7 @@ from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
 from ..skills.constants import Constants, between
-from .hands import Spread
+from .hands import NEAR, Hold, Spread, holding
 from .own_motion import carried_on
 
 VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
@@ -76,6 +76,8 @@ class Tracker:
         His own.
     constants : TrackerConstants, optional
         Those tuned if not given.
+    hands : bool
+        Whether he is told, as the part ``hands``, how likely a catch is to take the ball (`hands.holding`).
     """
 
     name: ClassVar[str] = "tracker"
@@ -83,8 +85,10 @@ class Tracker:
     ball_age: np.ndarray = np.zeros(0)
     """(N,) cycles since the ball was seen."""
 
-    def __init__(self, senses: Senses | None = None, body: Body = DEFAULT, constants: TrackerConstants | None = None) -> None:
-        self.senses, self.body = senses or Senses(), body
+    def __init__(
+        self, senses: Senses | None = None, body: Body = DEFAULT, constants: TrackerConstants | None = None, *, hands: bool = False
+    ) -> None:
+        self.senses, self.body, self.hands = senses or Senses(), body, hands
         self.constants = TrackerConstants.tuned("Goalie") if constants is None else constants
         self._late, self._late_others, self._everything = self.senses.delays
         # of what he believes of himself when the ball was seen, counted from what he is told now
@@ -137,7 +141,11 @@ class Tracker:
         now = self._himself(observation, me)
         self._last = now, ball
         told = {"memory": memory.astype(np.float32)}
-        return {**told, "self": now.astype(np.float32)} if self._everything else told
+        if self._everything:
+            told["self"] = now.astype(np.float32)
+        if self.hands:
+            told["hands"] = self._hold(ball, now)
+        return told
 
     def _himself(self, observation: Observation, me: np.ndarray) -> np.ndarray:
         """Himself as he is now: what he is told of himself, carried on by what he has done since."""
@@ -181,6 +189,13 @@ class Tracker:
         """The ball as it is now, as the filter has it."""
         seen = self._seen.astype(np.float64)[:, None]
         return self._carried_on(Spread(seen, self._mean[:, None].copy(), self._cov[:, None].copy()))
+
+    def _hold(self, ball: np.ndarray, me: np.ndarray) -> np.ndarray:
+        """(N, 2) how likely a catch is to take the ball, which is expected at `ball`; where it is far in all worlds nothing is asked."""
+        far = NEAR + self.body.server.ball_speed_max + self.body.top_speed
+        if (np.hypot(ball[:, 0] - me[:, SelfFeature.X], ball[:, 1] - me[:, SelfFeature.Y]) > far).all():
+            return np.zeros((len(me), len(Hold)))
+        return holding(self.spread(), me, self.body)
 
     def _carried_on(self, ball: Spread) -> Spread:
         """From the time of the news to now."""

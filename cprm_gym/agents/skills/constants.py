@@ -204,6 +204,13 @@ class AttackedConstants(GoalieConstants):
         return f" - {self.wary * abs(self.dare):.10g} * threat"
 
 
+@dataclass(frozen=True, kw_only=True)
+class AttackedHoldingConstants(AttackedConstants, HoldingConstants):
+    """Of the goalie who faces several attackers and catches by how likely he is to hold the ball."""
+
+    whose: ClassVar[str] = "goalie_attacked_holding"
+
+
 FIRST = GoalieConstants()
 """The goalie's, set by hand."""
 

@@ -78,7 +78,7 @@ class Slow:
         # the inference whose result is there: the last one begun at least `latency` cycles ago, in a cycle that is a multiple of the period
         since = np.maximum(self._age - self.latency, 0) % self.period + np.minimum(self._age, self.latency)
         rows = np.arange(len(since))
-        told = {**known, **{key: np.stack([old[key] for old in self._kept])[since, rows] for key in parts}}
+        told = {**observation, **{key: np.stack([old[key] for old in self._kept])[since, rows] for key in parts}}
         told["memory_age"] = np.minimum(told["memory_age"] + since[:, None], MAX_AGE).astype(told["memory_age"].dtype)
         if self.reflexes:
             self._by_reflex(told, observation)

@@ -18,7 +18,6 @@ from ...agents.intention import (
     learned,
 )
 from ...agents.knowledge.belief import BeliefTier
-from ...agents.knowledge.hands import HandsTier
 from ...agents.knowledge.players import PLAYERS
 from ...agents.knowledge.registry import make_tier
 from ...agents.knowledge.tiers import Informed
@@ -50,7 +49,7 @@ class Arm:
     looks : Pattern, optional
         Which his eyes follow instead; of an arm that expects nothing.
     holds : bool
-        Whether he catches by how likely he is to hold the ball, on a tier that has a distribution of it (`HandsTier`).
+        Whether he catches by how likely he is to hold the ball, on a tier that has a distribution of it (`Tracker`).
     """
 
     tier: str
@@ -92,14 +91,13 @@ class Arm:
                 goalie = goalie if self.looks is None else FixedLooks(goalie, self.looks)
                 if not self.holds:
                     return Informed(goalie, make_tier(self.tier, task, agent, senses))
-            inner = BeliefTier(senses, body) if self.tier == "belief" else Tracker(senses, body)
+            inner = (BeliefTier if self.tier == "belief" else Tracker)(senses, body, hands=self.holds)
             if not self.expects:
-                return Informed(goalie, HandsTier(inner, inner))
+                return Informed(goalie, inner)
             assert isinstance(constants, IntentionConstants)
             options: dict[str, Any] = {**self.lesion, "rule": Rule() if self.expects == "rule" else None}
             goalie = IntentionGoalie(opponents, body, constants, **self.options)
-            expecting = IntentionTier(inner, learned(play), opponents, **options)
-            return Informed(goalie, HandsTier(expecting, inner) if self.holds else expecting)
+            return Informed(goalie, IntentionTier(inner, learned(play), opponents, **options))
 
         return make
 

@@ -5,9 +5,16 @@ import pytest
 from simulator_worlds import D2R, act, put, quiet_world
 
 from cprm_gym.agents.body import Body
-from cprm_gym.agents.knowledge.hands import HandsTier, Hold, Spread, holding
+from cprm_gym.agents.knowledge import informed
+from cprm_gym.agents.knowledge.hands import Hold, Spread, holding
+from cprm_gym.agents.knowledge.players import goalie
 from cprm_gym.agents.knowledge.tracker import Tracker
+from cprm_gym.agents.registry import make_controller
+from cprm_gym.agents.skills.constants import GoalieConstants, HoldingConstants
+from cprm_gym.benchmark.chapter5.slow import Slow
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.envs.observations import SelfFeature
+from cprm_gym.envs.tasks import make_task
 from cprm_gym.simulator.player_types import PlayerType
 from cprm_gym.simulator.state import CommandKind, PlayerBit
 
@@ -78,9 +85,8 @@ def test_far_away_or_never_seen_there_is_no_chance():
     assert not holding(ball([30.0], 0.0), himself(1), Body()).any()
 
 
-def test_the_tier_adds_to_what_the_tracker_knows():
-    tracker = Tracker()
-    tier = HandsTier(tracker, tracker)
+def test_a_tier_that_is_asked_tells_it_besides():
+    tier = Tracker(hands=True)
     observation = {
         "self": himself(2), "level": np.zeros((2, 23)), "memory": np.zeros((2, 23, 4)), "memory_age": np.full((2, 23), 9.0),
         "ball": np.zeros((2, 4)), "body": np.zeros((2, 24)),
@@ -89,3 +95,34 @@ def test_the_tier_adds_to_what_the_tracker_knows():
     known = tier.know(observation, None)
     assert set(known) == {"memory", "hands"}
     assert not known["hands"].any()
+
+
+def test_the_registered_goalie_catches_by_it_on_the_belief():
+    for name in ("Goalie", "Goalie2v1", "Goalie3v2"):
+        made = make_controller(make_task(name), "left_1")
+        assert made.controller.holds
+        assert made.tier.name == "belief"
+        assert made.tier.hands
+        assert not make_controller(make_task(name), "left_1", tier="memory").controller.holds
+
+
+def test_where_nobody_tells_it_he_catches_by_where_the_ball_is_reckoned():
+    """As the same goalie does who knows of no distribution."""
+    task, numbers = make_task("Goalie"), GoalieConstants.tuned("tracker")
+    holding = HoldingConstants.of({**numbers.to_dict(), "grip": 0.3, "patience": 0.1})
+    by_chance, by_place = (play_episodes(task, informed(lambda t, a, c=c: goalie(t, a, c), "memory"), 60, 5) for c in (holding, numbers))
+    assert np.array_equal(by_chance.success, by_place.success)
+    assert np.array_equal(by_chance.cycles, by_place.cycles)
+    assert 0 < by_chance.success.sum() < 60
+
+
+def test_what_slow_knowledge_makes_of_the_hands_is_not_known_before_it_is_inferred():
+    """Beside reflexes it is left out; without them it is as late as the rest."""
+    task = make_task("Goalie")
+    for reflexes, told in ((True, False), (False, True)):
+        player = make_controller(task, "left_1")
+        seen = []
+        act = player.controller.act
+        player.controller.act = lambda observation, seen=seen, act=act: (seen.append("hands" in observation), act(observation))[1]
+        play_episodes(task, lambda t, a, player=player, r=reflexes: Slow(player, 2, 2, r), 2, 1, most=6)
+        assert set(seen) == {told}

@@ -376,7 +376,7 @@ def test_an_oracle_that_was_shown_no_worlds_says_so(tier):
 def test_what_there_is_not_is_refused_by_name():
     with pytest.raises(UnknownName, match="tracker"):
         make_tier("trakcer", make_task("Goalie"), "left_1")
-    with pytest.raises(ParameterError, match="only foresight"):
+    with pytest.raises(ParameterError, match="belief has hands, foresight has ahead, the others none"):
         make_tier("memory", make_task("Goalie"), "left_1", ahead=2)
     with pytest.raises(ParameterError, match="ahead: 0 given"):
         make_tier("foresight", make_task("Goalie"), "left_1", ahead=0)
