@@ -31,6 +31,7 @@ from ..errors import ParameterError
 from ..lazy import made_on_use
 from ..simulator.pitch import HALF_LENGTH
 from .attacker import agent as attacker
+from .attacker.constants import PairConstants
 from .body import DEFAULT, Body, number
 from .models import passer_model
 from .percepts import NEVER, OFF_PITCH, Percepts, mate_attributes, passer_percepts
@@ -302,7 +303,7 @@ def make_controller(task: Task, agent: str, recovering: bool = True, **options: 
     if task.right if agent.startswith("left") else task.left:
         if options:
             raise ParameterError(f"the agent of {task.name} has no model: there is no option {next(iter(options))!r}")
-        return attacker.make_controller(task, agent)
+        return attacker.make_controller(task, agent, PairConstants())
     return PasserAgent(recovering, (task.left if agent.startswith("left") else task.right) - 1, Body.of(task), **options)
 
 

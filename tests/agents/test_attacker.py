@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, HAVE, MEET, AttackerAgent, make_controller
-from cprm_gym.agents.attacker.constants import AttackerConstants
+from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, HAVE, MEET, PUSH, SHOT, AttackerAgent, attacker_net, make_controller
+from cprm_gym.agents.attacker.constants import AttackerConstants, PairConstants
 from cprm_gym.agents.attacker.kernels import ASIDE, EMPTY, gap_at, judge
 from cprm_gym.agents.attacker.percepts import FORGET, NAMES, NEAR, Motion, terms
 from cprm_gym.agents.body import DEFAULT
@@ -95,7 +95,7 @@ def played(cycles, net=COMBINING_NET):
     told = []
     for given in cycles:
         executor.step({**nothing, **given})
-        told.append({name: float(executor.read(name)[0]) for name in ("offside", "plan")})
+        told.append({name: float(executor.read(name)[0]) for name in ("offside", "plan", "option")})
     return told
 
 
@@ -121,6 +121,25 @@ def test_an_opponent_whom_the_ball_passes_does_not_put_him_onside_one_who_has_it
     assert played([{**PUSHES, **BEYOND}, near, BEYOND, BEYOND])[-1]["offside"] == 1.0
     assert played([{**PUSHES, **BEYOND}, near, near, near, near])[-1]["offside"] == 0.0
     assert played([{**PUSHES, **BEYOND}] + [{**near, **PUSHES}] * 4)[-1]["offside"] == 1.0, "his mate is at it too"
+
+
+WITH_THE_BALL = {"ball.reckoned_distance": 0.7, "me.time": 0.0, "goal.distance": 25.0, "shot.speed": 2.5}
+
+
+@pytest.mark.parametrize(
+    ("way", "shot", "pair", "other"),
+    [(-0.5, -5.0, SHOT, PUSH), (0.5, -5.0, PUSH, PUSH), (-0.5, -9.0, PUSH, PUSH), (-0.5, -0.5, SHOT, SHOT), (0.5, -0.5, SHOT, SHOT)],
+)
+def test_one_of_the_pair_who_can_push_nowhere_safely_shoots_where_he_would_not_otherwise(way, shot, pair, other):
+    told = {**WITH_THE_BALL, "way.room": way, "shot.room": shot}
+    assert played([told], attacker_net(0, constants=PairConstants()))[0]["option"] == pair
+    assert played([told], attacker_net(0, constants=AttackerConstants()))[0]["option"] == other
+
+
+def test_no_shot_is_taken_for_want_of_a_push_from_too_far_or_before_enough_passes():
+    told = {**WITH_THE_BALL, "way.room": -0.5, "shot.room": -5.0}
+    assert played([{**told, "goal.distance": 35.0}], attacker_net(0, constants=PairConstants()))[0]["option"] == PUSH
+    assert played([told], attacker_net(3, constants=PairConstants()))[0]["option"] == PUSH
 
 
 def test_a_pass_leads_a_mate_away_from_the_opponent_beside_him():

@@ -59,6 +59,7 @@ _INPUTS = {
     "mate_direction": "mate.direction_deg", "theirs": "rival.has_ball", "support_x": "support.x", "support_y": "support.y",
     "shot_distance": "goal.distance", "shot_direction": "goal.direction_deg", "shot_room": "shot.room", "shot_speed": "shot.speed",
     "way_distance": "way.distance", "way_direction": "way.direction_deg", "way_speed": "way.speed", "way_worth": "way.worth",
+    "way_room": "way.room",
     "pass_distance": "pass.distance", "pass_direction": "pass.direction_deg", "pass_speed": "pass.speed", "pass_room": "pass.room",
     "pass_worth": "pass.worth", "line": "line.x", "gaze": "gaze.direction_deg", "narrow": "gaze.narrow", "approach": "ball.approach",
     "waiting": "game.waiting", "playing": "game.playing", "ours": "game.ours",
@@ -86,7 +87,8 @@ def _decisions(body: Body, c: AttackerConstants, passes: int) -> tuple[AnyPlace,
         Math("enough", f"1 if swaps + his >= {passes} else 0" if passes else "1"),
         Math("kicking", "1 if push.ongoing + give.ongoing >= 1 else 0"),
         Math("can_shoot", f"1 if enough and shot_speed > {number(HARD)} and (shot_distance < {number(c.shot_near)} or "
-                          f"(shot_distance < {number(c.shot_far)} and shot_room > {number(c.shot_room)})) else 0"),
+                          f"(shot_distance < {number(c.shot_far)} and "
+                          f"(shot_room > {number(c.shot_room)} or (way_room < 0 and shot_room > {number(c.pressed)})))) else 0"),
         Math("can_pass", f"1 if pass_worth > -1000 and ((not enough and pass_room > {number(c.first)}) or "
                          f"pass_worth > way_worth + {number(c.bias)}) else 0"),
         Math("option", f"0 if not may else {SET_PLAY} if ours else {SHOT} if can_shoot else {PASS} if can_pass else {PUSH}"),

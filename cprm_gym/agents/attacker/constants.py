@@ -58,6 +58,8 @@ class AttackerConstants(Constants):
     """Metres of room that a metre of the way to the goal costs."""
     shot_room: float = between(-1.0, -5.0, 3.0)
     """Room, less both, that a shot must have."""
+    pressed: float = between(3.0, -10.0, 3.0)
+    """The same where every push is in danger, if that is less."""
     shot_far: float = between(30.0, 10.0, 32.0)
     """Metres from the goal from which he shoots."""
     shot_near: float = between(8.0, 2.0, 16.0)
@@ -100,3 +102,13 @@ class HalfFieldConstants(AttackerConstants):
     """Cycles that he or his team-mate needs to play on a ball that he has met; whole ones count."""
     shot_room: float = between(-4.0, -8.0, 3.0)
     """Room, less both, that a shot must have."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairConstants(AttackerConstants):
+    """Of one of two who pass the ball through a defence without a keeper; the defaults were set by hand."""
+
+    whose: ClassVar[str] = "attacker_pair"
+
+    pressed: float = between(-7.0, -10.0, 3.0)
+    """Room, less both, that a shot must have where every push is in danger."""

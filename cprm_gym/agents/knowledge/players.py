@@ -22,7 +22,7 @@ from ...errors import unknown_name
 from .. import striker
 from ..attacker import agent as attacker
 from ..attacker import half_field
-from ..attacker.constants import AttackerConstants, HalfFieldConstants
+from ..attacker.constants import AttackerConstants, HalfFieldConstants, PairConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie
@@ -170,7 +170,7 @@ PLAYERS: dict[str, Player] = {
         )
     },
     **{
-        task: Player(attacker.make_controller, AttackerConstants, study="attacker_pair", seconds=seconds, options=options)
+        task: Player(attacker.make_controller, PairConstants, seconds=seconds, options=options)
         for task, seconds, options in (
             ("PassAndAdvance2v1", 20.0, {}),
             ("PassAndAdvance2v2", 22.0, {"others": ("hold", "weak")}),
