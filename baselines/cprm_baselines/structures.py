@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.agents.knowledge.players import PLAYERS
-from cprm_gym.agents.registry import BINS, MODELLED
+from cprm_gym.agents.registry import BINS
 from cprm_gym.agents.registry import make_controller as cprm
 from cprm_gym.benchmark.arguments import at_least
 from cprm_gym.benchmark.episodes import play_episodes
@@ -60,7 +60,7 @@ def maker(structure: str, task: str) -> Callable[[Task, str], Controller]:
     if task in PLAYERS:
         player = PLAYERS[task]
         return lambda made, agent: player.make(made, agent, player.numbers("memory"))
-    return partial(cprm, model=BINS if task in MODELLED else "")
+    return partial(cprm, model=BINS)
 
 
 def compare(

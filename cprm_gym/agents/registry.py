@@ -22,7 +22,10 @@ AGENTS: dict[str, str] = {
 """Task -> module of this package that has ``make_controller(task, agent)``."""
 MODELLED = ("GoToBall", "PassAndAdvance", "Goalie", "Goalie2v1", "Goalie3v2", "Soccer", "Soccer5v5", "Soccer11v11")
 """Tasks whose agent has a model of his own, on bins (dissertation Fig. 2.25 to 2.28)."""
-ON_BELIEF = ("Goalie", "Goalie2v1", "Goalie3v2", "PassAndAdvance")
+ON_OTHERS = ("GoToBall", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Soccer", "Soccer5v5", "Soccer11v11")
+"""Tasks whose agent has a model of his own or reads what the environment reckons: the seeker with the dissertation's first model, who plays
+matches, and attackers of half fields who have team-mates."""
+ON_BELIEF = tuple(task for task in AGENTS if task not in ON_OTHERS)
 """Tasks whose agent plays on the tier `TIER`, if neither a tier nor a model is named."""
 TIER, BINS = "belief", "bins"
 
@@ -39,8 +42,8 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
         the environment tells. Where there is a player for tiers (`knowledge.players.PLAYERS`) it is he, with his numbers for that tier:
         his net reads the tier alone, and no model of his own filters once more what is filtered.
     model : str
-        ``bins``: the agent with the model that he had first, on what the environment tells, or on a tier that is named besides; of an
-        agent who never had one it changes nothing.
+        ``bins``: the agent with the model that he had first, if he had one, on what the environment tells, or on a tier that is named
+        besides.
     **options
         Of agents with a model of their own, those of `CPRMRunner`: ``t_b``, ``latency``, ``demand``, ``engine``, ``deep``, ``every`` ...
 

@@ -43,6 +43,41 @@ def test_who_has_a_model_plays_on_the_belief_unless_another_is_named(name):
     assert make_controller(task, agent, tier="memory").tier.name == "memory"
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "KickOffShot",
+        "KickOffShot2v2",
+        "PassAndAdvance2v1",
+        "HFO1v1",
+        "FrontGoalSupportOption",
+        "FrontGoalPassingLane",
+        "LostAndFound",
+        "Keepaway3v2",
+        "Hike",
+    ],
+)
+def test_who_has_no_model_plays_on_the_belief_unless_another_is_named(name):
+    """He is told what it knows; the environment's memory where `bins` asks for who was there first."""
+    task = make_task(name)
+    plain, first, named = (
+        make_controller(task, "left_2" if name == "KickOffShot2v2" else "left_1", **how)
+        for how in ({}, {"model": "bins"}, {"tier": "memory"})
+    )
+    assert plain.tier.name == "belief"
+    assert "memory" not in plain.needs
+    assert plain.cprm is not None
+    assert first.needs == ("memory",)
+    assert named.tier.name == "memory"
+
+
+@pytest.mark.parametrize("name", ["GoToBall", "Soccer5v5"])
+def test_the_seeker_and_who_plays_a_match_keep_their_own_models(name):
+    made = make_controller(make_task(name), "left_1")
+    assert not isinstance(made, Informed)
+    assert made.cprm.model is not None
+
+
 def test_the_seeker_on_the_belief_meets_the_ball_sooner_than_on_his_ten_bins():
     task = make_task("GoToBall")
     bins, belief = (play_episodes(task, load_controller(name), 60, 4) for name in ("cprm", "cprm:tier=belief"))

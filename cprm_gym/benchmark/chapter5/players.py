@@ -11,7 +11,7 @@ from ...agents.goalie import GoalieAgent
 from ...agents.hiker.internal import make_controller as internal
 from ...agents.knowledge import TIERS, Informed, informed
 from ...agents.knowledge.players import PLAYERS
-from ...agents.registry import BINS, MODELLED, ON_BELIEF, TIER
+from ...agents.registry import BINS, ON_BELIEF, TIER
 from ...agents.registry import make_controller as cprm
 from ...agents.skills.constants import GoalieConstants
 from ...envs.controller import Controller
@@ -43,7 +43,7 @@ def _net(task: Task, agent: str) -> Controller:
     if task.name in PLAYERS:
         player = PLAYERS[task.name]
         return player.make(task, agent, player.numbers("memory"))
-    return cprm(task, agent, model=BINS if task.name in MODELLED else "")
+    return cprm(task, agent, model=BINS)
 
 
 def _untuned(task: Task, agent: str) -> Controller:

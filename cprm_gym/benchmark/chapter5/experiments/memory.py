@@ -7,17 +7,17 @@ from ..comparisons import compare
 from ..conditions import DEFAULT
 from ..facts import CONTAINED
 from ..pieces import FAILS, HOLDS, IN_PART, Dots, Finding, Table, Told, percent
-from ..players import INTERNAL, STRUCTURES, plays
+from ..players import INTERNAL, NET, STRUCTURES, plays
 from ..results import Played, Results
 
 TITLE = "Memory of an intention"
 QUESTION = "Out and home through the same middle: who knows which way he is going, and what does it cost to know?"
 TASK, REGIONS, WITHOUT = "Hike", "belief regions", "belief_region"
-PLAYERS = (*STRUCTURES, INTERNAL)
+PLAYERS = (NET, *STRUCTURES, INTERNAL)
 
 
 def wanted(size: Size) -> list[Wanted]:
-    """The structures on the hike, belief regions also with internal variables; and regions against their net."""
+    """The net and the structures on the hike, belief regions also with internal variables; and regions against their net."""
     cells = [Wanted(Cell(TASK, DEFAULT, player), size.table) for player in PLAYERS if plays(player, TASK)]
     return [*cells, Wanted(Cell("GoToBall", CONTAINED, REGIONS))]
 
@@ -34,7 +34,7 @@ def tell(results: Results, size: Size) -> Told:
         Dots("Hike: success", tuple((player, *p.percents()) for player, p in there.items())),
         Dots("Hike: a decision", tuple((player, p.microseconds, p.microseconds, p.microseconds) for player, p in there.items()), "us", 0.0),
     )
-    pairs = [results.pair(TASK, DEFAULT, "cprm", other) for other in PLAYERS[1:]]
+    pairs = [results.pair(TASK, DEFAULT, NET, other) for other in PLAYERS[1:]]
     head = ("player", "n", "success %, Wilson 95 %", "mean cycles of a hike", "us a decision")
     notes = (f"{INTERNAL}: whether he has been at the view is a variable of his model without a reading, inferred in every cycle from "
              "where he was. Decision times are CPU time for 50 worlds at once, divided by them.",)  # fmt: skip
@@ -54,7 +54,7 @@ def _findings(results: Results, found: dict[str, Played | None]) -> tuple[Findin
                 f"Regions and their CPRM sent the same in {same['alike']} of {same['cycles']} cycles of random readings.",
             )
         )
-    net, regions, internal = found["cprm"], found[WITHOUT], found[INTERNAL]
+    net, regions, internal = found[NET], found[WITHOUT], found[INTERNAL]
     if net is not None and regions is not None:
         lost, kept = regions.rate(), net.rate()
         verdict = HOLDS if lost[2] < kept[1] else FAILS

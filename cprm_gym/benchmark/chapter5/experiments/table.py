@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....agents.knowledge.players import PLAYERS
+from ....agents.registry import MODELLED
 from ....envs.tasks import TASKS, make_task
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
@@ -33,7 +34,8 @@ def tasks(size: Size) -> tuple[str, ...]:
 def players(task: str) -> list[str]:
     """Who plays a task: the registered controllers, and the task's net on the memory where the CPRM is more than that."""
     names = [name for name in registered() if plays(name, task)]
-    return names[:1] + [NET] + names[1:] if task in PLAYERS and believes(task) else names
+    apart = (task in PLAYERS or task not in MODELLED) and believes(task)
+    return names[:1] + [NET] + names[1:] if apart else names
 
 
 def wanted(size: Size) -> list[Wanted]:

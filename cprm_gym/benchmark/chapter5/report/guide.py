@@ -44,7 +44,7 @@ def _ordinary(results: Results, told: Told | None) -> Advice | None:
 
 
 def _memory(results: Results) -> Advice | None:
-    plain, net, internal = (results.played("Hike", DEFAULT, name) for name in ("belief_region", "cprm", INTERNAL))
+    plain, net, internal = (results.played("Hike", DEFAULT, name) for name in ("belief_region", NET, INTERNAL))
     if plain is None or net is None or plain.rate()[2] >= net.rate()[1]:
         return None
     more = ""
