@@ -171,12 +171,12 @@ def em(
     only : iterable of tuple of str, optional
         Beginnings of the keys to learn; default all.
     engine : {"exact", "mixture"} or Engine
-        With ``"mixture"`` real numbers stay such: of each `Noise`, also in a `Switch`, an offset of the mean and a scale of the deviation
-        are learned, and tables as ever. Of a `Mixture` that is the whole CPD of a class's number, or the case of one state in a `Switch`
-        that is, the weights are learned, whose counts have the key of the CPD with ``"parts"`` behind it (of a switch a row for each
-        state), and of its parts what is learned of them alone. Other mixtures, a `Uniform` and a
-        `Chance` of real numbers stay as they are. All of an episode is believed together, so its cost grows with the cube of its length:
-        cut long ones.
+        With ``"mixture"`` or ``"rao-blackwell"`` real numbers stay such: of each `Noise`, also in a `Switch`, an offset of the mean and a
+        scale of the deviation are learned, of a `Chance` of numbers an offset and a scale of its log-odds, and tables as ever. Of a
+        `Mixture` that is the whole CPD of a class's number, or the case of one state in a `Switch` that is, the weights are learned, whose
+        counts have the key of the CPD with ``"parts"`` behind it (of a switch a row for each state), and of its parts what is learned of
+        them alone. Other mixtures and a `Uniform` stay as they are. All of an episode is believed together, so its cost grows with the
+        cube of its length: cut long ones.
 
     Returns
     -------

@@ -32,6 +32,7 @@ from ..conflicts import smallest_conflict
 from ..continuous.belief import Group, MixtureBelief, joined, side_by_side, with_agents
 from ..continuous.kernels import groups as kernels
 from ..continuous.kernels import leaves
+from ..continuous.splitting import Loose, apart, loose_parts
 from ..continuous.structure import Structure, Work, inner_variables, linking_leaves
 from ..evidence import UNOBSERVED, Readings
 from .engine import Engine, StepResult
@@ -51,6 +52,9 @@ class MixtureEngine(Engine):
         Most of them that a belief keeps for each part and agent.
     merge : float
         Components of one mode are merged where that loses less than this, in nats; 0 merges only when they are too many.
+    split : float
+        What a slice no longer links is believed apart from it on where that loses at most this, in nats, for each of the agents; 0 keeps
+        together what was linked once. What is lost is told as the loss of the step.
     """
 
     name: ClassVar[str] = "mixture"
@@ -58,17 +62,20 @@ class MixtureEngine(Engine):
     divisible: ClassVar[bool] = True
     continuous: ClassVar[bool] = True
 
-    def __init__(self, components: int = 16, merge: float = 1e-4) -> None:
+    def __init__(self, components: int = 16, merge: float = 1e-4, split: float = 0.0) -> None:
         if isinstance(components, bool) or not isinstance(components, (int, np.integer)) or components < 1:
             raise ParameterError(f"`components` is at least 1, got {components!r}")
         if not 0.0 <= merge < np.inf:
             raise ParameterError(f"`merge` is a loss in nats of at least 0, got {merge!r}")
-        self.count, self.merge = int(components), float(merge)
+        if not 0.0 <= split < np.inf:
+            raise ParameterError(f"`split` is a loss in nats of at least 0, got {split!r}")
+        self.count, self.merge, self.split = int(components), float(merge), float(split)
         self.store = TableStore()
         self.temporal = frozenset()
         self.sampled: frozenset[str] = frozenset()
         self._structures: Recent[tuple[Any, ...], Structure] = Recent(512)
         self._inner: Recent[tuple[Any, ...], tuple[frozenset[str], tuple[str, ...]]] = Recent(512)
+        self._loose: Recent[tuple[Any, ...], tuple[Loose, ...]] = Recent(512)
         self._scratch: Recent[tuple[int, ...], tuple[np.ndarray, ...]] = Recent(32)
 
     # ------------------------------------------------------------------------------------------------- steps
@@ -109,10 +116,12 @@ class MixtureEngine(Engine):
             readings led to did not settle (``"astray"``, (W,) bool array: those through the points of the prediction were taken), and
             what hangs together (``"parts"``).
         """
+        before = belief
+        belief, loss = self._apart(belief, info, readings, wanted) if self.split and not label else (belief, np.zeros(belief.batch))
         structure = self.structure(belief, info, readings, wanted, label)
         told = _Told.of(info, readings)
         groups, agents = [], belief.batch
-        increment, loss = np.zeros(agents), np.zeros(agents)
+        increment = np.zeros(agents)
         dead: dict[int, list[np.ndarray]] = {}
         astray = np.zeros(agents, bool)
         for work in structure.works:
@@ -129,18 +138,28 @@ class MixtureEngine(Engine):
         status = np.zeros(len(info.names), np.int8)
         return MixtureResult(
             after, info, readings, status, increment, loss,
-            lambda more: self.step(belief, info, readings, wanted | more, label, room).belief,
+            lambda more: self.step(before, info, readings, wanted | more, label, room).belief,
             self.name, False, {"impossible": dead, "astray": astray, "parts": tuple(p.names for g in groups for p in g.parts)},
         )  # fmt: skip
 
     def structure(self, belief: MixtureBelief, info: SliceInfo, readings: Readings, wanted: frozenset[str], label: str) -> Structure:
         """The structure of a step."""
-        inner, linking = self._inner.fetch((info, self.temporal, wanted), lambda: self._variables(info, wanted))
-        unread = (
-            frozenset(n for n in linking if n not in readings.soft and (readings.hard[info.row[n]] < 0).all()) if linking else frozenset()
-        )
+        inner, unread = self._unread(info, readings, wanted)
         key = belief.form, belief.info, info, inner, unread, label
         return self._structures.fetch(key, lambda: Structure(belief, info, inner, unread, self.sampled, label))
+
+    def _unread(self, info: SliceInfo, readings: Readings, wanted: frozenset[str]) -> tuple[frozenset[str], frozenset[str]]:
+        """Variables that are kept, and leaves that would link what is independent and that nobody read."""
+        inner, linking = self._inner.fetch((info, self.temporal, wanted), lambda: self._variables(info, wanted))
+        return inner, frozenset(n for n in linking if n not in readings.soft and (readings.hard[info.row[n]] < 0).all())
+
+    def _apart(
+        self, belief: MixtureBelief, info: SliceInfo, readings: Readings, wanted: frozenset[str]
+    ) -> tuple[MixtureBelief, np.ndarray]:
+        """The belief with what the slice links no more in parts of its own, and what that loses."""
+        _, unread = self._unread(info, readings, wanted)
+        loose = self._loose.fetch((belief.form, belief.info, info, unread), lambda: loose_parts(belief, info, unread))
+        return apart(belief, loose, self.split) if loose else (belief, np.zeros(belief.batch))
 
     def _variables(self, info: SliceInfo, wanted: frozenset[str]) -> tuple[frozenset[str], tuple[str, ...]]:
         inner = inner_variables(info, self.temporal, wanted)

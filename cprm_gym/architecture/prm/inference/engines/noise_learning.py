@@ -1,6 +1,7 @@
 """What a window tells of the parameters of CPDs with real numbers: expected statistics of residuals, and CPDs fitted to them.
 
-Of a `Noise` an offset of its mean and a scale of its deviation are learned, for each state on which a `Switch` turns; of tables their rows.
+Of a `Noise` an offset of its mean and a scale of its deviation are learned, for each state on which a `Switch` turns, of a `Chance` an
+offset and a scale of its log-odds (`chance_learning`); of tables their rows.
 The statistics are expectations under the belief of a whole path, exact where everything is a straight line with normal noise.
 
 References
@@ -19,12 +20,13 @@ from typing import Any
 import numpy as np
 
 from ...grounding.slices import PREVIOUS, STATIC, GroundCPD
-from ...model.cpds import CPD, Noise, Switch
-from ...model.densities import NORMAL, Leaf
+from ...model.cpds import CPD, Chance, Noise, Prior, Switch
+from ...model.densities import CHANCE, NORMAL, Density, Leaf
 from ...model.domains import is_continuous
 from ...model.resolved import Rule
 from .. import smoothing
 from ..continuous.belief import MixtureBelief
+from .chance_learning import JUMPS, SUMS, chance_sums, points_of_outcome, tilt_of, tilted
 
 STATISTICS = 4
 """Of each row of a density: how often, and the sums of precision, precision times residual, and precision times its square."""
@@ -39,7 +41,8 @@ def kept_name(window: Sequence[smoothing.Slice], t: int, name: str) -> str:
 
 
 def expected_statistics(belief: MixtureBelief, window: Sequence[smoothing.Slice]) -> dict[Hashable, np.ndarray]:
-    """Of every class-level CPD: counts of a table, (rows, `STATISTICS`) of a density; readings that were not made tell nothing.
+    """Of every class-level CPD: counts of a table; of a density (rows, `STATISTICS`), or where its child has states (rows, `SUMS` and how
+    often each state was). Readings that were not made tell nothing.
 
     Parameters
     ----------
@@ -79,15 +82,18 @@ class _Family:
             there = self.weights > 0.0
             np.add.at(table, tuple(np.broadcast_to(i, there.shape)[there] for i in index), self.weights[there])
             return table
-        if not is_continuous(density.child):
-            return None
         rows = np.zeros(self.weights.shape, np.int64)
         for k in density.switches:
             rows = rows * len(density.parents[k]) + self._state(k)
-        table = np.zeros((len(density.rows), STATISTICS))
+        numbers = is_continuous(density.child)
+        table = np.zeros((len(density.rows), STATISTICS if numbers else SUMS + len(density.child)))
         for r, row in enumerate(density.rows):
             there = (rows == r) & (self.weights > 0.0)
-            if len(row) == 1 and row[0][1].kind == NORMAL and there.any():
+            if len(row) != 1 or not there.any():
+                continue
+            if not numbers:
+                table[r] = self._chances(density, row[0][1], there)
+            elif row[0][1].kind == NORMAL:
                 table[r] = self._sums(row[0][1], there)
         return table
 
@@ -141,6 +147,38 @@ class _Family:
         weight = self.weights[there][:, None] * shares
         return np.array([weight.sum(), *((weight * away**power / sd**2).sum() for power in range(3))])
 
+    def _chances(self, density: Density, leaf: Leaf, there: np.ndarray) -> np.ndarray:
+        """The sums of a chance, and how often each state was; the chance by points of the numbers on which it depends."""
+        states = np.broadcast_to(self._state(-1), there.shape)[there]
+        weights = self.weights[there]
+        counts = np.bincount(states, weights, len(density.child))
+        if leaf.kind != CHANCE:
+            return np.array([*[0.0] * SUMS, *counts])
+        formula = leaf.formula
+        assert formula is not None
+        numbers = {n: k for n, k in leaf.inputs.items() if is_continuous(density.parents[k]) and not self._given(k)}
+        columns = list(dict.fromkeys(self._kept(k) for k in numbers.values()))
+        at = [self.part.columns.index(c) for c in columns]
+        jumps = any(node.op in JUMPS for node in formula.node.walk())
+        floor, holds = leaf.values[0], (states == 1)[:, None]
+        told = {
+            name: np.broadcast_to(self._number(k), there.shape)[there][:, None] for name, k in leaf.inputs.items() if name not in numbers
+        }
+
+        def chance(points: np.ndarray) -> np.ndarray:
+            values = {n: points[:, :, columns.index(self._kept(k))].ravel() for n, k in numbers.items()}
+            values |= {n: np.broadcast_to(v, points.shape[:2]).ravel() for n, v in told.items()}
+            found = formula(values, points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+            return np.asarray(found * (1.0 - floor) + 0.5 * floor)
+
+        def outcome(points: np.ndarray) -> np.ndarray:
+            p = chance(points)
+            return np.where(holds, p, 1.0 - p)
+
+        means, covs = self.means[there][:, at], self.covs[there][:, at][:, :, at]
+        points, shares = points_of_outcome(means, covs, outcome, jumps, unscented)
+        return np.array([*chance_sums(chance(points), holds, weights[:, None] * shares), *counts])
+
     def _number(self, k: int) -> np.ndarray:
         """Value in formulas of a parent that is no column, (W, K) or (W, 1)."""
         name, t = self._where(k)
@@ -170,9 +208,10 @@ def refitted(rule: Rule, sums: np.ndarray, prior: float) -> CPD | None:
     ----------
     rule : Rule
         With a density.
-    sums : (rows, `STATISTICS`) float array
+    sums : (rows, n) float array
+        Of `expected_statistics`.
     prior : float
-        Readings that there were besides, without offset and of scale 1.
+        Readings that there were besides, without offset and of scale 1, and of every state so many.
     """
     density = rule.density
     assert density is not None
@@ -181,9 +220,10 @@ def refitted(rule: Rule, sums: np.ndarray, prior: float) -> CPD | None:
     for r, states in enumerate(product(*(range(len(density.parents[k])) for k in density.switches))):
         at = {names[k]: density.parents[k].states[s] for k, s in zip(density.switches, states)}
         path, node = chosen_case(rule.cpd, at)
-        if isinstance(node, Noise):
-            nodes[path] = nodes.get(path, np.zeros(STATISTICS)) + sums[r]
-    learned = {path: found for path, found in nodes.items() if found[0] > 0.0}
+        if isinstance(node, Noise if is_continuous(density.child) else Chance | Prior):
+            nodes[path] = nodes.get(path, np.zeros(sums.shape[1])) + sums[r]
+    often = slice(0, 1) if is_continuous(density.child) else slice(SUMS, None)
+    learned = {path: found for path, found in nodes.items() if found[often].sum() > 0.0}
     return _replaced(rule.cpd, learned, prior, ()) if learned else None
 
 
@@ -200,8 +240,14 @@ def chosen_case(cpd: CPD, states: Mapping[str, str]) -> tuple[tuple[int, ...], C
 def _replaced(cpd: CPD, learned: Mapping[tuple[int, ...], np.ndarray], prior: float, path: tuple[int, ...]) -> CPD:
     if isinstance(cpd, Switch):
         return Switch(cpd.parent, [(s, _replaced(c, learned, prior, (*path, k))) for k, (s, c) in enumerate(cpd.cases)])
-    if path not in learned or not isinstance(cpd, Noise):
+    if path not in learned:
         return cpd
+    if isinstance(cpd, Prior):
+        pseudo = learned[path][SUMS:] + prior
+        return Prior(tuple(float(p) for p in pseudo / pseudo.sum()))
+    if isinstance(cpd, Chance):
+        return tilted(cpd, *tilt_of(learned[path][:SUMS], float(learned[path][SUMS:].sum()), prior))
+    assert isinstance(cpd, Noise)
     count, precision, first, second = learned[path]
     offset = first / (precision * (1.0 + prior / count))
     rest = second - 2.0 * offset * first + offset**2 * precision

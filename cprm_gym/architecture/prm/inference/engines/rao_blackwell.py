@@ -37,16 +37,18 @@ class RaoBlackwellEngine(MixtureEngine):
     drawn : iterable of str
         Numbers that are drawn, ``("ball.x", "ball.y")``.
     seed : int, SeedSequence or Generator
+    split : float
+        As of `MixtureEngine`.
     """
 
     name: ClassVar[str] = "rao-blackwell"
     divisible: ClassVar[bool] = False
     draws: ClassVar[bool] = True
 
-    def __init__(self, particles: int = 100, drawn: Iterable[str] = (), seed: Any = None) -> None:
+    def __init__(self, particles: int = 100, drawn: Iterable[str] = (), seed: Any = None, split: float = 0.0) -> None:
         if isinstance(particles, bool) or not isinstance(particles, (int, np.integer)) or particles < 2:
             raise ParameterError(f"`particles` is at least 2, got {particles!r}")
-        super().__init__(int(particles), 0.0)
+        super().__init__(int(particles), 0.0, split)
         self.sampled = frozenset(one_or_many(drawn))
         self._root = np.random.default_rng(seed)
         self._rng = np.random.Generator(type(self._root.bit_generator)())
