@@ -111,7 +111,7 @@ def test_every_study_is_whole_and_of_a_tier_and_its_end_is_what_players_play_wit
         assert whose is player or player.study
         assert Senses(**head["senses"]) == found.senses
         assert [g["number"] for g in generations] == list(range(len(generations)))
-        assert player.numbers(found.tier, found.senses) == player.constants.of(generations[-1]["mean"])
+        assert player.numbers(found.tier, found.senses) == player.kind(found.tier).of(generations[-1]["mean"])
         assert player.origin(found.tier, found.senses) == f"study {found.tier}"
     assert tuning.TUNING_SEED > 10_000, "no measurement meets these worlds"
 
