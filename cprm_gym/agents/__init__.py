@@ -5,7 +5,7 @@
 `skills`      behaviour modules, one file each
 `models`      what the agents believe: classes, relations and views
 `play`        `SoccerAgent`: a CPRM as a controller
-`seeker`      the agents, one file each: `striker`, `passer`, `goalie`, `outfielder`, `eleven` too
+`seeker`      the agents, one file each: `striker`, `passer`, `goalie`, `outfielder`, `eleven`, `match` too
 `worlds`      stages, and worlds learned on them, for analysis
 `catalogue`   every net that ships, by name
 ============  ===========================================================================================

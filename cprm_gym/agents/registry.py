@@ -17,9 +17,11 @@ AGENTS: dict[str, str] = {
     "Goalie3v2": "goalie", "LostAndFound": "finder.agent", "Hike": "hiker.agent",
     **dict.fromkeys(("HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", *LADDER), "attacker.half_field"),
     **dict.fromkeys(("Keepaway3v2", "Keepaway4v3", "Keepaway5v4"), "keeper.agent"),
-    "Soccer": "eleven", "Soccer5v5": "eleven", "Soccer11v11": "eleven",
+    **dict.fromkeys(("Soccer", "Soccer5v5", "Soccer11v11"), "match.agent"),
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""
+WITH_MODEL = dict.fromkeys(("Soccer", "Soccer5v5", "Soccer11v11"), "eleven")
+"""The same, of tasks where the agent with a model of his own is another one."""
 MODELLED = ("GoToBall", "PassAndAdvance", "Goalie", "Goalie2v1", "Goalie3v2", "Soccer", "Soccer5v5", "Soccer11v11")
 """Tasks whose agent has a model of his own, on bins (dissertation Fig. 2.25 to 2.28)."""
 ON_OTHERS = ("GoToBall", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Soccer", "Soccer5v5", "Soccer11v11")
@@ -61,25 +63,31 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
     if not tier and not model and task.name in ON_BELIEF:
         tier = TIER
     if not tier:
-        return _own(task, agent, options)
+        return _own(task, agent, options, model)
     from .knowledge import informed
 
     reading = _reading(task, tier)
     if reading is None or model:
-        return informed(lambda task, agent: _own(task, agent, options), tier)(task, agent)
+        return informed(lambda task, agent: _own(task, agent, options, model), tier)(task, agent)
     if options:
-        instead = f"; write model={BINS} for the one who has" if task.name in MODELLED else ""
-        raise ParameterError(f"on a tier the agent of {task.name} has no model: there is no option {next(iter(options))!r}{instead}")
+        raise ParameterError(f"on a tier {_no_option(task, next(iter(options)))}")
     return reading(task, agent)
 
 
-def _own(task: Task, agent: str, options: dict[str, Any]) -> Controller:
+def _no_option(task: Task, option: str) -> str:
+    """What is said of an option of agents with a model to one without."""
+    instead = f"; write model={BINS} for the one who has" if task.name in MODELLED else ""
+    return f"the agent of {task.name} has no model: there is no option {option!r}{instead}"
+
+
+def _own(task: Task, agent: str, options: dict[str, Any], model: str) -> Controller:
     """Net and, where there is one, model of his own."""
-    factory = import_module(f".{AGENTS[task.name]}", __package__).make_controller
+    where = {**AGENTS, **(WITH_MODEL if model else {})}[task.name]
+    factory = import_module(f".{where}", __package__).make_controller
     taken = inspect.signature(factory).parameters
     for option in options:
         if option not in taken and "options" not in taken:
-            raise ParameterError(f"the agent of {task.name} has no model: there is no option {option!r}")
+            raise ParameterError(_no_option(task, option))
     controller: Controller = factory(task, agent, **options)
     return controller
 

@@ -12,7 +12,7 @@ from cprm_gym.agents.kernels import outfield as kernels
 from cprm_gym.agents.outfielder.agent import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
 from cprm_gym.agents.outfielder.model import OUTFIELD_MODEL
 from cprm_gym.agents.outfielder.percepts import outfield_attributes, outfield_percepts, terms
-from cprm_gym.agents.registry import AGENTS
+from cprm_gym.agents.registry import WITH_MODEL
 from cprm_gym.agents.registry import make_controller as registered
 from cprm_gym.architecture.cprm import cprm_from_json, cprm_to_json
 from cprm_gym.architecture.petri import instances
@@ -249,11 +249,11 @@ def test_what_one_copy_perceives_does_not_depend_on_the_others():
                 np.testing.assert_array_equal(values[k], apart[k][name][0], err_msg=name)
 
 
-def test_the_registry_gives_the_eleven_for_every_match():
+def test_the_registry_gives_the_eleven_for_every_match_to_who_asks_for_a_model():
     for task in ("Soccer", "Soccer5v5", "Soccer11v11"):
-        assert AGENTS[task] == "eleven"
-        assert registered(make_task(task), "right_1").cprm.name == "goalie"
-        assert registered(make_task(task), "left_4").cprm == OUTFIELDER
+        assert WITH_MODEL[task] == "eleven"
+        assert registered(make_task(task), "right_1", model="bins").cprm.name == "goalie"
+        assert registered(make_task(task), "left_4", model="bins").cprm == OUTFIELDER
 
 
 def test_the_goalie_is_number_one_and_an_unknown_side_is_refused():
