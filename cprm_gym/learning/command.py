@@ -52,13 +52,13 @@ def train(
                      highlight=False, soft_wrap=True)  # fmt: skip
     bar = Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
                    console=complaints, transient=True, disable=not complaints.is_terminal)  # fmt: skip
-    interrupted = False
+    interrupted, metric = False, "seconds" if plan.configuration.metric == "duration" else "success"
     with bar:
         line = bar.add_task("starting", total=plan.seeds * plan.configuration.steps)
 
         def tell(at: int, done: int, worth: float | None) -> None:
             before = (at - plan.first) * plan.configuration.steps
-            told = "" if worth is None else f", success {worth:.2f}"
+            told = "" if worth is None else f", {metric} {worth:.2f}"
             bar.update(line, completed=before + min(done, plan.configuration.steps), description=f"seed {at}{told}")
 
         try:
@@ -68,7 +68,7 @@ def train(
     report = Report.of(folder)
     written = report.write(folder)
     if report.ends:
-        table = Table(*report.HEAD, box=None, padding=(0, 1))
+        table = Table(*report.head, box=None, padding=(0, 1))
         for row in report.rows():
             table.add_row(*row)
         console.print(table)

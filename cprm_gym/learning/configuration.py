@@ -16,7 +16,8 @@ A configuration is a TOML file with a table for each algorithm::
     steps = 50_000
     environment = { far = 12.0 }
 
-Those of the project, one for each task, lie in `FOLDER`; a task that has none is trained as ``default.toml`` says.
+Those of the project lie in `FOLDER`: for a task (``HFO1v0.toml``) or for all whose names begin so (``HFO.toml``); others are trained as
+``default.toml`` says.
 """
 
 from __future__ import annotations
@@ -151,6 +152,13 @@ class Configuration:
     environment: Mapping[str, Any] = field(default_factory=dict)
     learner: Mapping[str, Any] = field(default_factory=dict)
     curriculum: tuple[Stage, ...] = ()
+
+    @property
+    def metric(self) -> str:
+        """What counts in the task: ``success``, or ``duration`` in seconds."""
+        from ..envs.tasks import make_task
+
+        return make_task(self.task).metric
 
     @property
     def kind(self) -> Algorithm:
@@ -300,12 +308,18 @@ def read_configuration(task: str, algorithm: str, file: Path | None = None) -> C
         if algorithm not in tables:
             raise ParameterError(f"{file}: no table [{algorithm}]; it has {', '.join(tables) or 'none'}")
         return from_table(task, algorithm, tables[algorithm], f"{file} [{algorithm}]")
-    for name in (task, "default"):
+    for name in (*_families(task), "default"):
         place = FOLDER / f"{name}.toml"
         tables = read_toml(place) if place.is_file() else {}
         if algorithm in tables:
             return from_table(task, algorithm, tables[algorithm], f"{place.name} [{algorithm}]")
     return from_table(task, algorithm, {}, f"[{algorithm}]")
+
+
+def _families(task: str) -> list[str]:
+    """Names of files that begin the task's, the longest first: `HFO1v1`, `HFO`."""
+    found = [place.stem for place in FOLDER.glob("*.toml") if task.startswith(place.stem)]
+    return sorted(found, key=len, reverse=True)
 
 
 def read_toml(file: Path) -> dict[str, Any]:

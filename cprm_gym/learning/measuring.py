@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import trim_mean
 
 from ..errors import ParameterError
+from ..wrappers.sb3 import SoccerVecEnv
 from .configuration import Configuration
 from .policy import Policy
-from .worlds import measured_worlds
+from .worlds import columns_of, measured_worlds
 
+SECONDS = 0.1
+"""Of a cycle."""
 RESAMPLES = 2000
 """Bootstrap samples of the seeds."""
 
@@ -26,6 +29,19 @@ class Measured(NamedTuple):
     """(n,) int."""
     reward: np.ndarray
     """(n,) float: of the first agent, the task's own and what the configuration adds."""
+
+    def figures(self, metric: str) -> np.ndarray:
+        """(n,) float: what counts of each episode, 1 for success, or the seconds that it took."""
+        return figures(metric, self.success, self.cycles)
+
+
+def figures(metric: str, success: Sequence[int] | np.ndarray, cycles: Sequence[int] | np.ndarray) -> np.ndarray:
+    """(n,) float: of each episode what a task's metric counts, 1 for a success or, of ``duration``, seconds."""
+    return SECONDS * np.asarray(cycles, np.float64) if metric == "duration" else np.asarray(success, np.float64)
+
+
+Choose = Callable[[np.ndarray, "np.ndarray | None"], np.ndarray]
+"""Actions of all agents from their observations and what they may choose."""
 
 
 def measure(policy: Policy, configuration: Configuration, drawn: bool, seed: int, episodes: int | None = None) -> Measured:
@@ -46,22 +62,60 @@ def measure(policy: Policy, configuration: Configuration, drawn: bool, seed: int
     count = configuration.episodes if episodes is None else episodes
     env = measured_worlds(configuration, count, seed)
     agents = env.agents
-    from .worlds import columns_of
-
     given = columns_of(env)
     order = np.array([given.index(name) for name in policy.description.columns])
-    masks = env.has_attr("action_masks") and policy.description.mode in ("macro", "option")
     streams = [np.random.default_rng([seed, k]) for k in range(count)] if drawn else []
+    state = None
+
+    def choose(observation: np.ndarray, mask: np.ndarray | None) -> np.ndarray:
+        nonlocal state
+        uniform = np.concatenate([s.random((agents, policy.parts)) for s in streams]) if drawn else None
+        action, state = policy.act(observation[:, order], mask, uniform, state)
+        return action
+
+    def ended(dones: np.ndarray) -> None:
+        if state is not None:
+            state[:, dones] = 0.0
+
+    return _played(env, configuration, count, choose, ended)
+
+
+def measure_random(configuration: Configuration, seed: int, episodes: int | None = None) -> Measured:
+    """The floor: what is chosen at random, of macros and options among those that can be done.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    seed : int
+        Of the worlds and of what is drawn.
+    episodes : int, optional
+        As many as the configuration says if not given.
+    """
+    count = configuration.episodes if episodes is None else episodes
+    env = measured_worlds(configuration, count, seed)
+    space = env.action_space
+    space.seed(seed % 2**31)
+    rng = np.random.default_rng([seed, count])
+
+    def choose(observation: np.ndarray, mask: np.ndarray | None) -> np.ndarray:
+        if mask is None:
+            return np.stack([space.sample() for _ in range(len(observation))])
+        chosen: np.ndarray = np.where(mask, rng.random(mask.shape), -1.0).argmax(axis=1)
+        return chosen
+
+    return _played(env, configuration, count, choose, lambda dones: None)
+
+
+def _played(env: SoccerVecEnv, configuration: Configuration, count: int, choose: Choose, ended: Callable[[np.ndarray], None]) -> Measured:
+    """The first episode of each world."""
+    agents = env.agents
+    masks = env.has_attr("action_masks") and configuration.kind.mode in ("macro", "option")
     observation = env.reset()
     success, cycles, reward = np.zeros(count, bool), np.zeros(count, np.int64), np.zeros(count)
     running = np.ones(count, bool)
-    state = None
     while running.any():
-        uniform = np.concatenate([s.random((agents, policy.parts)) for s in streams]) if drawn else None
-        action, state = policy.act(observation[:, order], env.action_masks() if masks else None, uniform, state)
-        observation, rewards, dones, infos = env.step(action)
-        if state is not None:
-            state[:, dones] = 0.0
+        observation, rewards, dones, infos = env.step(choose(observation, env.action_masks() if masks else None))
+        ended(dones)
         reward += np.where(running, rewards[::agents], 0.0)
         for w in np.flatnonzero(dones[::agents] & running):
             info = infos[w * agents]

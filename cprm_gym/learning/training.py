@@ -1,7 +1,8 @@
 """A training: seeds one after the other, each measured on the way, kept at every measurement, and taken up again where it was left.
 
 The folder of a training holds ``plan.json``, for each seed a folder ``seed_<k>`` with the state of the learner (`checkpoints`), the curve
-(``curve.jsonl``) and the best policy so far, and, when all seeds are done, the report (`report`). A training that goes on after an
+(``curve.jsonl``) and the best policy so far, and, when all seeds are done, what random choices reach (``random.json``) and the report
+(`report`). A training that goes on after an
 interruption begins new episodes and draws anew; everything that was learned, measured or remembered stays.
 """
 
@@ -13,15 +14,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import CprmError, FormatError, ParameterError
 from ..files import write_atomically
 from .configuration import ALGORITHMS, Configuration, from_table, read_configuration
 from .policy import Description, Policy, load_policy, save_policy
 
+if TYPE_CHECKING:
+    from .measuring import Measured
+
+FLOOR = "random.json"
 Tell = Callable[[int, int, "float | None"], None]
-"""Is told (seed, agent-steps so far, success when it was last measured)."""
+"""Is told (seed, agent-steps so far, success or seconds when they were last measured)."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +106,7 @@ class Point:
 
     @property
     def worth(self) -> float:
-        """By what the best policy is chosen: success, not return, which shaping may fool."""
+        """By what the best policy is chosen: success or seconds, as the task counts, not return, which shaping may fool."""
         return 0.5 * (self.drawn + self.likeliest)
 
 
@@ -213,6 +218,11 @@ def train_seed(plan: Plan, seed: int, folder: Path, tell: Tell | None = None) ->
     run.finish(done)
 
 
+def told_of(found: Measured) -> dict[str, list[Any]]:
+    """What is kept of measured episodes."""
+    return {"success": found.success.astype(int).tolist(), "cycles": found.cycles.tolist(), "reward": found.reward.tolist()}
+
+
 def _has_tensorboard() -> bool:
     return find_spec("tensorboard") is not None
 
@@ -274,7 +284,8 @@ class _Run:
         if self.curve and self.curve[-1].steps == steps:
             return self.curve[-1]
         policy = policy_of(model, self.plan, self.seed, self.curve)
-        drawn, likeliest = (float(measure(policy, self.plan.configuration, way, UNSEEN + 1).success.mean()) for way in (True, False))
+        c = self.plan.configuration
+        drawn, likeliest = (float(measure(policy, c, way, UNSEEN + 1).figures(c.metric).mean()) for way in (True, False))
         point = Point(steps, drawn, likeliest, round(self._seconds, 1))
         best = max((p.worth for p in self.curve), default=-1.0)
         self.curve.append(point)
@@ -309,7 +320,7 @@ class _Run:
         told: dict[str, Any] = {"seconds": round(self._seconds, 1)}
         for name, drawn in (("drawn", True), ("likeliest", False)):
             found = measure(best, self.plan.configuration, drawn, UNSEEN)
-            told[name] = {"success": found.success.astype(int).tolist(), "cycles": found.cycles.tolist(), "reward": found.reward.tolist()}
+            told[name] = told_of(found)
         reached = {name: (sum(told[name]["success"]), len(told[name]["success"])) for name in ("drawn", "likeliest")}
         described = replace(best.description, success=reached, curve=tuple((p.steps, p.drawn, p.likeliest) for p in self.curve))
         save_policy(Policy(described, best.arrays), self.folder / "best")
@@ -356,6 +367,11 @@ def train(plan: Plan, folder: Path, tell: Tell | None = None) -> None:
     try:
         for seed in range(plan.first, plan.first + plan.seeds):
             train_seed(plan, seed, folder, tell)
+        if not (folder / FLOOR).exists():
+            from .measuring import measure_random
+            from .worlds import UNSEEN
+
+            write_atomically(folder / FLOOR, json.dumps(told_of(measure_random(plan.configuration, UNSEEN))) + "\n")
     finally:
         lock.release()
 

@@ -13,10 +13,11 @@ import torch
 from typer.testing import CliRunner
 
 from cprm_gym.cli import app
+from cprm_gym.errors import FormatError
 from cprm_gym.learning import training
 from cprm_gym.learning.configuration import from_table
 from cprm_gym.learning.export import arrays_of
-from cprm_gym.learning.measuring import interquartile_mean, measure
+from cprm_gym.learning.measuring import interquartile_mean, measure, measure_random
 from cprm_gym.learning.policy import load_policy
 from cprm_gym.learning.report import Report
 from cprm_gym.learning.training import Plan, make_learner, policy_of, read_curve, train
@@ -171,6 +172,41 @@ def test_measurements_are_the_same_every_time_and_do_not_depend_on_who_else_is_m
     many, few = measure(policy, configuration, True, 5, 12), measure(policy, configuration, True, 5, 5)
     assert (many.cycles[:5] == few.cycles).all()
     assert many.reward[:5] == pytest.approx(few.reward)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "task"), [("ppo", "GoToBall"), ("sac", "GoToBall"), ("maskable_ppo", "HFO1v0"), ("options", "HFO1v0")]
+)
+def test_the_floor_is_random_play_of_what_can_be_chosen(algorithm, task):
+    configuration = small(algorithm, task)
+    found = measure_random(configuration, 3, 5)
+    assert found.cycles.min() > 0
+    assert found.cycles.max() <= configuration.environment["max_cycles"]
+    again = measure_random(configuration, 3, 5)
+    assert (again.cycles == found.cycles).all()
+    assert (again.reward == found.reward).all()
+
+
+def test_what_lasts_is_measured_in_seconds(tmp_path):
+    plan = Plan(small("maskable_ppo", "Keepaway3v2"), seeds=1)
+    plan.write(tmp_path)
+    train(plan, tmp_path)
+    report = Report.of(tmp_path)
+    assert report.metric == "seconds"
+    cycles = report.ends[0]["drawn"]["cycles"]
+    assert report.rate(0, "drawn") == pytest.approx(np.mean(cycles) / 10) > 0
+    assert 0 < report.curves[0][-1].drawn <= 3.0
+    assert report.rows()[-1][0] == "random"
+    text = report.to_markdown()
+    assert "seconds, drawn" in text
+    assert "success" not in text
+    assert ": seconds, " in report.to_svg()
+    assert report.to_marl_eval()["cprm_gym"]["Keepaway3v2"]["maskable_ppo"]["seed_0"]["absolute_metrics"]["seconds"] == [
+        c / 10 for c in cycles
+    ]
+    (tmp_path / "random.json").write_text('{"success": []}')
+    with pytest.raises(FormatError, match=r"random\.json: no result of a training"):
+        Report.of(tmp_path)
 
 
 def test_the_interquartile_mean_leaves_out_the_outer_quarters():
