@@ -2,8 +2,8 @@
 
 The folder of a training holds ``plan.json``, for each seed a folder ``seed_<k>`` with the state of the learner (`checkpoints`), the curve
 (``curve.jsonl``) and the best policy so far, and, when all seeds are done, what random choices reach (``random.json``) and the report
-(`report`). A training that goes on after an
-interruption begins new episodes and draws anew; everything that was learned, measured or remembered stays.
+(`report`). A training that goes on after an interruption begins new episodes and draws anew; everything that was learned, measured or
+remembered stays.
 """
 
 from __future__ import annotations

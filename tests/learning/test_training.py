@@ -194,7 +194,8 @@ def test_what_lasts_is_measured_in_seconds(tmp_path):
     report = Report.of(tmp_path)
     assert report.metric == "seconds"
     cycles = report.ends[0]["drawn"]["cycles"]
-    assert report.rate(0, "drawn") == pytest.approx(np.mean(cycles) / 10) > 0
+    assert min(cycles) > 0
+    assert report.rate(0, "drawn") == pytest.approx(np.mean(cycles) / 10)
     assert 0 < report.curves[0][-1].drawn <= 3.0
     assert report.rows()[-1][0] == "random"
     text = report.to_markdown()
