@@ -86,10 +86,8 @@ class SoccerAgent:
         """Begin episodes; the copies are made at the first one."""
         count = len(observation["level"])
         if self.controller is None or self.controller.batch != count:
-            emitted = _emitted(self.cprm)
-            exclusive = [[name for name in BODY_COMMANDS if name in emitted]]
-            self.controller = CPRMRunner(self.cprm, count, exclusive=[g for g in exclusive if g], seed=seed, **self.options)
-            self._sends = _sends(self.controller.executor, self.body)
+            self.controller = CPRMRunner(self.cprm, count, exclusive=exclusive_commands(self.cprm), seed=seed, **self.options)
+            self._sends = sending(self.controller.executor, self.body)
             self._turned = np.zeros(count)
             worlds = None
         self.controller.reset(worlds)
@@ -133,7 +131,7 @@ def agent_in(player: Controller) -> SoccerAgent | None:
 ACTION = ("type", "params", "turn_neck", "view")
 
 
-def _sends(executor: Executor, body: Body) -> tuple[np.ndarray, ...]:
+def sending(executor: Executor, body: Body) -> tuple[np.ndarray, ...]:
     """Where the commands that a net may send stand, as `kernels.act` takes it."""
     commands = executor.command_names
     table: list[tuple[int, int, int, int]] = []
@@ -158,7 +156,10 @@ def _sends(executor: Executor, body: Body) -> tuple[np.ndarray, ...]:
     )
 
 
-def _emitted(cprm: CPRM) -> set[str]:
+def exclusive_commands(cprm: CPRM) -> list[list[str]]:
+    """The commands of a net that move the body: one of them goes out per cycle."""
     from ..architecture.petri import compile_net
 
-    return {t.emits.name for t in compile_net(cprm.net).net.transitions if t.emits is not None}
+    emitted = {t.emits.name for t in compile_net(cprm.net).net.transitions if t.emits is not None}
+    group = [name for name in BODY_COMMANDS if name in emitted]
+    return [group] if group else []

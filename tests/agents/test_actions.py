@@ -4,7 +4,7 @@ import numpy as np
 
 from cprm_gym.agents.body import DEFAULT
 from cprm_gym.agents.kernels import actions as kernels
-from cprm_gym.agents.play import ACTION, BODY_COMMANDS, _sends
+from cprm_gym.agents.play import ACTION, BODY_COMMANDS, sending
 from cprm_gym.architecture.petri import Command, Input, PetriNet, Place, Transition
 from cprm_gym.architecture.petri.execution.executor import Executor
 from cprm_gym.envs.actions import NECK_SCALE, scaled
@@ -65,7 +65,7 @@ def test_commands_become_the_actions_that_formulas_over_arrays_make():
     value[:, executor.parameters("change_view")["width"]] = rng.integers(0, 4, count)
     speed, neck = rng.random(count), rng.uniform(-90.0, 90.0, count)
     action, turned = no_action(count), np.empty(count)
-    sends = _sends(executor, DEFAULT)
+    sends = sending(executor, DEFAULT)
     kernels.act(*sends, fired, value, speed, neck, int(CommandKind.TURN), *(action[key] for key in ACTION), turned)
     wanted, turns = by_arrays(executor, fired, value, speed, neck)
     for key, values in wanted.items():

@@ -15,12 +15,12 @@ from cprm_gym.errors import unknown_name
 
 from .player import Player, Structure
 from .scene import Scene
-from .scenes import HALF_FIELD, KEEPAWAY, make_scene
+from .scenes import DEFENDED, HALF_FIELD, KEEPAWAY, make_scene
 
 FILES = {
     "GoToBall": "go_to_ball", "KickOffShot": "kick_off_shot", "PassAndAdvance": "pass_and_advance",
     **dict.fromkeys(("Goalie", "Goalie2v1", "Goalie3v2"), "goalie"), "LostAndFound": "lost_and_found", "Hike": "hike",
-    **dict.fromkeys((*HALF_FIELD, *LADDER), "half_field"), **dict.fromkeys(KEEPAWAY, "keepaway"),
+    **dict.fromkeys((*HALF_FIELD, *LADDER), "half_field"), **dict.fromkeys(KEEPAWAY, "keepaway"), **dict.fromkeys(DEFENDED, "defended"),
 }  # fmt: skip
 """Task -> file of a structure that plays it."""
 

@@ -30,6 +30,21 @@ class Remembers(Protocol):
         """Forget, in the worlds of a mask, or in `count` worlds."""
 
 
+class Keeps(Protocol):
+    """What is kept from cycle to cycle beside whoever decides, and told to him as quantities."""
+
+    columns: tuple[str, ...]
+
+    def begin(self, worlds: int) -> None:
+        """Episodes of so many worlds."""
+
+    def restart(self, worlds: Mask) -> None:
+        """In some worlds an episode begins."""
+
+    def update(self, scene: Scene) -> None:
+        """One cycle: the quantities are there, those of the last one but for `columns`, which it writes."""
+
+
 class Scene:
     """Quantities and skills of a task, for all worlds at once.
 
@@ -53,6 +68,8 @@ class Scene:
         What the percepts remember from cycle to cycle.
     view : str
         Quantity that says how wide he looks, in every cycle and whatever decides; empty where he never changes it.
+    keeps : Keeps, optional
+        What is kept for whoever decides.
 
     Attributes
     ----------
@@ -71,10 +88,14 @@ class Scene:
         believer: Believer | None = None,
         memory: Remembers | None = None,
         view: str = "",
+        keeps: Keeps | None = None,
     ) -> None:
-        self.memory, self.view = memory, view
+        self.memory, self.view, self.keeps = memory, view, keeps
         self.net, self.percepts, self.sheet, self.believer = net, percepts, Sheet(), believer
         names = self._take(net, instead or {}, without)
+        for name in keeps.columns if keeps is not None else ():
+            if name not in names:
+                names[name] = self.sheet.constant(name, 0.0)
         for name, text in (quantities or {}).items():
             names[name] = name
             self.sheet.derive(name, text, names)
@@ -122,6 +143,10 @@ class Scene:
 
     # ------------------------------------------------------------------ quantities
 
+    def quantity(self, name: str) -> NDArray[np.float64]:
+        """(N,) a quantity, by the name of the net; a view."""
+        return self.sheet[self._names[name]]
+
     def holds(self, text: str) -> Mask:
         """Where a condition over quantities, by the names of the net, holds in this cycle."""
         if text not in self._held:
@@ -145,19 +170,35 @@ class Scene:
         self.sheet.begin(worlds)
         self._states = {name: skill.idle(worlds) for name, skill in self.skills.items()}
         self._begun = {name: skill.begun(worlds) for name, skill in self.skills.items()}
+        self.chosen = np.full((worlds, 2), NOTHING, np.int64)
+        if self.keeps is not None:
+            self.keeps.begin(worlds)
 
     def restart(self, worlds: Mask) -> None:
         """In some worlds an episode begins."""
         self.sheet.restart(worlds)
         for name in self.skills:
             self.stop(name, worlds)
+        self.chosen[worlds] = NOTHING
+        if self.keeps is not None:
+            self.keeps.restart(worlds)
 
     def see(self, percepts: Percepts) -> None:
         """Begin a cycle."""
         self.sheet.fill(percepts)
+        if self.keeps is not None:
+            self.keeps.update(self)
+            self.sheet.derive_all()
         self._steps: dict[tuple[str, bool], Step] = {}
         self._held: dict[str, Mask] = {}
         self.chosen = np.full((self.worlds, 2), NOTHING, np.int64)
+
+    def kicked(self, *skills: str) -> Mask:
+        """Where one of these skills sent a kick in the last cycle; asked before this one begins."""
+        kicks = [
+            self._offset[name] + k for name in skills for k, (command, _) in enumerate(self.skills[name].commands) if command == "kick"
+        ]  # fmt: skip
+        return np.isin(self.chosen[:, BODY], kicks)
 
     def step(self, name: str, fresh: bool) -> Step:
         """What a skill would do in this cycle, begun now (`fresh`) or going on."""

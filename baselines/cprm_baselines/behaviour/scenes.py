@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from cprm_gym.agents.attacker import agent as attacker
 from cprm_gym.agents.attacker import half_field
 from cprm_gym.agents.body import Body
 from cprm_gym.agents.finder.agent import finder_net, finder_percepts
@@ -27,6 +28,7 @@ from cprm_gym.envs.tasks.half_field import LADDER
 from cprm_gym.errors import unknown_name
 
 from .believer import Believer
+from .possession import Possession
 from .scene import Scene
 
 _LOOK: dict[str, tuple[str, dict[str, str | float]]] = {
@@ -173,6 +175,22 @@ def _attacker(task: Task, agent: str) -> Scene:
     )  # fmt: skip
 
 
+def _combining(task: Task, agent: str) -> Scene:
+    constants: Any = PLAYERS[task.name].numbers("memory")
+    whole = attacker.make_controller(task, agent, constants)
+    return Scene(
+        whole.cprm.net,
+        whole.percepts,
+        orders={
+            "look": ("look", {"direction": "eyes"}), "face": ("turn", {"moment": "face_moment"}),
+            "sweep": ("turn", {"moment": "search_moment"}), "stand": ("turn", {"moment": 0.0}),
+        },
+        memory=whole.motion,
+        view="cone",
+        keeps=Possession(getattr(task, "passes", 0)),
+    )  # fmt: skip
+
+
 def _keeper(task: Task, agent: str) -> Scene:
     whole = keeper(task, agent)
     return Scene(
@@ -187,13 +205,14 @@ def _keeper(task: Task, agent: str) -> Scene:
 
 
 HALF_FIELD = ("HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5")
+DEFENDED = ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
 KEEPAWAY = ("Keepaway3v2", "Keepaway4v3", "Keepaway5v4")
 SCENES = {
     "Hike": _hiker,
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,
-    **dict.fromkeys((*HALF_FIELD, *LADDER), _attacker), **dict.fromkeys(KEEPAWAY, _keeper),
+    **dict.fromkeys((*HALF_FIELD, *LADDER), _attacker), **dict.fromkeys(KEEPAWAY, _keeper), **dict.fromkeys(DEFENDED, _combining),
 }  # fmt: skip
 """Task -> maker of its scene."""
 
