@@ -5,15 +5,20 @@
 ``time``: its belief begins from the prior in every cycle, so that what was seen before is forgotten; ``relations``: no relation comes into
 force, whatever the net attends to; ``reflexes``: the goalie acts on what he believes alone; ``recovery``: the primary sequence alone, with
 ``watched=true`` begun anew where its body has done nothing for 60 cycles; ``looking``: the neck stays straight and the view as it is. The
-first four are of agents with a model of their own, or parts for recovery; anybody can be kept from looking.
+first four are of agents with a model of their own, or parts for recovery; anybody can be kept from looking. ``intention``: the goalie who
+expects shots (``cprm:model=intention``) no longer knows that an opponent has the ball, and so expects nothing; ``attention``: opponents
+whom he does not see are not carried on; ``mind``: what the holder is about is forgotten in each cycle.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from cprm_gym.agents.intention.agent import make_controller as expecting
 from cprm_gym.agents.play import SoccerAgent, agent_in
 from cprm_gym.agents.registry import BINS, MODELLED
 from cprm_gym.agents.registry import make_controller as cprm
@@ -109,9 +114,14 @@ def _without_looking(task: Task, agent: str) -> Controller:
     return Staring(cprm(task, agent))
 
 
-LESIONS = {
+def _without_intention(part: str, task: Task, agent: str) -> Controller:
+    return expecting(task, agent, **{part: False})  # type: ignore[arg-type]
+
+
+LESIONS: dict[str, Callable[[Task, str], Controller]] = {
     "looking": _without_looking, "time": _without_time, "relations": _without_relations, "reflexes": _without_reflexes,
-    "recovery": _without_recovery,
+    "recovery": _without_recovery, "intention": partial(_without_intention, "possesses"),
+    "attention": partial(_without_intention, "attended"), "mind": partial(_without_intention, "memory"),
 }  # fmt: skip
 """What is taken out -> maker of who is left."""
 

@@ -29,7 +29,7 @@ ON_OTHERS = ("GoToBall", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Socc
 matches, and attackers of half fields who have team-mates."""
 ON_BELIEF = tuple(task for task in AGENTS if task not in ON_OTHERS)
 """Tasks whose agent plays on the tier `TIER`, if neither a tier nor a model is named."""
-TIER, BINS = "belief", "bins"
+TIER, BINS, INTENTION = "belief", "bins", "intention"
 
 
 def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **options: Any) -> Controller:
@@ -45,7 +45,7 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
         his net reads the tier alone, and no model of his own filters once more what is filtered.
     model : str
         ``bins``: the agent with the model that he had first, if he had one, on what the environment tells, or on a tier that is named
-        besides.
+        besides. ``intention``: the goalie on the belief who expects shots (`intention.agent`).
     **options
         Of agents with a model of their own, those of `CPRMRunner`: ``t_b``, ``latency``, ``demand``, ``engine``, ``deep``, ``every`` ...
 
@@ -58,8 +58,10 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
     """
     if task.name not in AGENTS:
         raise unknown_name("task of the controller 'cprm':", task.name, AGENTS)
-    if model not in ("", BINS):
-        raise unknown_name("model", str(model), (BINS,))
+    if model not in ("", BINS, INTENTION):
+        raise unknown_name("model", str(model), (BINS, INTENTION))
+    if model == INTENTION:
+        return _expecting(task, agent, tier, options)
     if not tier and not model and task.name in ON_BELIEF:
         tier = TIER
     if not tier:
@@ -72,6 +74,16 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
     if options:
         raise ParameterError(f"on a tier {_no_option(task, next(iter(options)))}")
     return reading(task, agent)
+
+
+def _expecting(task: Task, agent: str, tier: str, options: dict[str, Any]) -> Controller:
+    """Who expects shots; he is on the tier `TIER` alone."""
+    from .intention.agent import make_controller as expecting
+
+    if tier not in ("", TIER) or options:
+        given = next(iter(options)) if options else f"tier={tier}"
+        raise ParameterError(f"model={INTENTION}: he plays on {TIER!r} and has no options: {given!r} given")
+    return expecting(task, agent)
 
 
 def _no_option(task: Task, option: str) -> str:

@@ -119,7 +119,8 @@ class Quantities:
         held = tuple(tokens[p] for p in self._tokens.get(place, ()))
         if (place, held) in self._numbers:
             return self._numbers[place, held]
-        code, read = None, ()
+        code: Code | None = None
+        read: tuple[int | float, ...] = ()
         if place in self._texts:
             text = self._texts[place]
             read = tuple(self.of(self._index[name], tokens) for name in text.names)
@@ -253,9 +254,8 @@ class ProductMachine:
         """
         begin, done, rules, endless = time.process_time(), 0, 0, 0
         while done < len(self.states):
-            if self._roots[done] is None:
-                self._roots[done] = self._grow(done, {})
-            waiting = [(self._roots[done], dict[int, tuple[float, float]]())]
+            root = self._roots[done] = self._roots[done] or self._grow(done, {})
+            waiting: list[tuple[Branch | Outcome, dict[int, tuple[float, float]]]] = [(root, {})]
             while waiting:
                 node, known = waiting.pop()
                 if time.process_time() - begin > seconds or len(self.states) > states:

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from cprm_gym.agents.attacker import half_field
 from cprm_gym.agents.attacker.agent import ATTACKER_NET, COMBINING_NET, HAVE, MEET, PUSH, SHOT, AttackerAgent, attacker_net, make_controller
-from cprm_gym.agents.attacker.constants import AttackerConstants, PairConstants
+from cprm_gym.agents.attacker.constants import AttackerConstants, HalfFieldConstants, PairConstants
 from cprm_gym.agents.attacker.kernels import ASIDE, EMPTY, gap_at, judge
 from cprm_gym.agents.attacker.percepts import FORGET, NAMES, NEAR, Motion, terms
-from cprm_gym.agents.body import DEFAULT
+from cprm_gym.agents.body import DEFAULT, Body
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import PasserAgent
@@ -318,3 +319,13 @@ def test_a_player_is_tuned_and_measured_where_his_options_say(monkeypatch):
     with pytest.raises(InterruptedError):
         next(iter(study(Plan("KickOffShot2v2", "frozen", worlds=1))))
     assert seen == [("medium", "weak")]
+
+
+def test_before_one_defender_other_numbers_are_there_for_the_asking():
+    task = make_task("HFO2v1")
+    tuned, by_hand = (half_field.make_controller(task, "left_1", tuned=tuned) for tuned in (True, False))
+    assert tuned.cprm.net == attacker_net(0, Body.of(task), HalfFieldConstants.tuned("memory", half_field.STUDY))
+    assert by_hand.cprm.net == attacker_net(0, Body.of(task), HalfFieldConstants())
+    assert tuned.cprm.net != by_hand.cprm.net
+    with pytest.raises(ParameterError, match="leave out one"):
+        half_field.make_controller(task, "left_1", HalfFieldConstants(), tuned=True)

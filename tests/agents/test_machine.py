@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cprm_gym.agents.equivalents.machine import MachineAgent
 from cprm_gym.agents.knowledge.players import PLAYERS
-from cprm_gym.agents.machine import MachineAgent
 from cprm_gym.agents.play import agent_in
 from cprm_gym.agents.registry import make_controller
 from cprm_gym.agents.seeker import make_reckoning

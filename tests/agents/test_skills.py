@@ -7,7 +7,7 @@ import pytest
 from cprm_baselines.fsm.go_to_ball import GoToBallMachine
 
 from cprm_gym.agents import skills
-from cprm_gym.agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
+from cprm_gym.agents.equivalents.go_to_ball import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
 from cprm_gym.agents.percepts import ball_percepts, field_percepts
 from cprm_gym.agents.play import SoccerAgent
 from cprm_gym.agents.skills.advance import ADVANCE

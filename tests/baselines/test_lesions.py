@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from cprm_baselines.lesions import LESIONS, make_controller
 
+from cprm_gym.agents.intention import Told
 from cprm_gym.agents.play import agent_in
 from cprm_gym.agents.registry import make_controller as cprm
 from cprm_gym.benchmark.recovery import Watchdog
@@ -57,6 +58,32 @@ def test_without_looking_neither_neck_nor_view_is_moved():
 def test_without_reflexes_he_acts_otherwise():
     whole, bare = (played(c, 20)[0] for c in (cprm(TASK, "left_1", model="bins"), make_controller(TASK, "left_1", "reflexes")))
     assert any(np.any(a["params"] != b["params"]) for a, b in zip(whole, bare, strict=True))
+
+
+@pytest.mark.parametrize("part", ["intention", "attention", "mind"])
+def test_without_a_part_of_the_intention_he_acts_otherwise(part):
+    whole, bare = (played(c, 25, 12)[0] for c in (cprm(TASK, "left_1", model="intention"), make_controller(TASK, "left_1", part)))
+    assert any(np.any(a["params"] != b["params"]) for a, b in zip(whole, bare, strict=True))
+
+
+def test_without_intention_no_shot_is_ever_expected():
+    core = SoccerCore(TASK, 12, seed=6, include=("memory",))
+    for part, some in (("attention", True), ("intention", False)):
+        controller = make_controller(TASK, "left_1", part)
+        observation = {key: value[:, 0] for key, value in core.reset(6).items()}
+        controller.reset(observation, 6)
+        chances = []
+        for _ in range(25):
+            action = controller.act(observation)
+            chances.append(controller.known["intention"][:, Told.CHANCE])
+            core.step({key: np.asarray(value)[:, None] for key, value in action.items()})
+        assert (np.max(chances) > 0.05) == some
+
+
+@pytest.mark.parametrize("given", [{"tier": "memory"}, {"t_b": 5}])
+def test_who_expects_shots_has_no_other_tier_and_no_options(given):
+    with pytest.raises(ParameterError, match=next(iter(given))):
+        cprm(TASK, "left_1", model="intention", **given)
 
 
 def test_who_is_watched_has_a_watchdog():

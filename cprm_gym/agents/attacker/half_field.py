@@ -16,14 +16,30 @@ GROUND = Ground(low_x=MARGIN, offside=False)
 """The right half."""
 
 
-def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None) -> attacker.AttackerAgent:
-    """An attacker as a controller, with the numbers tuned on his memory if no others are given.
+STUDY = "attacker_one_defender"
+"""Folder of the study for one defender at most; against more of them the numbers set by hand are better."""
+
+
+def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None, tuned: bool = False) -> attacker.AttackerAgent:
+    """An attacker as a controller.
+
+    Parameters
+    ----------
+    task : Task
+    agent : str
+    constants : HalfFieldConstants, optional
+        Those set by hand if not given.
+    tuned : bool
+        Those of `STUDY` instead: ``cprm:tuned=true``.
 
     Raises
     ------
     ParameterError
-        For a defender.
+        For a defender, or numbers that are both given and tuned.
     """
     if not agent.startswith("left"):
         raise ParameterError(f"{task.name}: the attacker plays for the left side; {agent!r} defends")
-    return attacker.make_controller(task, agent, constants or HalfFieldConstants(), GROUND)
+    if tuned and constants is not None:
+        raise ParameterError("attacker: `constants` are given and `tuned` asks for others; leave out one")
+    numbers = HalfFieldConstants.tuned("memory", STUDY) if tuned else constants or HalfFieldConstants()
+    return attacker.make_controller(task, agent, numbers, GROUND)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ....agents.equivalents import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
+from ....agents.equivalents.go_to_ball import GO_TO_BALL_MACHINE, GO_TO_BALL_REGIONS
 from ....architecture.cprm import CPRMRunner
 from ....architecture.equivalences import MachineRunner, RegionsRunner, machine_net, regions_cprm
 from ....architecture.petri import Executor

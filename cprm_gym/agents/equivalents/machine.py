@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..architecture.petri import Executor
-from ..architecture.product_machine import ProductMachine, ProductRunner
-from ..envs.controller import Action, Observation, no_action
-from ..errors import ControllerError, ParameterError
-from ..simulator.state import CommandKind
-from .kernels import actions as kernels
-from .play import ACTION, SoccerAgent, exclusive_commands, sending
+from ...architecture.petri import Executor
+from ...architecture.product_machine import ProductMachine, ProductRunner
+from ...envs.controller import Action, Observation, no_action
+from ...errors import ControllerError, ParameterError
+from ...simulator.state import CommandKind
+from ..kernels import actions as kernels
+from ..play import ACTION, SoccerAgent, exclusive_commands, sending
 
 
 class MachineAgent:

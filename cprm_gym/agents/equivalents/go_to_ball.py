@@ -6,12 +6,12 @@ become as nets and CPRMs is in `cprm_gym.architecture.equivalences`.
 
 from __future__ import annotations
 
-from ..architecture.equivalences import Region, RegionPolicy, Rule, StateMachine
-from ..architecture.petri import Belief, Command
-from .body import Body, of_body
-from .models import ball_model
-from .seeker import seeker_cprm
-from .skills.go_to_ball import CLOSE, TIRED
+from ...architecture.equivalences import Region, RegionPolicy, Rule, StateMachine
+from ...architecture.petri import Belief, Command
+from ..body import Body, of_body
+from ..models import ball_model
+from ..seeker import seeker_cprm
+from ..skills.go_to_ball import CLOSE, TIRED
 
 _LOOK = Command("turn", moment="look_moment")
 _TURN = Command("turn", moment="moment")
