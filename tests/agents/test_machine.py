@@ -20,7 +20,7 @@ def _net(task, agent):
     if task.name in PLAYERS:
         player = PLAYERS[task.name]
         return player.make(task, agent, player.numbers("memory"))
-    return make_reckoning(task, agent) if task.name == "GoToBall" else make_controller(task, agent)
+    return make_reckoning(task, agent) if task.name == "GoToBall" else agent_in(make_controller(task, agent))
 
 
 class _Both:

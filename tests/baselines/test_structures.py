@@ -21,7 +21,7 @@ TASKS = {
     "code": tuple(code.PROGRAMS), "belief_region": tuple(belief_region.POLICIES),
 }  # fmt: skip
 OTHER_STEPS = {
-    *("PassAndAdvance2v2", "HFO1v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Keepaway4v3", "Keepaway5v4"),
+    *("PassAndAdvance2v2", "PassAndAdvance2v3", "HFO1v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", "Keepaway4v3", "Keepaway5v4"),
     *("FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption", "FrontGoalPassingLane"),
 }
 """Between the first and the last of their kind."""
@@ -33,7 +33,6 @@ LEAST = {
     "PassAndAdvance": 0.8,
     "KickOffShot2v2": 0.6,
     "PassAndAdvance2v1": 0.6,
-    "PassAndAdvance2v3": 0.25,
     "Goalie": 0.6,
     "Goalie2v1": 0.6,
     "Goalie3v2": 0.5,
