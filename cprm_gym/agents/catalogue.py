@@ -8,7 +8,7 @@ from importlib import import_module
 from ..architecture.petri import PetriNet
 from ..errors import unknown_name
 from . import skills
-from .registry import AGENTS
+from .registry import AGENTS, OTHER_SIDE
 
 
 def shipped_nets() -> dict[str, PetriNet]:
@@ -20,7 +20,8 @@ def shipped_nets() -> dict[str, PetriNet]:
         By the net's name, in alphabetical order.
     """
     modules = [f"{skills.__name__}.{found.name}" for found in pkgutil.iter_modules(skills.__path__)]
-    modules += [f"{__package__}.{agent}" for agent in (*sorted(set(AGENTS.values())), "outfielder.agent", "attacker.agent")]
+    agents = sorted({*AGENTS.values(), *OTHER_SIDE.values()})
+    modules += [f"{__package__}.{agent}" for agent in (*agents, "outfielder.agent", "attacker.agent")]
     nets: dict[str, PetriNet] = {}
     for module in modules:
         for value in vars(import_module(module)).values():

@@ -20,6 +20,12 @@ AGENTS: dict[str, str] = {
     **dict.fromkeys(("Soccer", "Soccer5v5", "Soccer11v11"), "match.agent"),
 }  # fmt: skip
 """Task -> module of this package that has ``make_controller(task, agent)``."""
+OTHER_SIDE = {
+    **dict.fromkeys(("HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5", *(name for name, (_, d) in LADDER.items() if d)),
+                    "match.half_field"),
+    **dict.fromkeys(("Keepaway3v2", "Keepaway4v3", "Keepaway5v4"), "taker.agent"),
+}  # fmt: skip
+"""The same for the right side, of tasks where it does something else; it plays on what the environment tells, if no tier is named."""
 WITH_MODEL = dict.fromkeys(("Soccer", "Soccer5v5", "Soccer11v11"), "eleven")
 """The same, of tasks where the agent with a model of his own is another one."""
 MODELLED = ("GoToBall", "PassAndAdvance", "Goalie", "Goalie2v1", "Goalie3v2", "Soccer", "Soccer5v5", "Soccer11v11")
@@ -62,13 +68,14 @@ def make_controller(task: Task, agent: str, tier: str = "", model: str = "", **o
         raise unknown_name("model", str(model), (BINS, INTENTION))
     if model == INTENTION:
         return _expecting(task, agent, tier, options)
-    if not tier and not model and task.name in ON_BELIEF:
+    other = _other_side(task, agent)
+    if not tier and not model and task.name in ON_BELIEF and not other:
         tier = TIER
     if not tier:
         return _own(task, agent, options, model)
     from .knowledge import informed
 
-    reading = _reading(task, tier)
+    reading = None if other else _reading(task, tier)
     if reading is None or model:
         return informed(lambda task, agent: _own(task, agent, options, model), tier)(task, agent)
     if options:
@@ -92,9 +99,15 @@ def _no_option(task: Task, option: str) -> str:
     return f"the agent of {task.name} has no model: there is no option {option!r}{instead}"
 
 
+def _other_side(task: Task, agent: str) -> bool:
+    """Whether somebody else plays there than on the left side."""
+    return agent.startswith("right") and task.name in OTHER_SIDE
+
+
 def _own(task: Task, agent: str, options: dict[str, Any], model: str) -> Controller:
     """Net and, where there is one, model of his own."""
-    where = {**AGENTS, **(WITH_MODEL if model else {})}[task.name]
+    other = OTHER_SIDE if _other_side(task, agent) else WITH_MODEL if model else {}
+    where = {**AGENTS, **other}[task.name]
     factory = import_module(f".{where}", __package__).make_controller
     taken = inspect.signature(factory).parameters
     for option in options:

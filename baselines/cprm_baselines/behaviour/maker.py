@@ -23,6 +23,8 @@ FILES = {
     **dict.fromkeys((*HALF_FIELD, *LADDER), "half_field"), **dict.fromkeys(KEEPAWAY, "keepaway"), **dict.fromkeys(DEFENDED, "defended"),
 }  # fmt: skip
 """Task -> file of a structure that plays it."""
+OTHER_SIDE = dict.fromkeys(KEEPAWAY, "taker")
+"""Task -> file for the players of the right side, where they do something else."""
 
 
 def tables(package: str) -> dict[str, ModuleType]:
@@ -54,5 +56,7 @@ def make_player(
     if task.name not in modules:
         raise unknown_name(f"task of the controller {structure!r}:", task.name, modules)
     module = modules[task.name]
+    if agent.startswith("right") and task.name in OTHER_SIDE:
+        module = import_module(f"{module.__package__}.{OTHER_SIDE[task.name]}")
     scene = getattr(module, "make_scene", make_scene)(task, agent)
     return Player(scene, build(scene, module), Body.of(task))

@@ -21,6 +21,7 @@ from cprm_gym.agents.skills.dribble import NEAR
 from cprm_gym.agents.skills.go_to_ball import AHEAD, CLOSE, LOOKS, go_to_ball_reflex
 from cprm_gym.agents.skills.kick import SURE
 from cprm_gym.agents.striker import striker_net
+from cprm_gym.agents.taker.agent import make_controller as taker
 from cprm_gym.architecture.petri import Belief, Input, Math, PetriNet
 from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEngine
 from cprm_gym.envs.tasks import Task
@@ -204,6 +205,22 @@ def _keeper(task: Task, agent: str) -> Scene:
     )  # fmt: skip
 
 
+def _taker(task: Task, agent: str) -> Scene:
+    whole = taker(task, agent)
+    return Scene(
+        whole.cprm.net,
+        whole.percepts,
+        orders={
+            "look": ("look", {"direction": "eyes"}), "face": ("turn", {"moment": "face_moment"}),
+            "sweep": ("turn", {"moment": "search_moment"}), "tackle": ("tackle", {"direction": "out_direction", "foul": 0.0}),
+        },
+    )  # fmt: skip
+
+
+def _keepaway(task: Task, agent: str) -> Scene:
+    return (_taker if agent.startswith("right") else _keeper)(task, agent)
+
+
 HALF_FIELD = ("HFO1v0", "HFO1v1", "HFO2v1", "HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5")
 DEFENDED = ("KickOffShot2v2", "PassAndAdvance2v1", "PassAndAdvance2v2", "PassAndAdvance2v3")
 KEEPAWAY = ("Keepaway3v2", "Keepaway4v3", "Keepaway5v4")
@@ -212,7 +229,7 @@ SCENES = {
     "GoToBall": _seeker,
     "KickOffShot": _striker, "PassAndAdvance": _passer, "Goalie": _goalie, "Goalie2v1": _goalie, "Goalie3v2": _goalie,
     "LostAndFound": _finder,
-    **dict.fromkeys((*HALF_FIELD, *LADDER), _attacker), **dict.fromkeys(KEEPAWAY, _keeper), **dict.fromkeys(DEFENDED, _combining),
+    **dict.fromkeys((*HALF_FIELD, *LADDER), _attacker), **dict.fromkeys(KEEPAWAY, _keepaway), **dict.fromkeys(DEFENDED, _combining),
 }  # fmt: skip
 """Task -> maker of its scene."""
 

@@ -1,0 +1,1 @@
+"""The taker of keepaway: its net, what it perceives, and its numbers."""
