@@ -121,6 +121,11 @@ class Informed:
         """The controller's; None where it plays with none."""
         return getattr(self.controller, "cprm", None)
 
+    @property
+    def oracle(self) -> bool:
+        """Whether the tier reads the truth."""
+        return self.tier.oracle
+
     def connect(self, core: SoccerCore, agent: str) -> None:
         """Show the worlds to a tier that is an oracle, and to no other one."""
         if self.tier.oracle:

@@ -78,8 +78,10 @@ def taker_net(body: Body = DEFAULT, constants: TakerConstants | None = None) -> 
         transitions=(
             Transition("sweep", ("decide",), ("acted",), tests={"lost": 1}, emits=Command("turn", moment="search_moment"), priority=6),
             Transition("have", ("decide",), ("with_ball",), tests={"reach": 1}, priority=5),
-            Transition("tackle", ("decide",), ("acted",), tests={"tackles": 1}, emits=Command("tackle", direction="out_direction", foul=0.0),
-                       priority=4),
+            Transition(
+                "tackle", ("decide",), ("acted",), tests={"tackles": 1},
+                emits=Command("tackle", direction="out_direction", foul=0.0), priority=4,
+            ),
             Transition("run_to_it", ("decide",), ("meet.begin",), tests={"chase": 1}, priority=3),
             Transition("cover", ("decide",), ("walk.begin",), tests={"off_place": OFF_PLACE}, priority=2),
             Transition("face", ("decide",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="face_moment"),

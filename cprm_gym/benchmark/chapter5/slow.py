@@ -47,6 +47,11 @@ class Slow:
         self._kept: list[dict[str, np.ndarray]] = []
         self._age = np.zeros(0, np.int64)
 
+    @property
+    def oracle(self) -> bool:
+        """As for `Informed`."""
+        return self.player.oracle
+
     def connect(self, core: SoccerCore, agent: str) -> None:
         """As for `Informed`."""
         self.player.connect(core, agent)

@@ -57,7 +57,7 @@ class ControlledPlayers:
         self.names = [factories[p][0] for p in players]
         self.controllers: list[Controller] = [factories[p][1](task, _agent(p)) for p in players]
         for name, controller in zip(self.names, self.controllers):
-            if hasattr(controller, "connect"):
+            if hasattr(controller, "connect") and getattr(controller, "oracle", True):
                 raise ParameterError(f"others: {name!r} is shown the truth; who plays beside the agents knows what players perceive")
         self.include: tuple[str, ...] = tuple(dict.fromkeys(part for c in self.controllers for part in getattr(c, "needs", ())))
         self.pitch = pitch.seen_by(np.array(players, np.int64))
