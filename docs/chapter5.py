@@ -1,7 +1,8 @@
 """The results of the suite ``chapter5`` as a page: what is made of ``docs/results/chapter5.json`` in ``docs/results.md``.
 
-``python docs/chapter5.py`` writes the made parts of the page anew; ``python docs/chapter5.py RUN ...`` first puts the runs of these folders
-together (of each cell the one with the most episodes) and writes the file and the pictures anew.
+``python docs/chapter5.py`` writes the made parts of the page anew. ``python docs/chapter5.py RUN ... [--again RUN ...]`` first puts the
+runs of these folders together (of each cell the one with the most episodes, of equal ones that of the run given last), beside them those of
+another seed, and writes the file, the pictures and ``docs/results/chapter5.html`` anew.
 """
 
 from __future__ import annotations
@@ -9,19 +10,25 @@ from __future__ import annotations
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cprm_gym.benchmark.chapter5.pieces import Curves, Dots
 from cprm_gym.benchmark.chapter5.report import svg
+from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
+from cprm_gym.benchmark.chapter5.report.who import READING, WHO
 from cprm_gym.benchmark.chapter5.report.whole import Chapter5Report
 from cprm_gym.errors import CprmError
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
+HTML = DOCS / "results" / "chapter5.html"
 BLOCK = re.compile(
-    r"(<!-- (claims|guide|played|found|picture|notes|rows|decided)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL
+    r"(<!-- (whole|claims|guide|who|brief|again|played|found|picture|notes|rows|decided|reading|made)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*"
+    r"(<!-- end -->)",
+    re.DOTALL,
 )
 PICTURES = {
     "table": (12, "Success by task and controller"),
@@ -33,7 +40,7 @@ PICTURES = {
     "transfer": (4, "Success where ball, players, starts or opponents differ"),
 }
 """Experiment -> how many of its panels stand on the page, at most, and what they show."""
-COMMAND = "cprm-gym benchmark --suite chapter5 --only {}"
+AGAIN = "--again"
 
 
 def data_of(report: Chapter5Report) -> dict[str, Any]:
@@ -67,19 +74,72 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(cell.replace("|", "/").replace("<", "&lt;") for cell in row) + " |" for row in rows])
 
 
+def whole(data: dict[str, Any], _: str) -> str:
+    """How much was played, and whether that is all of it."""
+    counts, size = [cell["n"] for cell in data["cells"]], data["plan"]["size"]
+    text = f"{sum(counts):,} episodes in {len(counts)} cells (task, condition, controller)."
+    if data["complete"]:
+        return text
+    text = f"**Not the whole suite, so far:** {text} They have {min(counts):,} to {max(counts):,} episodes each, where the whole suite has "
+    text += f"{size['table']:,} in the table and {size['curve']:,} in curves; what was not played is named below. "
+    return text + "Few episodes decide little."
+
+
 def claims(data: dict[str, Any], _: str) -> str:
-    """Each claim, verdict, figure and command."""
-    rows = [
-        [entry["claim"] + (f" (§{entry['section']})" if entry["section"] != "-" else ""), entry["verdict"], entry["figure"] or "-",
-         f"`{COMMAND.format(entry['experiment'])}`"]
-        for entry in data["claims"].values()
-    ]  # fmt: skip
-    return table(["claim", "verdict", "figure", "command"], rows)
+    """Each claim, verdict and figure."""
+    again = data.get("again")
+    rows = []
+    for key, entry in data["claims"].items():
+        hangs = again is not None and key in again["hangs"]
+        said = f" **Hangs on the seed: {again['verdicts'][key]} with seed {again['seed']}.**" if hangs else ""
+        section = f" (§{entry['section']})" if entry["section"] != "-" else ""
+        rows.append([entry["claim"] + section, f"**{entry['verdict']}**", (entry["figure"] or "-") + said, f"`{entry['experiment']}`"])
+    return table(["claim", "verdict", "figure", "`--only`"], rows)
 
 
 def guide(data: dict[str, Any], _: str) -> str:
     """When to take what, and why."""
-    return table(["when", "take", "why"], data["guide"])
+    return table(["when", "take", "why"], [[when, f"**{what}**", why] for when, what, why in data["guide"]])
+
+
+def who(data: dict[str, Any], _: str) -> str:
+    """Who plays, and what it is."""
+    return table(["name", "what it is"], [[f"`{name}`", text] for name, text in WHO.items()])
+
+
+def brief(data: dict[str, Any], name: str) -> str:
+    """The tables of an experiment that are to be read first."""
+    return "\n\n".join(table(t["head"], t["rows"]) for t in _tables(data, name) if t.get("brief"))
+
+
+def again(data: dict[str, Any], _: str) -> str:
+    """What another seed says."""
+    told = data.get("again")
+    if told is None:
+        return "It was not played with another seed."
+    parts = [f"{told['said']} {told['episodes']}"]
+    parts += [f"* {data['claims'][key]['claim']} {told['verdicts'][key]}: {figure}" for key, figure in told["figures"].items()]
+    items = [f"each another way: {text}" for text in told["against"]] + [f"{who} alone: {text}" for text, who in told["once"]]
+    return "\n".join(parts[:1] + [""] * bool(parts[1:]) + parts[1:]) + (
+        "\n\n" + _folded("Decided by one seed alone", items) if items else ""
+    )
+
+
+def reading(data: dict[str, Any], _: str) -> str:
+    """How what was measured is to be read."""
+    return READING.replace(" > ", " &gt; ")
+
+
+def made(data: dict[str, Any], _: str) -> str:
+    """With what, and of which runs the cells are."""
+    counts: dict[int, int] = {}
+    for cell in data["cells"]:
+        counts[cell.get("run", 0)] = counts.get(cell.get("run", 0), 0) + 1
+    entries = [
+        [str(k), f"`{run['command']}`", run["version"] or "not noted", str(counts.get(k, 0))] for k, run in enumerate(data.get("runs", []))
+    ]
+    machine = ", ".join(f"{key} {value}" for key, value in data["machine"].items())
+    return f"Seed {data['plan']['seed']}. {machine}.\n\n" + table(["run", "command", "begun with version", "cells"], entries)
 
 
 def played(data: dict[str, Any], _: str) -> str:
@@ -95,7 +155,8 @@ def played(data: dict[str, Any], _: str) -> str:
 
 def found(data: dict[str, Any], name: str) -> str:
     """What an experiment says of its claims."""
-    return "\n\n".join(f["figure"] for one in data["experiments"] if one["name"] == name for f in one["findings"]) or "Not yet measured."
+    findings = [f for one in data["experiments"] if one["name"] == name for f in one["findings"]]
+    return "\n\n".join(f"{f['figure']} {f.get('more', '')}".strip() for f in findings) or "Not yet measured."
 
 
 def picture(data: dict[str, Any], name: str) -> str:
@@ -108,29 +169,33 @@ def notes(data: dict[str, Any], name: str) -> str:
     return "\n\n".join(note for one in data["experiments"] if one["name"] == name for note in one["notes"])
 
 
+def _tables(data: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    return [t for one in data["experiments"] if one["name"] == name for t in one["tables"] if t["rows"]]
+
+
 def rows(data: dict[str, Any], name: str) -> str:
-    """The tables of an experiment; of what was said of a method only whether anything was."""
-    found = [t for one in data["experiments"] if one["name"] == name for t in one["tables"] if t["rows"]]
-    short = [[[re.sub(r"^(yes|no): .*", r"\1", cell, flags=re.DOTALL) for cell in row] for row in t["rows"]] for t in found]
-    return "\n\n".join(table(t["head"], cells) for t, cells in zip(found, short))
+    """The other tables of an experiment, folded up."""
+    kept = [t for t in _tables(data, name) if not t.get("brief")]
+    return "\n\n".join(f"<details><summary>{t['title']}</summary>\n\n{table(t['head'], t['rows'])}\n\n</details>" for t in kept)
+
+
+def _folded(title: str, items: list[str]) -> str:
+    listed = "\n".join(f"* {item}" for item in items).replace(" > ", " &gt; ")
+    return f"<details><summary>{title}</summary>\n\n{listed}\n\n</details>"
 
 
 def decided(data: dict[str, Any], name: str) -> str:
-    """Who is better than whom."""
-    better = [text for one in data["experiments"] if one["name"] == name for text in one["better"]]
-    return ("Decided:\n\n" + "\n".join(f"* {text}" for text in better)).replace(" > ", " &gt; ") if better else ""
+    """Who is better than whom, folded up."""
+    for one in data["experiments"]:
+        if one["name"] == name and one["better"]:
+            return _folded(f"{len(one['better'])} of {one['compared']} comparisons are decided", one["better"])
+    return ""
 
 
 MADE = {
-    "claims": claims,
-    "guide": guide,
-    "played": played,
-    "found": found,
-    "picture": picture,
-    "notes": notes,
-    "rows": rows,
-    "decided": decided,
-}
+    "whole": whole, "claims": claims, "guide": guide, "who": who, "brief": brief, "again": again, "played": played, "found": found,
+    "picture": picture, "notes": notes, "rows": rows, "decided": decided, "reading": reading, "made": made,
+}  # fmt: skip
 
 
 def with_parts(text: str, data: dict[str, Any]) -> str:
@@ -150,15 +215,22 @@ def draw(report: Chapter5Report, folder: Path = IMAGES) -> list[Path]:
     return made
 
 
-def main(runs: list[str]) -> None:
+def main(given: list[str]) -> None:
     """Take in runs, write results, page and pictures."""
+    if AGAIN in given and (given[0] == AGAIN or given[-1] == AGAIN or given.count(AGAIN) > 1):
+        sys.exit(f"{AGAIN} stands once, between the runs of one seed and those of another")
+    at = given.index(AGAIN) if AGAIN in given else len(given)
+    runs, others = ([Path(folder) for folder in part] for part in (given[:at], given[at + 1 :]))
     if runs:
         try:
-            report = merged([Path(run) for run in runs])
+            report = merged(runs)
+            if others:
+                report = replace(report, again=beside(report, merged(others)))
         except (CprmError, OSError) as error:
             sys.exit(str(error))
         write(data_of(report))
         draw(report)
+        HTML.write_text(report.to_html(), encoding="utf-8")
     PAGE.write_text(with_parts(PAGE.read_text(encoding="utf-8"), read()), encoding="utf-8")
 
 

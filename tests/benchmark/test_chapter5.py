@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.benchmark import runner
 from cprm_gym.benchmark.chapter5 import Chapter5Plan, play_cell, players, summarise
-from cprm_gym.benchmark.chapter5.cells import FACT, FULL, QUICK, Cell, Wanted, blocks_of
+from cprm_gym.benchmark.chapter5.cells import FACT, FULL, QUICK, Cell, Size, Wanted, blocks_of
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.command import Asked, benchmark, plan_of, spoken
 from cprm_gym.benchmark.chapter5.comparisons import Pair, compare, interval
@@ -69,8 +69,7 @@ def test_a_cell_that_several_ask_for_is_played_once_with_the_most_episodes():
 
 def test_floors_and_curves_of_the_full_suite_are_as_large_as_they_have_to_be_and_it_stays_within_four_hours():
     plan = Chapter5Plan()
-    assert plan.size.table >= 2000
-    assert plan.size.curve >= 300
+    assert plan.size == Size(table=2000, curve=300, full=True)
     assert plan.seconds < 4 * 3600
     assert Chapter5Plan.quick().seconds < 360
     assert plan.at_most(100).size == replace(plan.size, table=100, curve=100)
@@ -121,6 +120,31 @@ def test_the_cprm_under_another_name_is_not_played_again_and_what_is_weak_on_pur
     (told,) = summarise(plan, results).told
     assert {row[1] for row in told.tables[0].rows} == {"cprm", "fsm", "random", "eased", "goalie_raw"}
     assert [(c.first, c.second) for c in told.comparisons] == [("cprm", "fsm")]
+
+
+def test_the_short_table_marks_who_is_decidedly_better_or_worse_than_the_net():
+    plan = Chapter5Plan(("table",), replace(QUICK, table=60))
+    report = summarise(plan, [play("Goalie", f"default/{name}", 60) for name in ("cprm", NET, "fsm", "scripted", "random", "eased")])
+    (told,) = report.told
+    brief = told.tables[1]
+    assert brief.brief
+    assert brief.head == ("task", "cprm", NET, "fsm", "scripted", "random")
+    ((task, *cells),) = brief.rows
+    rates = [row[3].split(" (")[0] for row in told.tables[0].rows]
+    assert task == "Goalie"
+    assert [cell.split()[0] for cell in cells] == rates[:5]
+    assert [cell.endswith("▼") for cell in cells] == [False, False, False, True, False]  # chance is a floor, not a rival
+    assert report.advice[0][1] == "what is easiest for you to write: net and fsm"
+    assert 'class="fails"' in report.to_html()
+
+
+def test_seconds_and_rates_are_not_compared_with_one_threshold():
+    plan = Chapter5Plan(("table",), replace(QUICK, table=20, full=True))
+    told = summarise(plan, [play("Keepaway3v2", f"default/{name}", 20) for name in ("cprm", NET, "code", "belief_region")]).told[0]
+    (finding,) = told.findings
+    assert finding.verdict == "not decided"
+    assert "in 0 of 0 comparisons" in finding.figure
+    assert "How long the ball is kept differs decidedly in" in finding.figure
 
 
 def test_trained_policies_are_taken_to_other_worlds_wherever_one_comes_with_the_project():

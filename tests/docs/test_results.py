@@ -3,12 +3,20 @@
 import importlib.util
 import re
 import sys
+from dataclasses import replace
 
 import pytest
 from paths import ROOT
 
+from cprm_gym.benchmark.chapter5 import Chapter5Plan, play_cell
+from cprm_gym.benchmark.chapter5.about import revision
+from cprm_gym.benchmark.chapter5.cells import QUICK, Cell
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS
+from cprm_gym.benchmark.chapter5.report.beside import beside
+from cprm_gym.benchmark.chapter5.report.merged import merged
+from cprm_gym.benchmark.plan import Block
+from cprm_gym.benchmark.runner import run
 from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.errors import CprmError
 
@@ -63,7 +71,7 @@ def test_rates_of_the_tables_are_those_of_the_cells(data):
                 if int(row[head.index("n")]) != cell["n"]:  # of a cell with more episodes than the others of its task
                     continue
                 low, high = wilson_interval(cell["successes"], cell["n"])
-                assert row[rates[0]] == f"{100 * cell['successes'] / cell['n']:.1f} ({100 * low:.1f} - {100 * high:.1f})"
+                assert row[rates[0]] == f"{100 * (cell['successes'] / cell['n']):.1f} ({100 * low:.1f} - {100 * high:.1f})"
                 checked += 1
     assert checked >= 7
 
@@ -78,13 +86,11 @@ def test_the_pictures_and_films_of_the_page_are_there(page):
 
 def test_small_files_only(page):
     assert page.RESULTS.stat().st_size < 1_000_000
+    assert page.HTML.stat().st_size < 1_000_000
     assert sum(path.stat().st_size for path in page.IMAGES.glob("chapter5_*")) < 1_500_000
 
 
 def test_runs_that_do_not_go_together_are_refused(page, tmp_path, monkeypatch):
-    from cprm_gym.benchmark.chapter5 import Chapter5Plan
-    from cprm_gym.benchmark.chapter5.report.merged import merged
-
     with pytest.raises(CprmError, match="no runs given"):
         merged([])
     for name, plan in (("a", Chapter5Plan(("memory",))), ("b", Chapter5Plan(("memory",), seed=1))):
@@ -97,20 +103,106 @@ def test_runs_that_do_not_go_together_are_refused(page, tmp_path, monkeypatch):
         page.main([str(tmp_path)])
 
 
-def test_of_two_runs_the_cell_with_more_episodes_is_told(tmp_path):
-    from dataclasses import replace
-
-    from cprm_gym.benchmark.chapter5 import Chapter5Plan, play_cell
-    from cprm_gym.benchmark.chapter5.report.merged import merged
-    from cprm_gym.benchmark.runner import run
-
-    for name, count in (("few", 2), ("more", 4)):
-        plan = Chapter5Plan(("memory",))
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """The hike, with few episodes and with more, and of another seed."""
+    root = tmp_path_factory.mktemp("runs")
+    for name, count, seed in (("few", 2, 0), ("more", 4, 0), ("as_many", 4, 0), ("another", 4, 1)):
+        plan = Chapter5Plan(("memory",), seed=seed)
         plan = replace(plan, size=replace(plan.size, table=count))
-        (tmp_path / name).mkdir()
-        plan.write(tmp_path / name)
-        list(run(plan, journal=tmp_path / name / "episodes.jsonl", play=play_cell))
-    for order in (["few", "more"], ["more", "few"]):
-        report = merged([tmp_path / name for name in order])
-        assert report.results.played("Hike", "default", "fsm").n == 4
+        (root / name).mkdir()
+        plan.write(root / name)
+        (root / name / "command.txt").write_text(f"cprm-gym benchmark --seed {seed}\n")
+        list(run(plan, journal=root / name / "episodes.jsonl", play=play_cell))
+    return root
+
+
+def test_of_two_runs_the_cell_with_more_episodes_is_told_and_of_equal_ones_the_last(runs):
+    cell = Cell("Hike", "default", "fsm")
+    for order, which in ((["few", "more"], 1), (["more", "few"], 0), (["more", "as_many"], 1), (["as_many", "more", "few"], 1)):
+        report = merged([runs / name for name in order])
+        assert report.results.played(cell.task, cell.condition, cell.player).n == 4
         assert report.complete
+        assert report.origin[cell] == which
+        assert len(report.runs) == len(order)
+        assert next(c for c in report.to_data()["cells"] if c["player"] == "fsm")["run"] == which
+    assert report.command == "cprm-gym benchmark --seed 0"
+    assert report.runs[0].version.startswith(revision().split(",")[0])
+
+
+def test_a_second_seed_beside_the_first_says_what_hangs_on_it(runs, page, tmp_path, monkeypatch):
+    one, other = merged([runs / "more"]), merged([runs / "another"])
+    same = beside(one, other)
+    assert (same.hangs, same.once, same.against) == ((), (), ())
+    assert set(same.verdicts) == {"regions contained", "intention", "internal"}
+    assert same.compared == len(one.told[0].comparisons) == same.both + same.neither
+    # another verdict, a comparison decided by one seed alone, and one decided by each another way
+    (told,) = other.told
+    findings = tuple(replace(f, verdict="does not hold") if f.claim == "intention" else f for f in told.findings)
+    first = replace(one.told[0], comparisons=tuple(replace(c, better=("cprm", "cprm", "")[min(k, 2)])
+                                                   for k, c in enumerate(one.told[0].comparisons)))  # fmt: skip
+    second = replace(told, findings=findings, comparisons=tuple(replace(c, better=("", c.second, "cprm")[min(k, 2)])
+                                                                for k, c in enumerate(told.comparisons)))  # fmt: skip
+    found = beside(replace(one, told=(first,)), replace(other, told=(second,)))
+    assert found.hangs == ("intention",)
+    assert found.verdicts["intention"] == "does not hold"
+    assert [who for _, who in found.once] == ["seed 0"] + ["seed 1"] * (len(told.comparisons) - 2)
+    assert len(found.against) == 1
+    assert "same verdict on 2 of the 3 claims" in found.said
+    text = replace(one, again=found).to_html()
+    assert text.count("Hangs on the seed: does not hold with seed 1") == 1
+    assert "does not hold" in replace(one, again=found).to_markdown()
+    assert "**Hangs on the seed: does not hold with seed 1.**" in page.claims(page.data_of(replace(one, again=found)), "")
+    for name in ("RESULTS", "HTML", "PAGE"):
+        copied = tmp_path / name
+        copied.write_text(page.PAGE.read_text(encoding="utf-8"), encoding="utf-8")
+        monkeypatch.setattr(page, name, copied)
+    monkeypatch.setattr(page, "draw", lambda report: None)
+    monkeypatch.setattr(page.write, "__defaults__", (page.RESULTS,))
+    monkeypatch.setattr(page.read, "__defaults__", (page.RESULTS,))
+    page.main([str(runs / "more"), "--again", str(runs / "another")])
+    assert "Seed 1 gives the same verdict on 3 of the 3 claims" in page.PAGE.read_text(encoding="utf-8")
+    assert "Another seed" in page.HTML.read_text(encoding="utf-8")
+
+
+def test_seeds_that_cannot_be_set_beside_each_other_are_refused(runs, page):
+    with pytest.raises(CprmError, match="both runs are of seed 0"):
+        beside(merged([runs / "more"]), merged([runs / "few"]))
+    quick = replace(merged([runs / "another"]), plan=Chapter5Plan(("memory",), QUICK, seed=1))
+    with pytest.raises(CprmError, match="quick run and a full one"):
+        beside(merged([runs / "more"]), quick)
+    for given in (["--again"], ["--again", "a"], ["a", "--again"], ["a", "--again", "b", "--again", "c"]):
+        with pytest.raises(SystemExit, match="--again stands once"):
+            page.main(given)
+
+
+@pytest.fixture(scope="module")
+def films():
+    spec = importlib.util.spec_from_file_location("films_of_results", ROOT / "docs" / "chapter5_films.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_films_of_the_page_are_those_that_the_script_makes_and_small(page, films):
+    made = {f"chapter5_{name}_{end}.mp4" for name, pair in films.FILMS.items() for end, _ in (pair.one, pair.other)}
+    assert {path.name for path in page.IMAGES.glob("chapter5_*.mp4")} == made
+    assert all((page.IMAGES / name).stat().st_size < 300_000 for name in made)
+
+
+def test_a_film_is_of_the_first_world_in_which_the_one_succeeds_and_the_other_does_not(films, tmp_path, monkeypatch):
+    pair = replace(films.FILMS["late"], condition="default", one=("one", "fsm"), other=("other", "scripted"))
+    monkeypatch.setitem(films.FILMS, "late", pair)
+    world = films.world_of(pair)
+    results = [
+        play_cell(Block(pair.task, f"{pair.condition}/{player}", 0, world + 1, films.SEED)).success for player in ("fsm", "scripted")
+    ]
+    assert [one and not other for one, other in zip(*results)] == [False] * world + [True]
+    assert films.film(tmp_path / "one.gif", pair.task, pair.condition, "fsm", world)
+    assert not films.film(tmp_path / "other.gif", pair.task, pair.condition, "scripted", world)
+    assert all(path.stat().st_size > 1000 for path in tmp_path.iterdir())
+    with pytest.raises(SystemExit, match="in none of 60 worlds fsm succeeds and fsm does not"):
+        films.world_of(replace(pair, other=("other", "fsm")))
+    with pytest.raises(SystemExit, match="unknown film 'lat'"):
+        films.main(["lat"])

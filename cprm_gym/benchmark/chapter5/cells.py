@@ -66,7 +66,7 @@ class Size:
     """
 
     table: int = 2000
-    curve: int = 500
+    curve: int = 300
     full: bool = True
 
 

@@ -15,11 +15,21 @@ MATTERS = 0.05
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text under a head."""
+    """Rows of text under a head.
+
+    Parameters
+    ----------
+    title : str
+    head : tuple of str
+    rows : tuple of tuple of str
+    brief : bool
+        Whether it is to be read first; other tables are to look something up.
+    """
 
     title: str
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    brief: bool = False
 
     def to_markdown(self) -> str:
         """As a table of Markdown."""
@@ -100,12 +110,15 @@ class Finding:
     verdict : str
         `HOLDS`, `IN_PART`, `FAILS`, `UNDECIDED` or `UNKNOWN`.
     figure : str
-        The numbers behind it, in a sentence.
+        The numbers behind it, in a sentence or two.
+    more : str
+        What else has to be known to judge it.
     """
 
     claim: str
     verdict: str
     figure: str
+    more: str = ""
 
 
 @dataclass(frozen=True)
@@ -150,6 +163,11 @@ def numbers(c: Comparison) -> str:
     name = "h" if c.metric == "success" else "d"
     unit = "points" if c.metric == "success" else c.metric
     return f"{scale * c.difference:+.{digits}f} {unit} ({low:+.{digits}f}, {high:+.{digits}f}), {name} = {c.effect:+.2f}, n = {c.n}"
+
+
+def points(c: Comparison) -> str:
+    """``+3.8 points (+1.8, +5.7)``: what `numbers` says first."""
+    return numbers(c).split("),")[0] + ")"
 
 
 def percent(rate: tuple[float, float, float]) -> str:

@@ -11,6 +11,7 @@ from ...agents.knowledge.players import PLAYERS
 from ...errors import CprmError, ParameterError, unknown_name
 from ...files import write_atomically
 from ..plan import Block
+from .about import revision
 from .cells import FACT, FULL, QUICK, Cell, Size, Wanted, blocks_of
 from .experiments import EXPERIMENTS
 from .facts import ANALYSIS, CONCURRENCY
@@ -85,7 +86,8 @@ class Chapter5Plan:
 
     def write(self, folder: Path) -> None:
         """Note in the folder of a run what is to be played there (``plan.json``)."""
-        write_atomically(folder / "plan.json", json.dumps({"suite": SUITE, **asdict(self), "constants": _constants()}, indent=2) + "\n")
+        noted = {"suite": SUITE, **asdict(self), "constants": _constants(), "version": revision()}
+        write_atomically(folder / "plan.json", json.dumps(noted, indent=2) + "\n")
 
     @classmethod
     def read(cls, folder: Path) -> Chapter5Plan:
@@ -107,6 +109,14 @@ class Chapter5Plan:
         if data.get("constants") != _constants():
             raise CprmError(f"{path}: the constants of the players are others by now; begin anew without --resume")
         return plan
+
+
+def version_of(folder: Path) -> str:
+    """With which version the run in a folder was begun; empty where that is not noted."""
+    try:
+        return str(json.loads((folder / "plan.json").read_text(encoding="utf-8")).get("version", ""))
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return ""
 
 
 def seconds_of(block: Block) -> float:

@@ -53,7 +53,10 @@ def tell(results: Results, size: Size) -> Told:
         f"controller remembers is looked for "
         "from outside: a net's marking, or whole numbers that an object keeps for each world. The share of CPU time in brackets.",
     )
-    return Told("analysis", TITLE, QUESTION, (Table("Methods", ("method", *said), tuple(rows)),), (), (), _findings(said), notes)
+    head = ("method", *said)
+    brief = tuple((row[0], *(cell.split(":")[0] for cell in row[1:])) for row in rows)
+    tables = (Table("Methods, and what they say", head, tuple(rows)), Table("Which method says something", head, brief, brief=True))
+    return Told("analysis", TITLE, QUESTION, tables, (), (), _findings(said), notes)
 
 
 def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, ...]:
@@ -68,11 +71,12 @@ def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, .
         here, lost = able("code", False), able("cprm", True) - able("code", True)
         missing = able("cprm", False) - here
         verdict = IN_PART if here and lost else HOLDS if lost else FAILS
-        text = f"Of code {len(here)} of {len(here | missing)} methods that watch it in a world say something, the learned chain among them"
-        text += f" (not: {listed(sorted(missing))})" if missing else ""
+        text = "What holds in every environment is found of the net alone. Of code, "
+        text += f"{len(here)} of {len(here | missing)} methods that watch it in a world say something, the learned chain among them."
         kinds = listed([method.removeprefix(EVERYWHERE + ": ") for method in sorted(lost)])
-        text += f". What holds in every environment ({kinds}) is found of the net alone."
-        told.append(Finding("code opaque", verdict, text))
+        further = f"In every environment: {kinds}."
+        further += f" In a world, nothing is said of code by: {listed(sorted(missing))}." if missing else ""
+        told.append(Finding("code opaque", verdict, text, further))
     if "fsm" in said:
         more = (able("fsm", True) | able("fsm", False)) - (able("cprm", True) | able("cprm", False))
         said_of = len(able("cprm", True) | able("cprm", False)), len(able("fsm", True) | able("fsm", False))

@@ -7,7 +7,7 @@ from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, EARLY, SOON
-from ..pieces import Dots, Finding, Table, Told, numbers, percent, verdict_of
+from ..pieces import Dots, Finding, Table, Told, percent, points, verdict_of
 from ..players import BARE, LEARNED, NET, STRUCTURES, WATCHED, believes, plays
 from ..results import Results, median
 
@@ -95,16 +95,12 @@ def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     if not watched:
         return ()
     ahead, behind = [c for c in watched if c.better == c.first], [c for c in watched if c.better == c.second]
-    verdict = verdict_of(len(ahead), watched)
     least, most = min(watched, key=lambda c: c.difference), max(watched, key=lambda c: c.difference)
-    text = (
-        f"Against the same sequence with a watchdog, recovery is ahead in {len(ahead)} of {len(watched)} disturbances and behind in "
-        f"{len(behind)}; the differences go from {numbers(least)} ({least.task}, {least.condition}) "
-        f"to {numbers(most)} ({most.task}, {most.condition})."
-    )
+    text = f"Recovery parts are ahead of a watchdog in {len(ahead)} of {len(watched)} disturbances and behind in {len(behind)}: from "
+    text += f"{points(least)} ({least.task}, {least.condition}) to {points(most)} ({most.task}, {most.condition})."
+    more = ""
     if others:
         won, lost = sum(c.better == c.first for c in others), sum(c.better == c.second for c in others)
-        text += (
-            f" Against the other structures, which recover by their own rules, it is ahead in {won} and behind in {lost} of {len(others)}."
-        )
-    return (Finding("recovery", verdict, text),)
+        more = "Against the other structures, which recover by their own rules, the net is ahead in "
+        more += f"{won} and behind in {lost} of {len(others)}."
+    return (Finding("recovery", verdict_of(len(ahead), watched), text, more),)

@@ -90,8 +90,8 @@ def _findings(results: Results, found: dict[tuple[int, str], dict[str, Any] | No
     small, better = layers["lines"] <= net["lines"], net["apart"] < layers["analyse"]
     verdict = HOLDS if small and better and net["whole"] else IN_PART if small or better else FAILS
     told.append(Finding("layers", verdict,
-        f"Written down, {most} layers ({layers['lines']} lines) are smaller than the net ({net['lines']}). Analysed as "
-        f"a whole the net explodes, "
-        f"too: {net['explored']:,} steps in {net['analyse']:.1f} s, and it {ended}; skill by skill it takes {net['apart']:.2f} s. "
+        f"{most} layers take {layers['lines']} lines, the net {net['lines']}. Skill by skill the net is analysed in {net['apart']:.2f} s, "
+        f"the layers as their product in {layers['analyse']:.2f} s.",
+        f"Analysed as a whole the net explodes, too: {net['explored']:,} steps in {net['analyse']:.1f} s, and it {ended}. "
         "Layers have no parts with a contract, so they are analysed by their product."))  # fmt: skip
     return tuple(told)

@@ -70,7 +70,7 @@ def tell(results: Results, size: Size) -> Told:
     )
     tables = (
         Table("Experience of learners", ("task", "who is to be reached", "success %, Wilson 95 %", "learner", "as good after agent-steps",
-                                         "trained for", "what it is made of"), tuple(learning)),
+                                         "trained for", "what it is made of"), tuple(learning), brief=True),
         Table("Size for a task", ("task", "player", "lines", "made of"), tuple(rows)),
         Table("Episodes of tuning, by tier", ("task", "numbers tuned", "tier, episodes"), tuple(tuning)),
     )  # fmt: skip
@@ -79,8 +79,8 @@ def tell(results: Results, size: Size) -> Told:
         said = ", ".join(f"{name} {count}" for name, count in lines.items() if count)
         ours, others = lines["cprm"], [count for name, count in lines.items() if name != "cprm" and count]
         verdict = HOLDS if ours <= min(others, default=ours) else IN_PART if ours <= max(others) else FAILS
-        figure = f"Lines for {len(_tasks(size))} tasks: {said}; the CPRM's files also hold the formulas that the others read from them."
-        findings = [Finding("cost", verdict, figure + _said(results, size))]
+        figure = f"Lines for {len(_tasks(size))} tasks: {said}.{_said(results, size)}"
+        findings = [Finding("cost", verdict, figure, "The CPRM's files also hold the formulas that the others read from them.")]
     return Told("making", TITLE, QUESTION, tables, (), (), tuple(findings), notes)
 
 

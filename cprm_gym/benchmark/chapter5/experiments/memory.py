@@ -38,7 +38,8 @@ def tell(results: Results, size: Size) -> Told:
     head = ("player", "n", "success %, Wilson 95 %", "mean cycles of a hike", "us a decision")
     notes = (f"{INTERNAL}: whether he has been at the view is a variable of his model without a reading, inferred in every cycle from "
              "where he was. Decision times are CPU time for 50 worlds at once, divided by them.",)  # fmt: skip
-    return Told("memory", TITLE, QUESTION, (Table("The hike", head, rows),), panels, tuple(compare([p for p in pairs if p is not None])),
+    tables = (Table("The hike", head, rows, brief=True),)
+    return Told("memory", TITLE, QUESTION, tables, panels, tuple(compare([p for p in pairs if p is not None])),
                 _findings(results, found), notes)  # fmt: skip
 
 
@@ -60,14 +61,16 @@ def _findings(results: Results, found: dict[str, Played | None]) -> tuple[Findin
         verdict = HOLDS if lost[2] < kept[1] else FAILS
         told.append(
             Finding(
-                "intention", verdict, f"Belief regions come home in {percent(lost)} % of {regions.n} hikes, the net in {percent(kept)} %."
+                "intention",
+                verdict,
+                f"Belief regions come home in {100 * lost[0]:.1f} % of {regions.n:,} hikes, the net in {100 * kept[0]:.1f} %.",
             )
         )
     if net is not None and internal is not None:
         rate, more = internal.rate(), internal.microseconds / max(net.microseconds, 1e-9)
         verdict = HOLDS if rate[1] > 0.9 and more > 1.5 else IN_PART if rate[1] > 0.9 or more > 1.5 else FAILS
         told.append(Finding("internal", verdict,
-            f"With internal variables they come home in {percent(rate)} %, at {internal.microseconds:.0f} us a decision "
-            f"instead of the net's "
-            f"{net.microseconds:.0f} ({more:.1f} times); both are far below the 100,000 us of a cycle."))  # fmt: skip
+            f"With internal variables they come home in {100 * rate[0]:.1f} %, at {internal.microseconds:.0f} us a decision "
+            f"instead of the net's {net.microseconds:.0f} ({more:.1f} times).",
+            "Both are far below the 100,000 us of a cycle."))  # fmt: skip
     return tuple(told)

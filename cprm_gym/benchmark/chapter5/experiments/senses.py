@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, DELAYS, LOST, NOISES, VIEWS
-from ..pieces import Curves, Finding, Point, Series, Table, Told, listed, numbers, percent, verdict_of
+from ..pieces import Curves, Finding, Point, Series, Table, Told, listed, percent, points, verdict_of
 from ..players import NET, ON, TIERS_SHOWN
 from ..results import Results
 
@@ -77,31 +77,39 @@ def tell(results: Results, size: Size) -> Told:
         "is an oracle that knows the truth. Where news is late, memory and frozen are as old as it, tracker and belief roll it on to now.",
     )
     return Told("senses", TITLE, QUESTION, (Table("Success by tier", head, tuple(rows)),), tuple(panels), tuple(comparisons),
-                _findings(comparisons), notes)  # fmt: skip
+                _findings(results, comparisons), notes)  # fmt: skip
 
 
-def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
+def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding, ...]:
     if not comparisons:
         return ()
     ahead = [c for c in comparisons if c.better == c.first]
     behind = [c for c in comparisons if c.better == c.second]
-    verdict = verdict_of(len(ahead), comparisons)
-    parts = []
+    counts, places = [], []
     for task in dict.fromkeys(c.task for c in comparisons):
-        noisy = [c for c in ahead if c.task == task and c.condition.startswith("noise")]
-        first = min((float(c.condition.split()[1]) for c in noisy), default=None)
-        where = list(dict.fromkeys(c.condition for c in ahead if c.task == task))
-        if where:
-            parts.append(
-                f"in {task} it is ahead of dead reckoning under {listed(where)}" + (f", so from noise {first:g} on" if first else "")
-            )
-        else:
-            parts.append(f"in {task} nowhere decidedly")
+        played = list(dict.fromkeys(c.condition for c in comparisons if c.task == task))
+        where = [name for name in played if any((c.task, c.condition) == (task, name) for c in ahead)]
+        counts.append(f"in {len(where)} of {len(played)} senses in {task}")
+        noisy = [float(name.split()[1]) for name in where if name.startswith("noise")]
+        since = f" (so from noise {min(noisy):g} on)" if noisy else ""
+        places.append(f"in {task} under {listed(where)}{since}" if where else f"in {task} nowhere decidedly")
     best = max(comparisons, key=lambda c: c.difference)
-    text = "Inference (tracker or belief): " + "; ".join(parts) + f". Most: {best.first} in {best.task}, {best.condition}, {numbers(best)}."
+    text = f"The better of tracker and belief is ahead of dead reckoning {listed(counts)}. Most: {_short(best.first)} in {best.task}, "
+    text += f"{best.condition}, {points(best)}{_room(results, best)}."
+    more = f"Ahead {'; '.join(places)}."
     if behind:
         worst = min(behind, key=lambda c: c.difference)
-        text += (
-            f" Behind it in {len(behind)} of {len(comparisons)}, worst {worst.first} in {worst.task}, {worst.condition}, {numbers(worst)}."
-        )
-    return (Finding("inference", verdict, text),)
+        more += f" Behind it in {len(behind)} of {len(comparisons)} comparisons, worst {_short(worst.first)} in {worst.task}, "
+        more += f"{worst.condition}, {points(worst)}."
+    return (Finding("inference", verdict_of(len(ahead), comparisons), text, more),)
+
+
+def _short(player: str) -> str:
+    return player.removeprefix(NET + ON)
+
+
+def _room(results: Results, c: Comparison) -> str:
+    """What dead reckoning, the better tier and the oracle reach there."""
+    found = [results.played(c.task, c.condition, name) for name in (c.second, c.first, f"{NET}{ON}state")]
+    rates = [f"{100 * cell.rate()[0]:.0f} %" for cell in found if cell is not None]
+    return f": {rates[1]} instead of {rates[0]}, where who knows the truth has {rates[2]}" if len(rates) == 3 else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT, LATENCIES, PERIODS
-from ..pieces import Curves, Finding, Point, Series, Table, Told, numbers, percent, verdict_of
+from ..pieces import Curves, Finding, Point, Series, Table, Told, percent, points, verdict_of
 from ..players import BELIEVING, BLIND, LATE, NET, ON, REFLEXES
 from ..results import Played, Results
 from ..watching import MOST
@@ -108,7 +108,7 @@ def tell(results: Results, size: Size) -> Told:
 
 def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding, ...]:
     told, texts = [], []
-    for one, other, whose in ((WITH, WITHOUT, "the net"), (SEEING, REGIONS, "belief regions")):
+    for one, other, whose in ((WITH, WITHOUT, "the net with a model"), (SEEING, REGIONS, "belief regions")):
         slow = [c for c in comparisons if c.condition != DEFAULT and (c.first, c.second) == (one, other)]
         if not slow:
             continue
@@ -116,19 +116,19 @@ def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding,
         most = max(slow, key=lambda c: c.difference)
         times = [_mean(results.played(TASK, most.condition, player)) for player in (one, other)]
         texts.append(
-            f"Reflexes put {whose} ahead in {sum(c.better == c.first for c in slow)} of {len(slow)} kinds of slowness; most under "
-            f"{most.condition}: {numbers(most)}; there the first answer takes {times[0]} cycles instead of {times[1]} (means)."
+            f"Reflexes put {whose} ahead in {sum(c.better == c.first for c in slow)} of {len(slow)} kinds of slowness, most under "
+            f"{most.condition}: {points(most)}; the first answer takes {times[0]} cycles instead of {times[1]}."
         )
     if not told:
         return ()
+    more = ""
     without = [c for c in comparisons if c.second == NET]
     if without:
         best = max(without, key=lambda c: c.difference)
         won, lost = sum(c.better == c.first for c in without), sum(c.better == c.second for c in without)
-        texts.append(f"Against the same decisions on dead reckoning, which nothing slows, the net with model and reflexes is ahead in "
-                     f"{won} and behind in {lost} of {len(without)}; at best {numbers(best)} ({best.condition}).")  # fmt: skip
-    verdict = verdict_of(sum(c.better == c.first for c in told), told)
-    return (Finding("slow", verdict, " ".join(texts)),)
+        more = "Against the same decisions on dead reckoning, which nothing slows, the net with model and reflexes is ahead in "
+        more += f"{won} and behind in {lost} of {len(without)}; at best {points(best)} ({best.condition})."
+    return (Finding("slow", verdict_of(sum(c.better == c.first for c in told), told), " ".join(texts), more),)
 
 
 def _mean(found: Played | None) -> str:

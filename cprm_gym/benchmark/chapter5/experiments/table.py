@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ....agents.knowledge.players import PLAYERS
@@ -10,7 +12,7 @@ from ....envs.tasks import TASKS, make_task
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
 from ..conditions import DEFAULT
-from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, numbers, percent
+from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, percent, points
 from ..players import AGAIN, NET, STRUCTURES, WEAKENED, believes, not_installed, plays, registered
 from ..results import Results
 
@@ -19,6 +21,9 @@ QUESTION = "Who succeeds at what, how fast, and what does a decision cost?"
 QUICK_TASKS = ("GoToBall", "LostAndFound", "Hike", "KickOffShot", "Goalie")
 MATCHES = ("Soccer", "Soccer5v5", "Soccer11v11")
 """Left out: a match takes as long as hundreds of drills."""
+COLUMNS = ("cprm", NET)
+HIDDEN = ("eased", "goalie_raw")
+"""Not in the short table."""
 FORGETS = "belief_region"
 """The structure without a memory."""
 CLOSE = 0.1
@@ -32,7 +37,7 @@ def tasks(size: Size) -> tuple[str, ...]:
 
 
 def players(task: str) -> list[str]:
-    """Who plays a task: the registered controllers, and the task's net on the memory where the CPRM is more than that."""
+    """Who plays a task: the registered controllers, and its net on dead reckoning where the CPRM knows more than that."""
     names = [name for name in registered() if plays(name, task)]
     apart = (task in PLAYERS or task not in MODELLED) and believes(task)
     return names[:1] + [NET] + names[1:] if apart else names
@@ -64,16 +69,24 @@ def tell(results: Results, size: Size) -> Told:
             else:
                 shown = percent(found.rate())
                 bars.append((player, *found.percents()))
-            rows.append((task, player, str(found.n), shown, f"{np.median(cycles):.0f}" if len(cycles) else "-",
-                         f"{found.reward.mean():.2f}", f"{found.microseconds:.0f}"))  # fmt: skip
+            rows.append((task, player, str(found.n), shown, _quartiles(cycles), _mean(found.reward), f"{found.microseconds:.0f}"))
         if bars:
             panels.append(
                 Dots(task, tuple(bars), "seconds" if metric == "duration" else "success, %", 0.0 if metric == "duration" else 100.0)
             )
         pairs += _pairs(results, task)
     comparisons = tuple(compare(pairs))
-    head = ("task", "player", "n", "success %, Wilson 95 %; or seconds", "median cycles to success", "reward", "us a decision")
-    told = Told("table", TITLE, QUESTION, (Table("All of it", head, tuple(rows)),), tuple(panels), comparisons)
+    head = (
+        "task",
+        "player",
+        "n",
+        "success %, Wilson 95 %; or seconds",
+        "cycles to success, median and quartiles",
+        "reward, mean 95 %",
+        "us a decision",
+    )
+    tables = (Table("All of it", head, tuple(rows)), _matrix(rows, comparisons, size))
+    told = Told("table", TITLE, QUESTION, tables, tuple(panels), comparisons)
     return Told(**{**vars(told), "findings": _findings(results, told, size), "notes": _notes(size)})
 
 
@@ -89,37 +102,79 @@ def _pairs(results: Results, task: str) -> list[Pair]:
     return found
 
 
+def _quartiles(cycles: np.ndarray) -> str:
+    if not len(cycles):
+        return "-"
+    low, middle, high = np.percentile(cycles, (25, 50, 75))
+    return f"{middle:.0f} ({low:.0f} - {high:.0f})"
+
+
+def _mean(values: np.ndarray) -> str:
+    half = 1.96 * float(values.std()) / len(values) ** 0.5
+    return f"{values.mean():.2f} ({values.mean() - half:.2f} - {values.mean() + half:.2f})"
+
+
+def _matrix(rows: Sequence[tuple[str, ...]], comparisons: Sequence[Comparison], size: Size) -> Table:
+    """Rates without intervals, and who is decidedly better or worse than the net."""
+    shown = {(row[0], row[1]): row[3].split(" (")[0] for row in rows}
+    names = [name for name in (*COLUMNS, *registered()) if name not in HIDDEN and any(player == name for _, player in shown)]
+    names = list(dict.fromkeys(names))
+    marks = {}
+    for c in comparisons:
+        if c.better and c.first == _fair(comparisons, c.task):
+            marks[c.task, c.second] = " ▲" if c.better == c.second else " ▼"
+    there = [task for task in tasks(size) if any((task, name) in shown for name in names)]
+    cells = tuple((task, *(shown.get((task, name), "") + marks.get((task, name), "") for name in names)) for task in there)
+    return Table("Success in percent, or seconds", ("task", *names), cells, brief=True)
+
+
+def _fair(comparisons: Sequence[Comparison], task: str) -> str:
+    """Who stands for the architecture in a task: its net, where that is played apart from the CPRM."""
+    return NET if _has_net(comparisons, task) else "cprm"
+
+
+def same_knowledge(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """Of the net and another structure that know the same: where the CPRM has a model and its net is not played apart, there are none."""
+    return [
+        c for c in comparisons
+        if c.second in STRUCTURES and c.second != "cprm" and (c.first == NET or not (_has_net(comparisons, c.task) or believes(c.task)))
+    ]  # fmt: skip
+
+
 def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
     found = []
     compared = [c for c in told.comparisons if c.first in ("cprm", NET) and c.second not in ("cprm", NET)]
     if compared:
-        ours = [c for c in compared if c.better == c.first]
-        theirs = [c for c in compared if c.better == c.second]
-        worst = min(compared, key=lambda c: c.difference)
-        figure = (
-            f"Of {len(compared)} comparisons of the CPRM or its net with another controller, {len(ours)} are decided "
-            f"for it and {len(theirs)} "
-            f"against it. The worst for it: {worst.first} less {worst.second} in {worst.task}, {numbers(worst)}."
-        )
-        alike = [
-            c for c in compared if c.second in STRUCTURES and c.second != FORGETS and (c.first == NET or not _has_net(compared, c.task))
-        ]
-        apart = [c for c in alike if c.better and abs(c.difference) > MATTERS]
-        wide = [c for c in alike if max(-c.low, c.high) > 2 * MATTERS]
-        figure += (
-            f" Structures that remember, with the same knowledge as the net, differ decidedly by more than {100 * MATTERS:.0f} points in "
-        )
-        figure += f"{len(apart)} of {len(alike)}."
-        verdict = (HOLDS if not wide else UNDECIDED) if not apart else IN_PART if 2 * len(apart) <= len(alike) else FAILS
-        found.append(Finding("performance", verdict, figure))
+        alike = [c for c in same_knowledge(compared) if c.second != FORGETS]
+        rates, times = [c for c in alike if c.metric == "success"], [c for c in alike if c.metric != "success"]
+        apart = [c for c in rates if c.better and abs(c.difference) > MATTERS]
+        wide = [c for c in rates if max(-c.low, c.high) > 2 * MATTERS]
+        figure = f"Structures that remember and know the same as the net differ from it decidedly by more than {100 * MATTERS:.0f} points "
+        figure += f"in {len(apart)} of {len(rates)} comparisons"
+        if apart:
+            worst, best = min(apart, key=lambda c: c.difference), max(apart, key=lambda c: c.difference)
+            ends = [worst] if worst is best else [worst, best]
+            figure += f": {listed([f'{c.first} less {c.second} in {c.task} {points(c)}' for c in ends])}"
+        figure += "."
+        if times:
+            figure += f" How long the ball is kept differs decidedly in {sum(bool(c.better) for c in times)} of {len(times)}."
+        ours, theirs = [c for c in compared if c.better == c.first], [c for c in compared if c.better == c.second]
+        more = f"Of all {len(compared)} comparisons of the CPRM or its net with another controller, {len(ours)} are decided for it and "
+        more += f"{len(theirs)} against it."
+        lost = [c for c in theirs if c.metric == "success"]
+        if lost:
+            worst = min(lost, key=lambda c: c.difference)
+            more += f" The worst for it: {worst.first} less {worst.second} in {worst.task}, {points(worst)}."
+        verdict = (HOLDS if rates and not wide else UNDECIDED) if not apart else IN_PART if 2 * len(apart) <= len(rates) else FAILS
+        found.append(Finding("performance", verdict, figure, more))
     behind, tried = [], 0
     for task in tasks(size):
         code = results.played(task, DEFAULT, "code")
-        best = [r for r in (results.played(task, DEFAULT, name) for name in ("cprm", NET)) if r is not None]
-        if code is None or not best or make_task(task).metric == "duration":
+        best_of = [r for r in (results.played(task, DEFAULT, name) for name in ("cprm", NET)) if r is not None]
+        if code is None or not best_of or make_task(task).metric == "duration":
             continue
         tried += 1
-        gap = max(r.rate()[0] for r in best) - code.rate()[0]
+        gap = max(r.rate()[0] for r in best_of) - code.rate()[0]
         behind += [f"{task} ({100 * gap:.1f} points)"] if gap > CLOSE else []
     if tried:
         verdict = HOLDS if not behind else IN_PART if len(behind) < tried else FAILS
@@ -132,14 +187,15 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def _has_net(compared: list[Comparison], task: str) -> bool:
+def _has_net(compared: Sequence[Comparison], task: str) -> bool:
     return any(c.first == NET and c.task == task for c in compared)
 
 
 def _notes(size: Size) -> tuple[str, ...]:
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
     notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too; it stands "
-             "where cprm knows more than that, and is else the same. Each has the numbers that were tuned for what it knows."]  # fmt: skip
+             "where cprm knows more than that, and is else the same. Tuned numbers are those for what is known."]  # fmt: skip
+    notes.append("▲ decidedly better, ▼ decidedly worse than the net, or than cprm where no net is played apart.")
     notes.append(f"{listed(WEAKENED)} are weak on purpose: a floor, and not compared. {listed(AGAIN)} are the CPRM and its net under other "
                  "names, and not played again.")  # fmt: skip
     if alone:

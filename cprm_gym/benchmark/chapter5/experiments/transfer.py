@@ -6,7 +6,7 @@ from ....agents.knowledge.players import PLAYERS as NETS
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, shifts_of
-from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, Curves, Finding, Point, Series, Table, Told, numbers, percent
+from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, Curves, Finding, Point, Series, Table, Told, percent, points
 from ..players import LEARNED, NET, STRUCTURES, UNTUNED, believes, plays
 from ..results import Results
 
@@ -111,12 +111,13 @@ def _findings(results: Results, comparisons: list[Comparison], size: Size) -> tu
     verdict = (HOLDS if enough else UNDECIDED) if not turned else IN_PART if kept else FAILS
     text = (
         f"Of {kept + turned} comparisons in other worlds {turned} are decided the other way than at home; of the "
-        f"{home_decided} that are decided "
-        f"at home {same} are so there, too."
+        f"{home_decided} that are decided at home {same} are so there, too."
     )
+    more = ""
     if tuned:
         ahead, behind = sum(c.better == c.first for c in tuned), sum(c.better == c.second for c in tuned)
         least = min(tuned, key=lambda c: c.difference)
-        text += (f" Numbers tuned at home are ahead of those set by hand in {ahead} and behind in {behind} of {len(tuned)}; at the least "
-                 f"{numbers(least)} ({least.task}, {least.condition}).")  # fmt: skip
-    return (Finding("transfer", verdict, text + _learned(results, size)),)
+        more = (f"Numbers tuned at home are ahead of those set by hand in {ahead} and behind in {behind} of {len(tuned)}; at the least "
+                f"{points(least)} ({least.task}, {least.condition}).")  # fmt: skip
+
+    return (Finding("transfer", verdict, text, more + _learned(results, size)),)

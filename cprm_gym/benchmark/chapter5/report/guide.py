@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ..conditions import DEFAULT
-from ..facts import CONCURRENCY
-from ..pieces import HOLDS, IN_PART, UNDECIDED, Finding, Told, listed, percent
-from ..players import INTERNAL, NET, ON, STRUCTURES
+from ..experiments.making import reached
+from ..experiments.table import same_knowledge
+from ..facts import CONCURRENCY, TRAINING
+from ..pieces import HOLDS, IN_PART, MATTERS, UNDECIDED, Finding, Told, listed, points
+from ..players import INTERNAL, LEARNED, NET, STRUCTURES
 from ..results import Results
 
 Advice = tuple[str, str, str]
@@ -16,31 +20,63 @@ def guide(results: Results, told: list[Told]) -> list[Advice]:
     """Rows for what was measured; the others are left out."""
     by_name = {one.name: one for one in told}
     found: list[Advice | None] = [
-        _ordinary(results, by_name.get("table")), _memory(results), _senses(results, by_name.get("senses")),
-        _disturbed(by_name.get("disturbances")),
-        _slow(by_name.get("slow")), _many(results), _sure(by_name.get("analysis")), _cheap(results, by_name.get("table")),
+        _ordinary(by_name.get("table")), _senses(by_name.get("senses")), _slow(by_name.get("slow")),
+        _disturbed(by_name.get("disturbances")), _memory(results), _many(results), _sure(by_name.get("analysis")),
+        _cheap(results, by_name.get("table")), _elsewhere(by_name.get("transfer")), _trained(results, by_name.get("making")),
     ]  # fmt: skip
     return [row for row in found if row is not None]
 
 
-def _ordinary(results: Results, told: Told | None) -> Advice | None:
+def _ordinary(told: Told | None) -> Advice | None:
+    """Of who knows the same: whoever is nowhere behind the net by as much as matters."""
+    alike = [] if told is None else [c for c in same_knowledge(told.comparisons) if c.metric == "success"]
+    if not alike:
+        return None
+    tasks = {c.task for c in alike}
+    lost = {name: {c.task for c in alike if c.second == name and c.better == c.first and c.difference > MATTERS} for name in STRUCTURES[1:]}
+    equal = [name for name in lost if not lost[name] and any(c.second == name for c in alike)]
+    behind = [f"{name} in {len(where)} ({listed(sorted(where))})" for name, where in lost.items() if where]
+    if not equal:
+        return ("The task is an ordinary one", "the net (cprm)", f"behind it by more than {100 * MATTERS:.0f} points: {listed(behind)}.")
+    tail = f" Behind by more: {listed(behind)}." if behind else ""
+    return ("The task is an ordinary one", f"what is easiest for you to write: {listed(['net', *equal])}",
+            f"with the same skills and the same knowledge none of them is decidedly behind the net by more than {100 * MATTERS:.0f} points "
+            f"in any of {len(tasks)} tasks.{tail}")  # fmt: skip
+
+
+def _senses(told: Told | None) -> Advice | None:
     if told is None or not told.comparisons:
         return None
-    lost: dict[str, int] = {}
-    against: dict[str, int] = {}
-    for c in told.comparisons:
-        fair = c.first == NET or not any(d.first == NET and d.task == c.task for d in told.comparisons)
-        if fair and c.second in STRUCTURES:
-            against[c.second] = against.get(c.second, 0) + 1
-            lost[c.second] = lost.get(c.second, 0) + (c.better == c.first)
-    equal = [name for name in against if not lost[name]]
-    behind = [f"{name} (in {lost[name]} of {against[name]} tasks)" for name in against if lost[name]]
-    if not equal:
+    ahead = [c for c in told.comparisons if c.better == c.first]
+    when = "What is seen is noisy, late or gone"
+    if not ahead:
+        undecided = any(f.verdict == UNDECIDED for f in told.findings)
+        return None if undecided else (when, "dead reckoning (memory)", "neither tracker nor belief was ahead of it.")
+    found = _finding([told], "inference")
+    kinds = listed([kind for kind in ("noise", "lost", "late", "view") if any(c.condition.startswith(kind) for c in ahead)])
+    plain = [c for c in told.comparisons if c.condition == DEFAULT]
+    better = {tier: sum(c.better == c.first for c in plain if c.first.endswith(tier)) for tier in ("tracker", "belief")}
+    tasks = len({c.task for c in plain})
+    ordinary = f" With ordinary senses it is ahead in {max(better.values())} of {tasks} tasks." if plain else ""
+    return (when, "the same structure on a tracker or a belief instead of dead reckoning",
+            f"{'' if found is None else found.figure} It pays under: {kinds}.{ordinary}")  # fmt: skip
+
+
+def _slow(told: Told | None) -> Advice | None:
+    found = None if told is None else _decided([told], "slow")
+    if told is None or found is None:
         return None
-    tail = f" Behind: {listed(behind)}." if behind else ""
-    return ("A task at ordinary senses", f"any of {listed(['net', *equal])}: what is easiest to write for you",
-            f"with the same skills and knowledge none of them is decidedly worse than the net in any of the tasks "
-            f"played.{tail}")  # fmt: skip
+    pairs = [c for c in told.comparisons if c.condition != DEFAULT and "no reflexes" in c.second]
+    most = max(pairs, key=lambda c: c.difference, default=None)
+    text = found.figure if most is None else f"reflexes keep {points(most)} under {most.condition} (saves of the goalie)."
+    return ("Inference is slower than the world", "reflexes: what the eye sees now beside what is inferred",
+            f"{text} {found.more}")  # fmt: skip
+
+
+def _disturbed(told: Told | None) -> Advice | None:
+    found = None if told is None else _decided([told], "recovery")
+    return None if found is None else ("Things go wrong on the way", "recovery in the behaviour, in any structure; not a watchdog",
+                                       f"{found.figure} {found.more}".strip())  # fmt: skip
 
 
 def _memory(results: Results) -> Advice | None:
@@ -50,58 +86,30 @@ def _memory(results: Results) -> Advice | None:
     more = ""
     if internal is not None:
         times = internal.microseconds / max(net.microseconds, 1e-9)
-        more = f" With internal variables it comes home in {100 * internal.rate()[0]:.0f} %, at {times:.1f} times the net's decision time."
+        more = (
+            f" With its intention as a variable of the model it comes home in {100 * internal.rate()[0]:.0f} %, at {times:.1f} times the "
+        )
+        more += "net's decision time."
     return ("What to do depends on what was done before", "anything that remembers; not belief_region",
-            f"the hike: belief_region {percent(plain.rate())} %, the net {percent(net.rate())} %.{more}")  # fmt: skip
-
-
-def _senses(results: Results, told: Told | None) -> Advice | None:
-    if told is None or not told.comparisons:
-        return None
-    ahead = [c for c in told.comparisons if c.better == c.first]
-    if not ahead:
-        undecided = any(f.verdict == UNDECIDED for f in told.findings)
-        return None if undecided else ("Senses are poor", "dead reckoning (memory)", "neither tracker nor belief was ahead of it.")
-    best = max(ahead, key=lambda c: c.difference)
-    where: dict[str, list[str]] = {}
-    for c in ahead:
-        where.setdefault(c.task, [])
-        where[c.task] += [c.condition] if c.condition not in where[c.task] else []
-    shown = listed([f"{task} ({', '.join(names)})" for task, names in where.items()])
-    return ("Senses are poor", "a better tier of knowledge under the same structure: tracker or belief",
-            f"decidedly ahead of dead reckoning in {shown}; most {100 * best.difference:+.0f} points "
-            f"({best.first.split(ON)[1]}, {best.task}, {best.condition}).")  # fmt: skip
-
-
-def _decided(told: Told | None, claim: str) -> list[Finding]:
-    """What was found of a claim that holds, in part at least."""
-    return [f for f in told.findings if f.claim == claim and f.verdict in (HOLDS, IN_PART)] if told is not None else []
-
-
-def _disturbed(told: Told | None) -> Advice | None:
-    found = _decided(told, "recovery")
-    return ("Things go wrong on the way", "recovery written into the behaviour", found[0].figure) if found else None
-
-
-def _slow(told: Told | None) -> Advice | None:
-    found = _decided(told, "slow")
-    return ("Inference is slower than the world", "reflexes: raw readings beside what is inferred", found[0].figure) if found else None
+            f"from the hike belief_region comes home in {100 * plain.rate()[0]:.0f} %, the net in {100 * net.rate()[0]:.0f} %."
+            + more)  # fmt: skip
 
 
 def _many(results: Results) -> Advice | None:
     ks = sorted({int(cell.task) for cell in results.cells if cell.condition == CONCURRENCY})
     if not ks:
         return None
-    machine, net = (results.fact(CONCURRENCY, str(ks[-1]), form) for form in ("product machine", "net"))
-    if machine is None or net is None or machine["lines"] <= net["lines"]:
+    machine, layers, net = (results.fact(CONCURRENCY, str(ks[-1]), form) for form in ("product machine", "subsumption", "net"))
+    if machine is None or layers is None or net is None or machine["lines"] <= net["lines"]:
         return None
-    return ("Several things are done at once", "a net, or machines side by side; not one machine",
-            f"{ks[-1]} skills: {machine['transitions']:,} rules as one machine, {net['transitions']} transitions as a net.")  # fmt: skip
+    return ("Several things are done at once", "machines side by side (subsumption) or a net; not one machine",
+            f"{ks[-1]} skills: {machine['transitions']:,} rules as one machine, {layers['transitions']} side by side, {net['transitions']} "
+            "transitions as a net.")  # fmt: skip
 
 
 def _sure(told: Told | None) -> Advice | None:
-    found = _decided(told, "code opaque")
-    return ("You have to know beforehand what it can never do", "a net (cprm)", found[0].figure) if found else None
+    found = None if told is None else _decided([told], "code opaque")
+    return None if found is None else ("You have to know beforehand what it can never do", "the net (cprm)", found.figure)
 
 
 def _cheap(results: Results, told: Told | None) -> Advice | None:
@@ -116,4 +124,44 @@ def _cheap(results: Results, told: Told | None) -> Advice | None:
     shown = ", ".join(f"{name} {min(v):.0f} to {max(v):.0f}" for name, v in costs.items())
     cheapest = sorted(costs, key=lambda name: max(costs[name]))[:3]
     return ("Decisions have to be cheap", f"{listed(cheapest)}: the cheapest at their dearest",
-            f"us a decision over the tasks: {shown}. A cycle has 100,000.")  # fmt: skip
+            f"a cycle has 100,000 us, so that all are fast enough for one agent; us a decision over the tasks: {shown}.")  # fmt: skip
+
+
+def _elsewhere(told: Told | None) -> Advice | None:
+    found = None if told is None else _decided([told], "transfer")
+    return None if found is None else ("It will play in another world than it was made for", "what is best at home", found.figure)
+
+
+def _trained(results: Results, told: Told | None) -> Advice | None:
+    """A learner, where it came as far as the CPRM in its training."""
+    if told is None:
+        return None
+    good, never = [], []
+    for cell in results.cells:
+        fact = results.fact(TRAINING, cell.task, LEARNED) if cell.condition == TRAINING else None
+        found = results.played(cell.task, DEFAULT, "cprm")
+        if fact is None or found is None:
+            continue
+        steps, rate = reached(fact["curve"], found.rate()[0]), f"{100 * found.rate()[0]:.1f} %"
+        if steps is None:
+            never.append(f"{cell.task} (cprm {rate}, trained for {int(fact['curve'][-1][0]):,})")
+        else:
+            good.append(f"{cell.task} after {steps:,} (cprm {rate})")
+    if not good and not never:
+        return None
+    said = [
+        f"as good as the CPRM, in agent-steps: {listed(good)}." if good else "",
+        f"never in its training: {listed(never)}." if never else "",
+    ]
+    what = "a learner, if the task is easy to explore" if good else "a written one"
+    return ("Nobody wants to write it, and there is a simulator", what, " ".join(part for part in said if part))
+
+
+def _finding(told: Iterable[Told], claim: str) -> Finding | None:
+    return next((f for one in told for f in one.findings if f.claim == claim), None)
+
+
+def _decided(told: Iterable[Told], claim: str) -> Finding | None:
+    """What was found of a claim that holds, in part at least."""
+    found = _finding(told, claim)
+    return found if found is not None and found.verdict in (HOLDS, IN_PART) else None

@@ -1,4 +1,4 @@
-"""Runs put together: of each cell the one with the most episodes, told as one."""
+"""Runs put together: of each cell the one with the most episodes, of equal ones that of the run given last; told as one."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ...journal import Journal
 from ...plan import BlockResult
 from ..cells import Cell
 from ..experiments import EXPERIMENTS
-from ..plan import Chapter5Plan
-from .whole import Chapter5Report, summarise
+from ..plan import Chapter5Plan, version_of
+from .whole import Chapter5Report, Run, summarise
 
 
 def merged(folders: Sequence[Path]) -> Chapter5Report:
@@ -36,14 +36,22 @@ def merged(folders: Sequence[Path]) -> Chapter5Report:
     names = tuple(name for name in EXPERIMENTS if any(name in plan.experiments for plan in plans))
     wanted = {one.cell for name in names for one in EXPERIMENTS[name].wanted(plans[0].size)}
     best: dict[Cell, list[BlockResult]] = {}
-    for folder, plan in zip(folders, plans):
+    origin: dict[Cell, int] = {}
+    for number, (folder, plan) in enumerate(zip(folders, plans)):
         run: dict[Cell, list[BlockResult]] = {}
         for result in Journal(folder / "episodes.jsonl").read().values():
             if result.block.seed == plan.seed and Cell.of(result.block) in wanted:
                 run.setdefault(Cell.of(result.block), []).append(result)
         for cell, results in run.items():
-            if cell not in best or sum(r.block.count for r in results) > sum(r.block.count for r in best[cell]):
-                best[cell] = results
+            if cell not in best or sum(r.block.count for r in results) >= sum(r.block.count for r in best[cell]):
+                best[cell], origin[cell] = results, number
     size = replace(plans[0].size, table=max(plan.size.table for plan in plans), curve=max(plan.size.curve for plan in plans))
-    commands = [path.read_text(encoding="utf-8").strip() for path in (folder / "command.txt" for folder in folders) if path.exists()]
-    return summarise(Chapter5Plan(names, size, plans[0].seed), [r for results in best.values() for r in results], "; ".join(commands))
+    runs = tuple(Run(command_of(folder), version_of(folder)) for folder in folders)
+    report = summarise(Chapter5Plan(names, size, plans[0].seed), [r for results in best.values() for r in results])
+    return replace(report, command="; ".join(dict.fromkeys(run.command for run in runs if run.command)), runs=runs, origin=origin)
+
+
+def command_of(folder: Path) -> str:
+    """With which command the run in a folder was begun; empty where that is not noted."""
+    path = folder / "command.txt"
+    return path.read_text(encoding="utf-8").strip() if path.exists() else ""

@@ -9,7 +9,9 @@ from typing import Any
 from ..claims import CLAIMS
 from ..pieces import HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
 from . import svg
+from .again import Again
 from .guide import Advice
+from .who import READING, WHO
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff; max-width: 1240px; margin: 0 auto; padding: 20px; }
@@ -18,7 +20,7 @@ h3 { font-size: 15px; margin: 18px 0 4px; } p { max-width: 90ch; margin: 6px 0; 
 table { border-collapse: collapse; font-size: 13px; margin: 8px 0; }
 th, td { text-align: left; padding: 3px 10px 3px 0; vertical-align: top; }
 th { border-bottom: 1px solid #999; } td { border-bottom: 1px solid #eee; font-variant-numeric: tabular-nums; }
-.guide td:first-child, .claims td:first-child { font-weight: 600; width: 24%; }
+.guide td:first-child, .claims td:first-child { font-weight: 600; width: 24%; } .who td:first-child { font-weight: 600; }
 .guide td:nth-child(2) { width: 26%; color: #0b5a8a; font-weight: 600; }
 .panels { display: flex; flex-wrap: wrap; gap: 14px 24px; margin: 10px 0; } svg { font: 12px system-ui, sans-serif; overflow: visible; }
 svg .title { font-weight: 600; font-size: 13px; } svg .tick { fill: #555; font-size: 11px; } svg .grid { stroke: #e4e4e4; }
@@ -32,7 +34,7 @@ nav a { margin-right: 14px; } code { font-size: 13px; }
 KINDS = {HOLDS: "holds", IN_PART: "part", UNDECIDED: "unknown", UNKNOWN: "unknown"}
 
 
-def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any]) -> str:
+def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any], again: Again | None = None) -> str:
     """The page.
 
     Parameters
@@ -42,18 +44,14 @@ def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any]) 
         When, what to take, why.
     about : dict
         ``command``, ``seed``, ``episodes``, ``complete``, ``machine``, ``errors``, ``seconds``.
+    again : Again, optional
+        What another seed says.
     """
     links = "".join(f'<a href="#{t.name}">{k}. {escape(t.title)}</a>' for k, t in enumerate(told, 1))
     parts = [
-        f"<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport "
-        f"content='width=device-width'><title>Chapter 5, measured</title>"
-        f"<style>{STYLE}</style><h1>Chapter 5, measured</h1>",
-        "<p>Structures of agents in a soccer world: a Petri net with a model (<b>cprm</b>; <b>net</b> is its net alone), state machines "
-        "(<b>fsm</b>), <b>subsumption</b>, behaviour trees, concurrent <b>code</b> and <b>belief_region</b>, a map "
-        "from beliefs to commands. All "
-        "hand-written ones share skills and formulas; all meet the same worlds. “A &gt; B” stands only where the "
-        "interval of the paired difference, "
-        "corrected for the number of comparisons of its experiment (Holm), excludes zero.</p>",
+        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
+        f"<title>Chapter 5, measured</title><style>{STYLE}</style><h1>Chapter 5, measured</h1>",
+        "<p>Which way of writing an agent is good for what? The same soccer tasks, played by agents of different structure.</p>",
         f"<p class=small>{escape(about['episodes'])} Seed {about['seed']}.</p>",
     ]
     if not about["complete"]:
@@ -63,19 +61,31 @@ def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any]) 
     if advice:
         rows = "".join(f"<tr><td>{escape(when)}<td>{escape(what)}<td>{escape(why)}" for when, what, why in advice)
         parts.append(f"<h2>Which to take when</h2><table class=guide><tr><th>when<th>take<th>why{rows}</table>")
-    parts.append(_claims(told))
-    parts.append(f"<nav class=small>{links}</nav>")
+    played = {cell.split(":")[0] for one in told for table in one.tables for row in (table.head, *table.rows) for cell in row[:2]}
+    played |= {name for one in told for table in one.tables for name in table.head}
+    who = "".join(f'<tr><td style="color:{svg.colour(name)}">{name}<td>{escape(text)}' for name, text in WHO.items() if name in played)
+    if who:
+        parts.append(f"<h2>Who they are</h2><table class=who>{who}</table>")
+    parts += [_brief(one) for one in told[:1] if one.name == "table"]
+    parts.append(_claims(told, again))
+    if again is not None:
+        parts.append(_again(again))
+    parts.append(f"<h2>The experiments</h2><nav class=small>{links}</nav><p class=small>{escape(READING)}</p>")
     for number, one in enumerate(told, 1):
         parts.append(_experiment(number, one))
     made = ", ".join(f"{escape(k)} {escape(v)}" for k, v in about["machine"].items())
     parts.append(f"<h2>How this was made</h2><p class=small><code>{escape(about['command'])}</code></p><p class=small>{made}. "
                  f"{about['seconds']:.0f} s of playing, all processes together. report.json beside this page has every "
-                 f"number, marl_eval.json the same in "
-                 "the form that marl-eval reads.</p></html>")  # fmt: skip
+                 f"number, marl_eval.json the same in the form that marl-eval reads.</p></html>")  # fmt: skip
     return "\n".join(parts) + "\n"
 
 
-def _claims(told: Sequence[Told]) -> str:
+def _brief(one: Told) -> str:
+    """The tables of an experiment that are to be read first."""
+    return "".join(f"<h3>{escape(t.title)}</h3><div class=wide>{_table(t)}</div>" for t in one.tables if t.brief and t.rows)
+
+
+def _claims(told: Sequence[Told], again: Again | None) -> str:
     said = {f.claim: f for one in told for f in one.findings}
     rows = []
     for key, claim in CLAIMS.items():
@@ -83,15 +93,30 @@ def _claims(told: Sequence[Told]) -> str:
         verdict, figure = (UNKNOWN, "") if finding is None else (finding.verdict, finding.figure)
         kind = KINDS.get(verdict, "fails")
         where = f"§{claim.section}" if claim.section != "-" else ""
+        hangs = f" <b>Hangs on the seed: {escape(again.verdicts[key])} with seed {again.seed}.</b>" if again and key in again.hangs else ""
         rows.append(f'<tr><td>{escape(claim.says)} <span class=small>{where}</span><td class="verdict {kind}">{escape(verdict)}'
-                    f'<td>{escape(figure)} <a class=small href="#{claim.experiment}">more</a>')  # fmt: skip
+                    f'<td>{escape(figure)}{hangs} <a class=small href="#{claim.experiment}">more</a>')  # fmt: skip
     head = "<h2>What the dissertation says, and what was found</h2><table class=claims><tr><th>claim<th>verdict<th>figure"
     return f"{head}{''.join(rows)}</table>"
 
 
+def _again(again: Again) -> str:
+    parts = [f"<h2>Another seed</h2><p>{escape(again.said)} {escape(again.episodes)}</p>"]
+    items = [f"{CLAIMS[key].says} {again.verdicts[key]}: {figure}" for key, figure in again.figures.items()]
+    items += [f"each another way: {text}" for text in again.against]
+    items += [f"{who} alone: {text}" for text, who in again.once]
+    if items:
+        parts.append(
+            f"<details><summary>What hangs on the seed</summary><ul class=small>{''.join(f'<li>{escape(i)}' for i in items)}</ul></details>"
+        )
+    return "".join(parts)
+
+
 def _experiment(number: int, one: Told) -> str:
     parts = [f'<h2 id="{one.name}">{number}. {escape(one.title)}</h2><p class=question>{escape(one.question)}</p>']
-    parts += [f"<p>{escape(f.figure)}</p>" for f in one.findings]
+    parts += [f"<p>{escape(' '.join(text for text in (f.figure, f.more) if text))}</p>" for f in one.findings]
+    if one.name != "table":  # whose short table stands at the head of the page
+        parts.append(_brief(one))
     drawn = "".join(svg.dots(p) if isinstance(p, Dots) else svg.curves(p) for p in one.panels)
     if drawn:
         parts.append(f"<div class=panels>{drawn}</div>")
@@ -102,16 +127,21 @@ def _experiment(number: int, one: Told) -> str:
             f"<details><summary>{count}</summary><ul class=small>{items}</ul></details>" if items else f"<p class=small>{count}.</p>"
         )
     for table in one.tables:
-        if table.rows:
-            parts.append(
-                f"<details{'' if drawn else ' open'}><summary>{escape(table.title)}</summary><div "
-                f"class=wide>{_table(table)}</div></details>"
-            )
+        if table.rows and not table.brief:
+            parts.append(f"<details><summary>{escape(table.title)}</summary><div class=wide>{_table(table)}</div></details>")
     parts += [f"<p class=small>{escape(note)}</p>" for note in one.notes]
     return "\n".join(parts)
 
 
 def _table(table: Table) -> str:
     head = "".join(f"<th>{escape(cell)}" for cell in table.head)
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}" for cell in row) for row in table.rows)
+    rows = "".join("<tr>" + "".join(f"<td>{_marked(cell)}" for cell in row) for row in table.rows)
     return f"<table><tr>{head}{rows}</table>"
+
+
+def _marked(cell: str) -> str:
+    """What is decidedly better or worse in its colour."""
+    for mark, kind in (("▲", "holds"), ("▼", "fails")):
+        if cell.endswith(mark):
+            return f'<span class="{kind}">{escape(cell)}</span>'
+    return escape(cell)

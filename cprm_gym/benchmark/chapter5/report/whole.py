@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....files import write_atomically
 from ...plan import BlockResult
+from ..about import machine, revision
+from ..cells import Cell
 from ..claims import CLAIMS
 from ..experiments import EXPERIMENTS
 from ..pieces import UNKNOWN, Told, listed, sentence
 from ..plan import SUITE, Chapter5Plan
 from ..results import Results
-from .about import machine
+from .again import Again
 from .guide import Advice, guide
 from .page import page
 
 VERSION = 1
+
+
+class Run(NamedTuple):
+    """One of the runs that were put together."""
+
+    command: str
+    version: str
+    """With which it was begun; empty where that is not noted."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +44,12 @@ class Chapter5Report:
     advice : tuple of (str, str, str)
     complete : bool
     command : str
+    runs : tuple of Run
+        Of which it is put together.
+    origin : mapping of Cell to int
+        Of which of the runs a cell is; the first, if it is not said.
+    again : Again, optional
+        What another seed says.
     """
 
     plan: Chapter5Plan
@@ -42,6 +58,9 @@ class Chapter5Report:
     advice: tuple[Advice, ...]
     complete: bool
     command: str
+    runs: tuple[Run, ...] = ()
+    origin: Mapping[Cell, int] = field(default_factory=dict)
+    again: Again | None = None
 
     @property
     def errors(self) -> list[tuple[str, str]]:
@@ -57,13 +76,16 @@ class Chapter5Report:
         """For ``report.json``: equal for equal runs but for times, and what `machine` says."""
         return {
             "suite": SUITE, "version": VERSION, "plan": asdict(self.plan), "complete": self.complete, "command": self.command,
+            "runs": [run._asdict() for run in self.runs],
+            "again": None if self.again is None else {**asdict(self.again), "said": self.again.said},
             "errors": [list(e) for e in self.errors],
             "claims": {key: {"claim": CLAIMS[key].says, "section": CLAIMS[key].section, "experiment": CLAIMS[key].experiment,
                              "verdict": verdict, "figure": figure} for key, (verdict, figure) in self.verdicts().items()},
             "guide": [list(row) for row in self.advice],
             "experiments": [_told(one) for one in self.told],
             "cells": [
-                {"task": cell.task, "condition": cell.condition, "player": cell.player, "n": p.n, "successes": int(p.success.sum()),
+                {"task": cell.task, "condition": cell.condition, "player": cell.player, "run": self.origin.get(cell, 0), "n": p.n,
+                 "successes": int(p.success.sum()),
                  "cycles": float(p.cycles.mean()), "reward": float(p.reward.mean()), "microseconds": round(p.microseconds, 1)}
                 for cell, p in self.results.cells.items() if p.n
             ],
@@ -82,15 +104,20 @@ class Chapter5Report:
         return {"cprm_gym": tasks}
 
     def to_markdown(self) -> str:
-        """Claims, advice and all tables."""
-        lines = ["# Chapter 5, measured", "", self.episodes(), "", "| claim | verdict | figure |", "|---|---|---|"]
-        lines += [f"| {CLAIMS[key].says} | {verdict} | {figure} |" for key, (verdict, figure) in self.verdicts().items()]
+        """Advice and claims first, then all tables."""
+        lines = ["# Chapter 5, measured", "", self.episodes(), ""]
+        lines += [f"Failed: {who}: {error}\n" for who, error in self.errors]
         if self.advice:
-            lines += ["", "| when | take | why |", "|---|---|---|", *("| " + " | ".join(row) + " |" for row in self.advice)]
-        lines += [f"\nFailed: {who}: {error}" for who, error in self.errors]
+            lines += ["| when | take | why |", "|---|---|---|", *("| " + " | ".join(row) + " |" for row in self.advice), ""]
+        lines += ["| claim | verdict | figure |", "|---|---|---|"]
+        lines += [f"| {CLAIMS[key].says} | {verdict} | {figure} |" for key, (verdict, figure) in self.verdicts().items()]
+        if self.again is not None:
+            lines += ["", f"{self.again.said} {self.again.episodes}"]
+            lines += [f"* {CLAIMS[key].says} With seed {self.again.seed}: {self.again.verdicts[key]}." for key in self.again.hangs]
         for number, one in enumerate(self.told, 1):
             lines += ["", f"## {number}. {one.title}", "", one.question, ""]
-            for table in one.tables:
+            lines += [f"{f.figure} {f.more}\n" for f in one.findings]
+            for table in sorted(one.tables, key=lambda t: not t.brief):
                 lines += [f"**{table.title}**", "", table.to_markdown()]
             lines += [f"* {sentence(c)}" for c in one.better]
             lines += ["", *one.notes]
@@ -110,7 +137,7 @@ class Chapter5Report:
             "command": self.command, "seed": self.plan.seed, "episodes": self.episodes(), "complete": self.complete, "machine": machine(),
             "errors": self.errors, "seconds": self.results.seconds,
         }  # fmt: skip
-        return page(self.told, self.advice, about)
+        return page(self.told, self.advice, about, self.again)
 
     def write(self, folder: Path) -> list[Path]:
         """``report.html``, ``report.md``, ``report.json`` and ``marl_eval.json``; each is put in place when it is whole."""
@@ -147,4 +174,5 @@ def summarise(plan: Chapter5Plan, results: Iterable[BlockResult], command: str =
     found = Results(played)
     told = tuple(_with_gaps(EXPERIMENTS[name].tell(found, plan.size), found, plan) for name in plan.experiments)
     complete = {r.block for r in played if r.error is None} == set(plan.blocks())
-    return Chapter5Report(plan, found, told, tuple(guide(found, list(told))), complete, command)
+    runs = (Run(command, revision()),)
+    return Chapter5Report(plan, found, told, tuple(guide(found, list(told))), complete, command, runs)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import platform
+import subprocess
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 PACKAGES = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo", "py_trees")
 
@@ -14,6 +16,19 @@ def machine() -> dict[str, str]:
     found = {"cprm_gym": _version("cprm-gym"), "python": platform.python_version()}
     found |= {name: _version(name) for name in PACKAGES}
     return {**found, "system": f"{platform.system()} {platform.machine()}", "processor": _processor(), "cores": str(os.cpu_count() or 0)}
+
+
+def revision() -> str:
+    """Version of the project and, where it lies in a checkout, its commit: ``0.1.0, 4e3d139``; with a plus where files are changed."""
+    found, root = _version("cprm-gym"), Path(__file__).parents[3]
+    if not (root / ".git").exists():
+        return found
+    command = ("git", "-C", str(root), "describe", "--always", "--dirty=+", "--exclude=*")
+    try:
+        said = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return found
+    return f"{found}, {said}"
 
 
 def _version(name: str) -> str:
