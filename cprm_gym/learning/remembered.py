@@ -47,7 +47,7 @@ class MacroPlayer:
     """
 
     def __init__(self, task: Task, player: int, worlds: int) -> None:
-        self.row = player - 1
+        self.row, self._task = player - 1, task
         own, other = (task.left, task.right) if player <= 11 else (task.right, task.left)
         self.names = macro_names(own - 1, other)
         self._players, self._mates, self._opponents = np.array([player]), np.array([own - 1]), np.array([other])
@@ -76,6 +76,7 @@ class MacroPlayer:
         self._fresh[:, self.row] = body[:, BodyFeature.FRESH] > 0
         every = np.arange(len(self._worlds))
         kernels.masks(self._worlds, every, self._records, self._players, self._mates, self._opponents, self.mask)
+        self._task.restrict(self.names, self.mask)
         return self.mask[:, 0]
 
     def state(self) -> dict[str, np.ndarray]:
@@ -93,7 +94,8 @@ class MacroPlayer:
         chosen = np.asarray(macros, np.int64)
         if chosen.shape != self._worlds.shape or (chosen.size and not 0 <= chosen.min() <= chosen.max() < len(self.names)):
             raise CommandError(f"macros: expected {len(self._worlds)} numbers from 0 to {len(self.names) - 1}, got {macros!r:.60}")
-        kernels.act(self._worlds, self._records, self._players, chosen[:, None], self._mates, FORMATION, *self._region, self._fresh,
+        meant = self._task.decide(self.names, self.mask, chosen[:, None])
+        kernels.act(self._worlds, self._records, self._players, meant, self._mates, FORMATION, *self._region, self._fresh,
                     self._commands)  # fmt: skip
         sent = self._commands[:, self.row]
         catching = sent["kind"] == CommandKind.CATCH

@@ -1,6 +1,8 @@
 """Policies as files and in NumPy: equal to PyTorch, refused when damaged, controllers like any other."""
 
 import json
+import subprocess
+import sys
 import zipfile
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 
 pytest.importorskip("safetensors")
 
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.envs.controller import check_action
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.tasks import make_task
@@ -129,8 +132,9 @@ def test_low_level_actions_mean_what_the_view_means(mode):
         assert np.nan_to_num(told[used]) == pytest.approx(np.nan_to_num(wanted[used]), abs=1e-4)
 
 
-def test_macros_from_observations_are_those_of_the_engine():
-    core = SoccerCore("HFO1v1", 30, action_mode="macro", include=("memory",))
+@pytest.mark.parametrize("task", ["HFO1v1", "Keepaway3v2", "FrontGoalPassingLane"])
+def test_macros_from_observations_are_those_of_the_engine(task):
+    core = SoccerCore(task, 30, action_mode="macro", include=("memory",))
     observation = core.reset(3)
     player = MacroPlayer(core.task, 1, 30)
     assert player.names == core.macros.names
@@ -140,9 +144,9 @@ def test_macros_from_observations_are_those_of_the_engine():
     for _ in range(40):
         mask = player.observe({name: values[:, 0] for name, values in observation.items()})
         same.append((mask == core.action_mask[:, 0]).all(axis=1))
-        choice = (rng.random(mask.shape) * core.action_mask[:, 0]).argmax(axis=1)
-        mine = player.act(choice)
-        core.step(choice[:, None])
+        choice = (rng.random(core.action_mask.shape) * core.action_mask).argmax(axis=2)
+        mine = player.act(choice[:, 0])
+        core.step(choice)
         kinds = core.sim.commands["kind"][:, 0]
         same.append(mine["type"] == kinds)
         observation = core.observation
@@ -195,6 +199,35 @@ def test_policies_that_are_shipped_are_small_whole_and_play(name):
     for _ in range(3):
         action = check_action(name, controller.act({key: values[:, 0] for key, values in core.observation.items()}), 4)
         core.step({key: np.asarray(values)[:, None] for key, values in action.items()})
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_policies_that_are_shipped_play_better_than_random_choices(name):
+    """A network of zeros, drawn from, prefers nothing: it is the floor."""
+    policy = load_policy(SHIPPED / name)
+    floor = Policy(policy.description, {key: np.zeros_like(values) for key, values in policy.arrays.items()})
+    task = make_task(policy.description.task, **policy.description.task_options)
+    reached = []
+    for who, drawn in ((policy, False), (floor, True)):
+        found = play_episodes(task, lambda task, agent, who=who, drawn=drawn: PolicyController(who, task, agent, drawn), 100, 40)
+        reached.append(found.cycles / task.max_cycles if task.metric == "duration" else found.success)
+    ours, random = (np.asarray(values, float) for values in reached)
+    assert ours.mean() - random.mean() > 2 * (ours - random).std() / 10, "by more than two standard errors of 100 pairs"
+
+
+def test_policies_that_are_shipped_are_read_and_choose_without_pytorch():
+    code = """
+import sys
+sys.modules["torch"] = None
+import numpy as np
+from cprm_gym.learning.policy import SHIPPED, load_policy, shipped
+for name in shipped():
+    policy = load_policy(SHIPPED / name)
+    policy.act(np.zeros((3, len(policy.description.columns)), np.float32))
+    print(name)
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert tuple(told.split()) == shipped()
 
 
 @pytest.mark.parametrize("drawn", [False, True])

@@ -18,7 +18,7 @@ from cprm_gym.learning import training
 from cprm_gym.learning.configuration import from_table
 from cprm_gym.learning.export import arrays_of
 from cprm_gym.learning.measuring import interquartile_mean, measure, measure_random
-from cprm_gym.learning.policy import load_policy
+from cprm_gym.learning.policy import SHIPPED, load_policy, shipped
 from cprm_gym.learning.report import Report
 from cprm_gym.learning.training import Plan, make_learner, policy_of, read_curve, train
 from cprm_gym.learning.worlds import columns_of, make_worlds
@@ -95,6 +95,21 @@ def test_every_algorithm_trains_and_its_policy_in_numpy_equals_pytorch(tmp_path,
             features = features[0]
         wanted = model.policy.action_net(model.policy.mlp_extractor.forward_actor(features)).numpy()
     assert mine.network(x)[0] == pytest.approx(wanted, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_the_networks_that_are_shipped_equal_those_of_pytorch(name):
+    policy = load_policy(SHIPPED / name)
+    layers = []
+    for part in (*(f"layer_{k}" for k in range(len(policy.arrays) // 2 - 1)), "head"):
+        weight, bias = (torch.as_tensor(policy.arrays[f"{part}.{kind}"]) for kind in ("weight", "bias"))
+        layer = torch.nn.Linear(*reversed(weight.shape))
+        layer.load_state_dict({"weight": weight, "bias": bias})
+        layers += [layer, {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}[policy.description.activation]()]
+    x = np.random.default_rng(0).uniform(-1, 1, (50, len(policy.description.columns))).astype(np.float32)
+    with torch.no_grad():
+        wanted = torch.nn.Sequential(*layers[:-1])(torch.as_tensor(x)).numpy()
+    assert policy.network(x)[0] == pytest.approx(wanted, abs=1e-5)
 
 
 def test_likeliest_actions_are_those_of_the_learner():
