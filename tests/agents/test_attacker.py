@@ -321,11 +321,9 @@ def test_a_player_is_tuned_and_measured_where_his_options_say(monkeypatch):
     assert seen == [("medium", "weak")]
 
 
-def test_before_one_defender_other_numbers_are_there_for_the_asking():
-    task = make_task("HFO2v1")
-    tuned, by_hand = (half_field.make_controller(task, "left_1", tuned=tuned) for tuned in (True, False))
-    assert tuned.cprm.net == attacker_net(0, Body.of(task), HalfFieldConstants.tuned("memory", half_field.STUDY))
-    assert by_hand.cprm.net == attacker_net(0, Body.of(task), HalfFieldConstants())
-    assert tuned.cprm.net != by_hand.cprm.net
-    with pytest.raises(ParameterError, match="leave out one"):
-        half_field.make_controller(task, "left_1", HalfFieldConstants(), tuned=True)
+def test_before_one_defender_he_plays_with_the_numbers_of_the_study():
+    for name, numbers in (("HFO2v1", HalfFieldConstants.tuned("memory", half_field.STUDY)), ("HFO3v2", HalfFieldConstants())):
+        task = make_task(name)
+        assert half_field.make_controller(task, "left_1").cprm.net == attacker_net(0, Body.of(task), numbers), name
+    assert PLAYERS["HFO2v1"].numbers("belief") == half_field.numbers_of("HFO2v1") != HalfFieldConstants()
+    assert PLAYERS["FrontGoalCompactDefense"].numbers("belief") == HalfFieldConstants()

@@ -14,13 +14,24 @@ from .percepts import MARGIN, Ground
 
 GROUND = Ground(low_x=MARGIN, offside=False)
 """The right half."""
-
-
 STUDY = "attacker_one_defender"
-"""Folder of the study for one defender at most; against more of them the numbers set by hand are better."""
+"""Folder of the study in HFO2v1."""
+STUDIED = ("HFO1v0", "HFO1v1", "HFO2v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption")
+"""Tasks with nobody but a goalie against him, played with the numbers of `STUDY`; against more those set by hand are better."""
 
 
-def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None, tuned: bool = False) -> attacker.AttackerAgent:
+def study_of(task: str) -> str:
+    """Folder of the study whose numbers he plays a task with; empty where they are set by hand."""
+    return STUDY if task in STUDIED else ""
+
+
+def numbers_of(task: str) -> HalfFieldConstants:
+    """The attacker's numbers in a task if no others are given."""
+    folder = study_of(task)
+    return HalfFieldConstants.tuned("memory", folder) if folder else HalfFieldConstants()
+
+
+def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None) -> attacker.AttackerAgent:
     """An attacker as a controller.
 
     Parameters
@@ -28,18 +39,13 @@ def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None
     task : Task
     agent : str
     constants : HalfFieldConstants, optional
-        Those set by hand if not given.
-    tuned : bool
-        Those of `STUDY` instead: ``cprm:tuned=true``.
+        Those of `numbers_of` the task if not given.
 
     Raises
     ------
     ParameterError
-        For a defender, or numbers that are both given and tuned.
+        For a defender.
     """
     if not agent.startswith("left"):
         raise ParameterError(f"{task.name}: the attacker plays for the left side; {agent!r} defends")
-    if tuned and constants is not None:
-        raise ParameterError("attacker: `constants` are given and `tuned` asks for others; leave out one")
-    numbers = HalfFieldConstants.tuned("memory", STUDY) if tuned else constants or HalfFieldConstants()
-    return attacker.make_controller(task, agent, numbers, GROUND)
+    return attacker.make_controller(task, agent, constants or numbers_of(task.name), GROUND)

@@ -157,7 +157,7 @@ PLAYERS: dict[str, Player] = {
         seeds=10,
     ),
     **{
-        task: Player(half_field.make_controller, HalfFieldConstants, seconds=seconds)
+        task: Player(half_field.make_controller, HalfFieldConstants, study=half_field.study_of(task), seconds=seconds)
         for task, seconds in (
             ("HFO1v0", 3.0),
             ("HFO1v1", 3.5),
@@ -170,7 +170,7 @@ PLAYERS: dict[str, Player] = {
         )
     },
     **{
-        task: Player(attacker.make_controller, PairConstants, seconds=seconds, options=options)
+        task: Player(attacker.make_controller, PairConstants, study=PairConstants.whose, seconds=seconds, options=options)
         for task, seconds, options in (
             ("PassAndAdvance2v1", 20.0, {}),
             ("PassAndAdvance2v2", 22.0, {"others": ("hold", "weak")}),
