@@ -14,7 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cprm_gym.benchmark.chapter5.pieces import Curves, Dots
+from cprm_gym.benchmark.chapter5.claims import CLAIMS
+from cprm_gym.benchmark.chapter5.films import FILMS, UNFILMED, films_of
+from cprm_gym.benchmark.chapter5.pieces import FAILS, HOLDS, IN_PART, UNDECIDED, UNKNOWN, Curves, Dots
 from cprm_gym.benchmark.chapter5.report import svg
 from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
@@ -25,11 +27,8 @@ from cprm_gym.errors import CprmError
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
 HTML = DOCS / "results" / "chapter5.html"
-BLOCK = re.compile(
-    r"(<!-- (whole|claims|guide|who|brief|again|played|found|picture|notes|rows|decided|reading|made)(?:: (\w+))? -->\n)(?:(?!<!-- ).)*"
-    r"(<!-- end -->)",
-    re.DOTALL,
-)
+KINDS = "whole|claims|guide|who|brief|again|played|found|picture|notes|rows|decided|reading|films|made"
+BLOCK = re.compile(rf"(<!-- ({KINDS})(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
 PICTURES = {
     "table": (12, "Success by task and controller"),
     "senses": (8, "Success by tier of knowledge over noise, lost looks and delay"),
@@ -41,6 +40,7 @@ PICTURES = {
 }
 """Experiment -> how many of its panels stand on the page, at most, and what they show."""
 AGAIN = "--again"
+VERDICTS = (HOLDS, IN_PART, FAILS, UNDECIDED, UNKNOWN)
 
 
 def data_of(report: Chapter5Report) -> dict[str, Any]:
@@ -93,8 +93,28 @@ def claims(data: dict[str, Any], _: str) -> str:
         hangs = again is not None and key in again["hangs"]
         said = f" **Hangs on the seed: {again['verdicts'][key]} with seed {again['seed']}.**" if hangs else ""
         section = f" (§{entry['section']})" if entry["section"] != "-" else ""
-        rows.append([entry["claim"] + section, f"**{entry['verdict']}**", (entry["figure"] or "-") + said, f"`{entry['experiment']}`"])
-    return table(["claim", "verdict", "figure", "`--only`"], rows)
+        seen = ", ".join(_linked(name) for name in films_of(key)) or "-"
+        figure = (entry["figure"] or "-") + said
+        rows.append([entry["claim"] + section, f"**{entry['verdict']}**", figure, f"`{entry['experiment']}`", seen])
+    counts = [(verdict, sum(entry["verdict"] == verdict for entry in data["claims"].values())) for verdict in VERDICTS]
+    tally = ", ".join(f"{verdict}: {count}" for verdict, count in counts if count)
+    return f"{tally[:1].upper()}{tally[1:]}.\n\n" + table(["claim", "verdict", "figure", "`--only`", "films"], rows)
+
+
+def _linked(name: str) -> str:
+    pair = FILMS[name]
+    return " ".join(f"[{who}](images/chapter5_{name}_{who}.mp4)" for who, *_ in (pair.one, pair.other))
+
+
+def films(data: dict[str, Any], _: str) -> str:
+    """What is to be seen in each film, and which claims have none."""
+    rows = [
+        [pair.shows, f"`{pair.task}`" + ("" if pair.condition == "default" else f", {pair.condition}"),
+         *(f"[`{player}`: {how}](images/chapter5_{name}_{end}.mp4)" for end, player, how in (pair.one, pair.other))]
+        for name, pair in FILMS.items()
+    ]  # fmt: skip
+    without = "\n".join(f"* {CLAIMS[key].says} No film: {why}." for key, why in UNFILMED.items())
+    return table(["what to see", "task", "the one", "the other"], rows) + "\n\n" + without
 
 
 def guide(data: dict[str, Any], _: str) -> str:
@@ -194,7 +214,7 @@ def decided(data: dict[str, Any], name: str) -> str:
 
 MADE = {
     "whole": whole, "claims": claims, "guide": guide, "who": who, "brief": brief, "again": again, "played": played, "found": found,
-    "picture": picture, "notes": notes, "rows": rows, "decided": decided, "reading": reading, "made": made,
+    "picture": picture, "notes": notes, "rows": rows, "decided": decided, "reading": reading, "films": films, "made": made,
 }  # fmt: skip
 
 

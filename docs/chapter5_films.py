@@ -1,21 +1,20 @@
 """Films of one episode behind the claims of ``docs/results.md``: ``python docs/chapter5_films.py [NAME ...]`` makes all of them, or those.
 
 A film is of a pair: who the claim speaks for, and his rival, in the same world: the first of the suite's seed in which the one succeeds and
-the other does not, or, where both are to act alike, the first of all.
+the other does not, or, where both are to act alike, in which both do.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cprm_gym.benchmark.chapter5.conditions import condition
-from cprm_gym.benchmark.chapter5.experiments.slow import WITH, WITHOUT
-from cprm_gym.benchmark.chapter5.players import BARE, NET, ON, WATCHED, make_player
+from cprm_gym.benchmark.chapter5.films import FILMS, Pair
+from cprm_gym.benchmark.chapter5.players import make_player
 from cprm_gym.benchmark.chapter5.playing import play_cell
 from cprm_gym.benchmark.chapter5.watching import Disturbing
 from cprm_gym.benchmark.episodes import play_episodes
@@ -26,37 +25,6 @@ from cprm_gym.envs.play import Film
 IMAGES = Path(__file__).parent / "images"
 SEED, LOOKED_AT, LONGEST = 0, 60, 200
 """Of the suite; worlds in which a pair is looked for; cycles of a film, at most."""
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Two films of one world.
-
-    Parameters
-    ----------
-    task, condition : str
-    one, other : (str, str)
-        End of the name of the file, and player.
-    alike : bool
-        Whether both are to act alike.
-    """
-
-    task: str
-    condition: str
-    one: tuple[str, str]
-    other: tuple[str, str]
-    alike: bool = False
-
-
-FILMS = {
-    "hike": Pair("Hike", "default", ("net", "cprm"), ("regions", "belief_region")),
-    "slow": Pair("Goalie", "inference 5 late", ("reflexes", WITH), ("belief", WITHOUT)),
-    "recovery": Pair("KickOffShot", "ball displaced", ("net", "cprm"), ("watchdog", BARE + WATCHED)),
-    "late": Pair("Goalie", "late 2", ("belief", f"{NET}{ON}belief"), ("memory", f"{NET}{ON}memory")),
-    "noise": Pair("LostAndFound", "noise 1", ("belief", f"{NET}{ON}belief"), ("memory", f"{NET}{ON}memory")),
-    "alike": Pair("KickOffShot", "default", ("net", "cprm"), ("code", "code"), alike=True),
-}
-"""Name -> pair."""
 
 
 class Camera:
@@ -88,20 +56,20 @@ class Camera:
 
 
 def world_of(pair: Pair) -> int:
-    """The first world in which the one succeeds and the other does not.
+    """The first world in which the one succeeds and the other does not, or both do.
 
     Raises
     ------
     SystemExit
         When there is none among those that are looked at.
     """
-    if pair.alike:
-        return 0
-    found = [play_cell(Block(pair.task, f"{pair.condition}/{player}", 0, LOOKED_AT, SEED)) for _, player in (pair.one, pair.other)]
-    apart = np.flatnonzero(np.array(found[0].success) & ~np.array(found[1].success))
-    if not len(apart):
-        sys.exit(f"{pair.task}, {pair.condition}: in none of {LOOKED_AT} worlds {pair.one[1]} succeeds and {pair.other[1]} does not")
-    return int(apart[0])
+    looked_at = [play_cell(Block(pair.task, f"{pair.condition}/{who[1]}", 0, LOOKED_AT, SEED)) for who in (pair.one, pair.other)]
+    one, other = (np.array(played.success, dtype=bool) for played in looked_at)
+    fitting = np.flatnonzero(one & (other == pair.alike))
+    if not len(fitting):
+        how = "does, too" if pair.alike else "does not"
+        sys.exit(f"{pair.task}, {pair.condition}: in none of {LOOKED_AT} worlds {pair.one[1]} succeeds and {pair.other[1]} {how}")
+    return int(fitting[0])
 
 
 def film(path: Path, task: str, where: str, player: str, world: int) -> bool:
@@ -129,12 +97,12 @@ def main(names: list[str], folder: Path = IMAGES) -> None:
     for name in names or FILMS:
         pair = FILMS[name]
         world = world_of(pair)
-        for end, player in (pair.one, pair.other):
+        for end, player, how in (pair.one, pair.other):
             path = folder / f"chapter5_{name}_{end}.mp4"
             won = film(path, pair.task, pair.condition, player, world)
-            if not pair.alike and won != ((end, player) == pair.one):
+            if won != (pair.alike or end == pair.one[0]):
                 sys.exit(f"{path.name}: {player} alone in world {world} does not end as among {LOOKED_AT} worlds")
-            print(f"{path.name}: {player} on {pair.task}, {pair.condition}, world {world}: {'success' if won else 'none'}")
+            print(f"{path.name}: {player} on {pair.task}, {pair.condition}, world {world}: {how}")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from cprm_gym.benchmark.chapter5.about import revision
 from cprm_gym.benchmark.chapter5.cells import QUICK, Cell
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS
+from cprm_gym.benchmark.chapter5.films import FILMS, UNFILMED, films_of
 from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
 from cprm_gym.benchmark.plan import Block
@@ -45,6 +46,20 @@ def test_the_page_says_what_the_file_says_and_would_not_if_a_number_were_another
     assert {m[3] for m in page.BLOCK.finditer(text) if m[2] == "found"} == set(EXPERIMENTS)
     other = {**data, "claims": {**data["claims"], "intention": {**data["claims"]["intention"], "figure": "Nobody came home."}}}
     assert page.with_parts(text, other) != text
+
+
+def test_no_figure_of_a_run_stands_in_what_is_written_by_hand(page):
+    """So that new results need no hand: what is not made from the file holds no number but those of sections, headings and commands."""
+    text = page.BLOCK.sub("", page.PAGE.read_text(encoding="utf-8"))
+    text = re.sub(r"`[^`]*`|\]\([^)]*\)|§[\d.]+|[Cc]hapter 5|^### \d\. ", "", text, flags=re.MULTILINE)
+    assert re.findall(r"\d+", text) == []
+
+
+def test_every_claim_has_a_film_or_says_why_it_has_none(page, data):
+    for key in CLAIMS:
+        assert bool(films_of(key)) != (key in UNFILMED), key
+        assert (key in UNFILMED) == (f"{CLAIMS[key].says} No film: " in page.films(data, "")), key
+    assert all(pair.task and set(pair.claims) <= set(CLAIMS) for pair in FILMS.values())
 
 
 def test_every_claim_has_a_verdict_and_where_it_is_measured_a_figure(data):
@@ -186,13 +201,13 @@ def films():
 
 
 def test_the_films_of_the_page_are_those_that_the_script_makes_and_small(page, films):
-    made = {f"chapter5_{name}_{end}.mp4" for name, pair in films.FILMS.items() for end, _ in (pair.one, pair.other)}
+    made = {f"chapter5_{name}_{end}.mp4" for name, pair in films.FILMS.items() for end, *_ in (pair.one, pair.other)}
     assert {path.name for path in page.IMAGES.glob("chapter5_*.mp4")} == made
     assert all((page.IMAGES / name).stat().st_size < 300_000 for name in made)
 
 
 def test_a_film_is_of_the_first_world_in_which_the_one_succeeds_and_the_other_does_not(films, tmp_path, monkeypatch):
-    pair = replace(films.FILMS["late"], condition="default", one=("one", "fsm"), other=("other", "scripted"))
+    pair = replace(films.FILMS["late"], condition="default", one=("one", "fsm", "saved"), other=("other", "scripted", "goal"))
     monkeypatch.setitem(films.FILMS, "late", pair)
     world = films.world_of(pair)
     results = [
@@ -203,6 +218,6 @@ def test_a_film_is_of_the_first_world_in_which_the_one_succeeds_and_the_other_do
     assert not films.film(tmp_path / "other.gif", pair.task, pair.condition, "scripted", world)
     assert all(path.stat().st_size > 1000 for path in tmp_path.iterdir())
     with pytest.raises(SystemExit, match="in none of 60 worlds fsm succeeds and fsm does not"):
-        films.world_of(replace(pair, other=("other", "fsm")))
+        films.world_of(replace(pair, other=("other", "fsm", "")))
     with pytest.raises(SystemExit, match="unknown film 'lat'"):
         films.main(["lat"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ....agents.knowledge.players import PLAYERS as NETS
 from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
@@ -89,9 +91,18 @@ def tell(results: Results, size: Size) -> Told:
                 _findings(comparisons), notes)  # fmt: skip
 
 
+def watchdogs(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """Of recovery parts with a watchdog in their place, where something goes wrong."""
+    return [c for c in comparisons if c.second == BARE + WATCHED and c.condition != DEFAULT]
+
+
+def own_rules(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """With structures that recover by their own rules, where something goes wrong."""
+    return [c for c in comparisons if c.second in STRUCTURES and c.condition != DEFAULT]
+
+
 def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
-    watched = [c for c in comparisons if c.second == BARE + WATCHED and c.condition != DEFAULT]
-    others = [c for c in comparisons if c.second in STRUCTURES and c.condition != DEFAULT]
+    watched, others = watchdogs(comparisons), own_rules(comparisons)
     if not watched:
         return ()
     ahead, behind = [c for c in watched if c.better == c.first], [c for c in watched if c.better == c.second]

@@ -95,20 +95,27 @@ def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding,
         places.append(f"in {task} under {listed(where)}{since}" if where else f"in {task} nowhere decidedly")
     best = max(comparisons, key=lambda c: c.difference)
     text = f"The better of tracker and belief is ahead of dead reckoning {listed(counts)}. Most: {_short(best.first)} in {best.task}, "
-    text += f"{best.condition}, {points(best)}{_room(results, best)}."
+    text += f"{spoken(best.condition)}, {points(best)}{room(results, best)}."
     more = f"Ahead {'; '.join(places)}."
     if behind:
         worst = min(behind, key=lambda c: c.difference)
         more += f" Behind it in {len(behind)} of {len(comparisons)} comparisons, worst {_short(worst.first)} in {worst.task}, "
-        more += f"{worst.condition}, {points(worst)}."
+        more += f"{spoken(worst.condition)}, {points(worst)}."
     return (Finding("inference", verdict_of(len(ahead), comparisons), text, more),)
+
+
+def spoken(condition: str) -> str:
+    """``late 2``: ``news 2 cycles late``."""
+    kind, _, how = condition.partition(" ")
+    said = {"noise": f"noise times {how}", "lost": f"{how} of looks lost", "late": f"news {how} cycles late", "view": f"a {how} view"}
+    return said.get(kind, "ordinary senses" if condition == DEFAULT else condition)
 
 
 def _short(player: str) -> str:
     return player.removeprefix(NET + ON)
 
 
-def _room(results: Results, c: Comparison) -> str:
+def room(results: Results, c: Comparison) -> str:
     """What dead reckoning, the better tier and the oracle reach there."""
     found = [results.played(c.task, c.condition, name) for name in (c.second, c.first, f"{NET}{ON}state")]
     rates = [f"{100 * cell.rate()[0]:.0f} %" for cell in found if cell is not None]

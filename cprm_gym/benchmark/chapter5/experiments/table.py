@@ -195,7 +195,6 @@ def _notes(size: Size) -> tuple[str, ...]:
     alone = [task for task in tasks(size) if "cprm" not in players(task)]
     notes = [f"{NET} is the task's own Petri net on the environment's dead reckoning: what the other structures know, too; it stands "
              "where cprm knows more than that, and is else the same. Tuned numbers are those for what is known."]  # fmt: skip
-    notes.append("▲ decidedly better, ▼ decidedly worse than the net, or than cprm where no net is played apart.")
     notes.append(f"{listed(WEAKENED)} are weak on purpose: a floor, and not compared. {listed(AGAIN)} are the CPRM and its net under other "
                  "names, and not played again.")  # fmt: skip
     if alone:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
+from ..comparisons import Comparison
 from ..conditions import DEFAULT
+from ..experiments.disturbances import own_rules, watchdogs
 from ..experiments.making import reached
+from ..experiments.senses import room, spoken
 from ..experiments.table import same_knowledge
 from ..facts import CONCURRENCY, TRAINING
 from ..pieces import HOLDS, IN_PART, MATTERS, UNDECIDED, Finding, Told, listed, points
@@ -14,13 +17,15 @@ from ..results import Results
 
 Advice = tuple[str, str, str]
 """When, what to take, why."""
+KINDS = {"noise": "noise", "lost": "lost readings", "late": "late news", "view": "a narrow view"}
+"""How a condition's name begins -> what is worse there."""
 
 
 def guide(results: Results, told: list[Told]) -> list[Advice]:
     """Rows for what was measured; the others are left out."""
     by_name = {one.name: one for one in told}
     found: list[Advice | None] = [
-        _ordinary(by_name.get("table")), _senses(by_name.get("senses")), _slow(by_name.get("slow")),
+        _ordinary(by_name.get("table")), _senses(results, by_name.get("senses")), _slow(by_name.get("slow")),
         _disturbed(by_name.get("disturbances")), _memory(results), _many(results), _sure(by_name.get("analysis")),
         _cheap(results, by_name.get("table")), _elsewhere(by_name.get("transfer")), _trained(results, by_name.get("making")),
     ]  # fmt: skip
@@ -35,31 +40,30 @@ def _ordinary(told: Told | None) -> Advice | None:
     tasks = {c.task for c in alike}
     lost = {name: {c.task for c in alike if c.second == name and c.better == c.first and c.difference > MATTERS} for name in STRUCTURES[1:]}
     equal = [name for name in lost if not lost[name] and any(c.second == name for c in alike)]
-    behind = [f"{name} in {len(where)} ({listed(sorted(where))})" for name, where in lost.items() if where]
+    behind = [f"{name} in {len(where)}" for name, where in lost.items() if where]
     if not equal:
-        return ("The task is an ordinary one", "the net (cprm)", f"behind it by more than {100 * MATTERS:.0f} points: {listed(behind)}.")
-    tail = f" Behind by more: {listed(behind)}." if behind else ""
+        return ("The task is an ordinary one", "the net (cprm)", f"Behind it by more than {100 * MATTERS:.0f} points: {listed(behind)}.")
+    tail = f" Behind it by more than that: {listed(behind)}." if behind else ""
     return ("The task is an ordinary one", f"what is easiest for you to write: {listed(['net', *equal])}",
-            f"with the same skills and the same knowledge none of them is decidedly behind the net by more than {100 * MATTERS:.0f} points "
+            f"With the same skills and the same knowledge none of them is decidedly behind the net by more than {100 * MATTERS:.0f} points "
             f"in any of {len(tasks)} tasks.{tail}")  # fmt: skip
 
 
-def _senses(told: Told | None) -> Advice | None:
+def _senses(results: Results, told: Told | None) -> Advice | None:
     if told is None or not told.comparisons:
         return None
     ahead = [c for c in told.comparisons if c.better == c.first]
     when = "What is seen is noisy, late or gone"
     if not ahead:
         undecided = any(f.verdict == UNDECIDED for f in told.findings)
-        return None if undecided else (when, "dead reckoning (memory)", "neither tracker nor belief was ahead of it.")
-    found = _finding([told], "inference")
-    kinds = listed([kind for kind in ("noise", "lost", "late", "view") if any(c.condition.startswith(kind) for c in ahead)])
+        return None if undecided else (when, "dead reckoning (memory)", "Neither tracker nor belief was ahead of it.")
+    kinds = listed([name for kind, name in KINDS.items() if any(c.condition.startswith(kind) for c in ahead)])
+    best = max(ahead, key=lambda c: c.difference)
     plain = [c for c in told.comparisons if c.condition == DEFAULT]
-    better = {tier: sum(c.better == c.first for c in plain if c.first.endswith(tier)) for tier in ("tracker", "belief")}
-    tasks = len({c.task for c in plain})
-    ordinary = f" With ordinary senses it is ahead in {max(better.values())} of {tasks} tasks." if plain else ""
+    better = {c.task for c in plain if c.better == c.first}
+    ordinary = f" With ordinary senses they are ahead in {len(better)} of {len({c.task for c in plain})} tasks." if plain else ""
     return (when, "the same structure on a tracker or a belief instead of dead reckoning",
-            f"{'' if found is None else found.figure} It pays under: {kinds}.{ordinary}")  # fmt: skip
+            f"They are ahead under {kinds}; most in {best.task} with {spoken(best.condition)}{room(results, best)}.{ordinary}")  # fmt: skip
 
 
 def _slow(told: Told | None) -> Advice | None:
@@ -68,15 +72,26 @@ def _slow(told: Told | None) -> Advice | None:
         return None
     pairs = [c for c in told.comparisons if c.condition != DEFAULT and "no reflexes" in c.second]
     most = max(pairs, key=lambda c: c.difference, default=None)
-    text = found.figure if most is None else f"reflexes keep {points(most)} under {most.condition} (saves of the goalie)."
+    text = found.figure if most is None else f"Reflexes keep {points(most)} of the goalie's saves under {most.condition}."
     return ("Inference is slower than the world", "reflexes: what the eye sees now beside what is inferred",
             f"{text} {found.more}")  # fmt: skip
 
 
 def _disturbed(told: Told | None) -> Advice | None:
-    found = None if told is None else _decided([told], "recovery")
-    return None if found is None else ("Things go wrong on the way", "recovery in the behaviour, in any structure; not a watchdog",
-                                       f"{found.figure} {found.more}".strip())  # fmt: skip
+    if told is None or _decided([told], "recovery") is None:
+        return None
+    said = [f"ahead of the same behaviour with a watchdog instead in {_ahead(watchdogs(told.comparisons))} disturbances"]
+    others = own_rules(told.comparisons)
+    if others:
+        said.append(f"ahead of structures that recover by their own rules in {_ahead(others)} comparisons")
+    return ("Things go wrong on the way", "recovery in the behaviour, in any structure; not a watchdog",
+            f"The net with its recovery parts is {'; '.join(said)}.")  # fmt: skip
+
+
+def _ahead(comparisons: Sequence[Comparison]) -> str:
+    """``3, behind in 0 of 6``."""
+    won, lost = sum(c.better == c.first for c in comparisons), sum(c.better == c.second for c in comparisons)
+    return f"{won}, behind in {lost} of {len(comparisons)}"
 
 
 def _memory(results: Results) -> Advice | None:
@@ -91,7 +106,7 @@ def _memory(results: Results) -> Advice | None:
         )
         more += "net's decision time."
     return ("What to do depends on what was done before", "anything that remembers; not belief_region",
-            f"from the hike belief_region comes home in {100 * plain.rate()[0]:.0f} %, the net in {100 * net.rate()[0]:.0f} %."
+            f"From the hike belief_region comes home in {100 * plain.rate()[0]:.0f} %, the net in {100 * net.rate()[0]:.0f} %."
             + more)  # fmt: skip
 
 
@@ -121,10 +136,10 @@ def _cheap(results: Results, told: Told | None) -> Advice | None:
             costs.setdefault(cell.player, []).append(played.microseconds)
     if not costs:
         return None
-    shown = ", ".join(f"{name} {min(v):.0f} to {max(v):.0f}" for name, v in costs.items())
-    cheapest = sorted(costs, key=lambda name: max(costs[name]))[:3]
-    return ("Decisions have to be cheap", f"{listed(cheapest)}: the cheapest at their dearest",
-            f"a cycle has 100,000 us, so that all are fast enough for one agent; us a decision over the tasks: {shown}.")  # fmt: skip
+    dearest = {name: max(costs[name]) for name in sorted(costs, key=lambda name: max(costs[name]))}
+    shown = ", ".join(f"{name} {most:.0f}" for name, most in dearest.items())
+    return ("Decisions have to be cheap", f"{listed(list(dearest)[:3])}",
+            f"µs a decision where each is dearest: {shown}. A cycle has 100,000, so all are fast enough for one agent.")  # fmt: skip
 
 
 def _elsewhere(told: Told | None) -> Advice | None:
@@ -149,12 +164,10 @@ def _trained(results: Results, told: Told | None) -> Advice | None:
             good.append(f"{cell.task} after {steps:,} (cprm {rate})")
     if not good and not never:
         return None
-    said = [
-        f"as good as the CPRM, in agent-steps: {listed(good)}." if good else "",
-        f"never in its training: {listed(never)}." if never else "",
-    ]
-    what = "a learner, if the task is easy to explore" if good else "a written one"
-    return ("Nobody wants to write it, and there is a simulator", what, " ".join(part for part in said if part))
+    said = [f"As good as the CPRM, in agent-steps: {listed(good)}."] * bool(good)
+    said += [f"Never in its training: {listed(never)}."] * bool(never)
+    return ("Nobody wants to write it, and there is a simulator", "a learner, if the task is easy to explore" if good else "a written one",
+            " ".join(said))  # fmt: skip
 
 
 def _finding(told: Iterable[Told], claim: str) -> Finding | None:

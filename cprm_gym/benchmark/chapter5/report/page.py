@@ -7,30 +7,42 @@ from html import escape
 from typing import Any
 
 from ..claims import CLAIMS
-from ..pieces import HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
+from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
 from . import svg
 from .again import Again
 from .guide import Advice
-from .who import READING, WHO
+from .who import MARKS, READING, WHO
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff; max-width: 1240px; margin: 0 auto; padding: 20px; }
-h1 { font-size: 26px; margin: 0 0 4px; } h2 { font-size: 20px; margin: 40px 0 2px; border-top: 2px solid #ddd; padding-top: 14px; }
-h3 { font-size: 15px; margin: 18px 0 4px; } p { max-width: 90ch; margin: 6px 0; } .question { color: #444; font-style: italic; }
-table { border-collapse: collapse; font-size: 13px; margin: 8px 0; }
+:root { color-scheme: light dark; --text: #1b1b1b; --back: #fff; --quiet: #444; --line: #999; --thin: #eee; --link: #0b5a8a;
+  --good: #00694c; --part: #8a6100; --bad: #a33a00; --none: #666; --error: #a30000; --drawn: none; }
+@media (prefers-color-scheme: dark) { :root { --text: #e4e4e4; --back: #161616; --quiet: #b4b4b4; --line: #777; --thin: #333;
+  --link: #7cc0ee; --good: #4fc59f; --part: #dcb04a; --bad: #f0935a; --none: #a0a0a0; --error: #ff8080;
+  --drawn: invert(1) hue-rotate(180deg); } }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--text); background: var(--back);
+  max-width: 1240px; margin: 0 auto; padding: 20px; }
+h1 { font-size: 26px; margin: 0 0 4px; }
+h2 { font-size: 20px; margin: 32px 0 2px; border-top: 2px solid var(--thin); padding-top: 12px; }
+h3 { font-size: 15px; margin: 18px 0 4px; } p { max-width: 90ch; margin: 6px 0; } .question { color: var(--quiet); font-style: italic; }
+table { border-collapse: collapse; font-size: 13px; margin: 8px 0; } a { color: var(--link); }
 th, td { text-align: left; padding: 3px 10px 3px 0; vertical-align: top; }
-th { border-bottom: 1px solid #999; } td { border-bottom: 1px solid #eee; font-variant-numeric: tabular-nums; }
-.guide td:first-child, .claims td:first-child { font-weight: 600; width: 24%; } .who td:first-child { font-weight: 600; }
-.guide td:nth-child(2) { width: 26%; color: #0b5a8a; font-weight: 600; }
+th { border-bottom: 1px solid var(--line); } td { border-bottom: 1px solid var(--thin); font-variant-numeric: tabular-nums; }
+.guide td:first-child, .claims td:first-child { font-weight: 600; width: 26%; }
+.who td:first-child { font-weight: 600; filter: var(--drawn); }
+.guide td:nth-child(2) { width: 26%; color: var(--link); font-weight: 600; } .guide, .claims { width: 100%; }
+.claims td:nth-child(2) { width: 9%; }
 .panels { display: flex; flex-wrap: wrap; gap: 14px 24px; margin: 10px 0; } svg { font: 12px system-ui, sans-serif; overflow: visible; }
+.panels svg { filter: var(--drawn); }
 svg .title { font-weight: 600; font-size: 13px; } svg .tick { fill: #555; font-size: 11px; } svg .grid { stroke: #e4e4e4; }
 svg .name { font-size: 12px; } svg .value { font-size: 11px; fill: #333; }
-.verdict { font-weight: 700; white-space: nowrap; } .holds { color: #00694c; } .part { color: #8a6100; }
-.fails { color: #a33a00; } .unknown { color: #666; }
-details { margin: 8px 0; } summary { cursor: pointer; color: #0b5a8a; } .wide { overflow-x: auto; }
+.verdict { font-weight: 700; white-space: nowrap; } .holds { color: var(--good); } .part { color: var(--part); }
+.fails { color: var(--bad); } .unknown { color: var(--none); }
+details { margin: 8px 0; } summary { cursor: pointer; color: var(--link); } .wide { overflow-x: auto; }
 nav a { margin-right: 14px; } code { font-size: 13px; }
-.small { font-size: 13px; color: #444; } .error { color: #a30000; }
+.small { font-size: 13px; color: var(--quiet); } .error { color: var(--error); }
 """
+SHOWN = 9
+"""Panels of an experiment that are not folded up."""
 KINDS = {HOLDS: "holds", IN_PART: "part", UNDECIDED: "unknown", UNKNOWN: "unknown"}
 
 
@@ -66,7 +78,7 @@ def page(told: Sequence[Told], advice: Sequence[Advice], about: dict[str, Any], 
     who = "".join(f'<tr><td style="color:{svg.colour(name)}">{name}<td>{escape(text)}' for name, text in WHO.items() if name in played)
     if who:
         parts.append(f"<h2>Who they are</h2><table class=who>{who}</table>")
-    parts += [_brief(one) for one in told[:1] if one.name == "table"]
+    parts += [f"<h2>Every task</h2><p class=small>{escape(MARKS)}</p>{_brief(one)}" for one in told[:1] if one.name == "table"]
     parts.append(_claims(told, again))
     if again is not None:
         parts.append(_again(again))
@@ -87,17 +99,19 @@ def _brief(one: Told) -> str:
 
 def _claims(told: Sequence[Told], again: Again | None) -> str:
     said = {f.claim: f for one in told for f in one.findings}
-    rows = []
+    rows, counts = [], dict.fromkeys((HOLDS, IN_PART, FAILS, UNDECIDED, UNKNOWN), 0)
     for key, claim in CLAIMS.items():
         finding = said.get(key)
         verdict, figure = (UNKNOWN, "") if finding is None else (finding.verdict, finding.figure)
         kind = KINDS.get(verdict, "fails")
+        counts[verdict] += 1
         where = f"§{claim.section}" if claim.section != "-" else ""
         hangs = f" <b>Hangs on the seed: {escape(again.verdicts[key])} with seed {again.seed}.</b>" if again and key in again.hangs else ""
         rows.append(f'<tr><td>{escape(claim.says)} <span class=small>{where}</span><td class="verdict {kind}">{escape(verdict)}'
                     f'<td>{escape(figure)}{hangs} <a class=small href="#{claim.experiment}">more</a>')  # fmt: skip
-    head = "<h2>What the dissertation says, and what was found</h2><table class=claims><tr><th>claim<th>verdict<th>figure"
-    return f"{head}{''.join(rows)}</table>"
+    tally = ", ".join(f"{verdict}: {count}" for verdict, count in counts.items() if count)
+    head = f"<h2>What the dissertation says, and what was found</h2><p class=small>{tally[:1].upper()}{tally[1:]}.</p>"
+    return f"{head}<table class=claims><tr><th>claim<th>verdict<th>figure{''.join(rows)}</table>"
 
 
 def _again(again: Again) -> str:
@@ -117,9 +131,12 @@ def _experiment(number: int, one: Told) -> str:
     parts += [f"<p>{escape(' '.join(text for text in (f.figure, f.more) if text))}</p>" for f in one.findings]
     if one.name != "table":  # whose short table stands at the head of the page
         parts.append(_brief(one))
-    drawn = "".join(svg.dots(p) if isinstance(p, Dots) else svg.curves(p) for p in one.panels)
+    drawn = [svg.dots(p) if isinstance(p, Dots) else svg.curves(p) for p in one.panels]
     if drawn:
-        parts.append(f"<div class=panels>{drawn}</div>")
+        parts.append(f"<div class=panels>{''.join(drawn[:SHOWN])}</div>")
+    if len(drawn) > SHOWN:
+        more = "".join(drawn[SHOWN:])
+        parts.append(f"<details><summary>{len(drawn) - SHOWN} more pictures</summary><div class=panels>{more}</div></details>")
     if one.comparisons:
         items = "".join(f"<li>{escape(sentence(c))}" for c in one.better)
         count = f"{len(one.better)} of {len(one.comparisons)} comparisons are decided"
