@@ -86,18 +86,18 @@ class Demonstration:
 BEST_PATTERN = "ahead, wide"
 """The best for these goalies, in worlds that no measurement meets (``python -m cprm_gym.benchmark.demonstrations.patterns``)."""
 _NOISY: dict[str, Any] = {"model": "belief, hands", "more": ("rule", "tracker, hands", "state"), "episodes": 2000}
-_GAINS = {"memory": 2.0, "tracker": 2.0, "rule": 0.0}
+_GAINS: dict[str, Any] = {"floors": {"memory": 2.0, "tracker": 2.0, "rule": 0.0}, "model": "model on belief, hands"}
 DEMONSTRATIONS: dict[str, Demonstration] = {
     "A": Demonstration("news of the ball two cycles late", "ball late 2", {"tracker": 9.0, "rule": 2.0},
                        model="model on belief, hands", more=("rule on belief", "model on belief", "model", "memory", "state")),
     "B .5": Demonstration("noise, half", "noise .5", {"tracker": 4.0, "memory": 4.0}, **_NOISY),
     "B 1": Demonstration("noise", "noise 1", {"tracker": 4.0, "memory": 4.0}, **_NOISY),
-    "C wide": Demonstration("a look in every third cycle", "wide", _GAINS),
-    "C .3": Demonstration("three looks of ten are lost", "lost .3", _GAINS),
-    "C .6": Demonstration("six looks of ten are lost", "lost .6", _GAINS),
+    "C wide": Demonstration("a look in every third cycle", "wide", **_GAINS),
+    "C .3": Demonstration("three looks of ten are lost", "lost .3", **_GAINS),
+    "C .6": Demonstration("six looks of ten are lost", "lost .6", **_GAINS),
     "D": Demonstration("an eye with a clock of its own", "asynchronous", {"memory": 6.0, "tracker": 6.0, "rule": 0.0},
                        model="model on belief, hands", more=("model", "state"), episodes=2000),
-    "E": Demonstration("the server's own senses", "default", _GAINS),
+    "E": Demonstration("the server's own senses", "default", **_GAINS),
     **{
         f"G {task[6:]}": Demonstration(
             f"{task}: what is watched, who has the ball, what he has in mind", "default",
