@@ -48,7 +48,7 @@ class BallError(NamedTuple):
     velocity : float
         Root mean square error, m / cycle.
     log_density : float
-        Mean of the true place's, nats; NaN where the tier tells none, or tells of another time than now.
+        Mean of the true place's, nats; of late news carried on to now; NaN where the tier tells none.
     worlds : (W,) array
         ``capped`` of each world, by which tiers are compared in pairs; NaN where the ball was never seen.
     """
@@ -100,8 +100,9 @@ def ball_error(tier: str, senses: Senses, worlds: int, seed: int, task: str = "G
         close = there & (np.hypot(away[:, 0], away[:, 1]) < NEAR)
         apart = ball[:, :2] - np.asarray(known["self"])[:, [SelfFeature.X, SelfFeature.Y]] - away
         nears.append(np.hypot(apart[close, 0], apart[close, 1]))
-        if made is not None and not any(senses.delays):
-            densities.append(np.maximum(made.log_density(true[k][:, :2])[there], LEAST_DENSITY))
+        if made is not None:
+            told_of = made.spread().log_density if any(senses.delays) else made.log_density
+            densities.append(np.maximum(told_of(true[k][:, :2])[there], LEAST_DENSITY))
     place, speed, near = (np.concatenate(errors) for errors in (places, speeds, nears))
     density = float(np.concatenate(densities).mean()) if densities else float("nan")
     capped, nearby = (float(np.minimum(errors, FAR).mean()) if len(errors) else float("nan") for errors in (place, near))

@@ -32,7 +32,7 @@ from .hands import Spread
 from .scene.constants import PlayerConstants, PoseConstants
 from .scene.others import PlayersFilter, players_model
 from .scene.pose import PoseFilter, pose_model
-from .tracker import Tracker, TrackerConstants, normal_log_density
+from .tracker import Tracker, TrackerConstants
 
 COMPONENTS, MERGE = 6, 0.01
 """Modes that are kept of the ball of one agent, and the loss (nats) below which two are merged."""
@@ -113,6 +113,7 @@ class BeliefTier(Tracker):
         self._filter: Filter | None = None
         self._ball_age, self._moved = np.zeros(0), np.zeros((0, 2))
         self._done: list[Action] = []
+        self._kicks: list[tuple[Action, np.ndarray] | None] = []  # the newest first: what was sent, and where he was
         self._begun = np.zeros(0, bool)
         self._ball: Spread | None = None
         self._past: list[tuple[np.ndarray, np.ndarray]] = []
@@ -130,7 +131,8 @@ class BeliefTier(Tracker):
             self._filter.reset(worlds)
         if worlds is None:
             self._begun = np.ones(count, bool)
-            self._ball_age, self._moved, self._done, self._past = np.full(count, NEVER), np.zeros((count, 2)), [], []
+            self._ball_age, self._moved = np.full(count, NEVER), np.zeros((count, 2))
+            self._done, self._past, self._kicks = [], [], []
         else:
             self._ball_age[worlds], self._moved[worlds] = NEVER, 0.0
         self._begun[slice(None) if worlds is None else worlds] = True
@@ -144,7 +146,8 @@ class BeliefTier(Tracker):
         self._cycles = np.where(begun, 0, self._cycles + 1)
         if sent is not None:
             kicking = (np.asarray(sent["type"]) == CommandKind.KICK).any()
-            self._pushes = [self._own_kick(sent) if kicking else np.zeros((len(self._cycles), 2)), *self._pushes[:-1]]
+            self._pushes = [self._own_kick(sent, *self._last) if kicking else np.zeros((len(self._cycles), 2)), *self._pushes[:-1]]
+            self._kicks = [(sent, self._last[0]) if kicking else None, *self._kicks[: self._late]]
         else:
             self._cycles[:] = 0
         me = self._locate(observation, sent)
@@ -156,9 +159,11 @@ class BeliefTier(Tracker):
             was[begun], doubt[begun] = me[begun], unsure[begun]
         self._past = [(me, unsure), *self._past[: max(late, others) + 1]]
         self._meet(observation, others)
+        self._kicked_again(self._late, self._mean)
         self._take(observation, self._past[min(late, len(self._past) - 1)][0])
         ball = self._mean.copy()
         for k in range(self._late, 0, -1):  # the first news are told until others come
+            self._kicked_again(k - 1, ball)
             ball = np.where((self._cycles >= k)[:, None], self._rolled(ball, self._pushes[k - 1]), ball)
         now = self._himself(observation, me)
         self._last = now, ball
@@ -201,10 +206,7 @@ class BeliefTier(Tracker):
     def log_density(self, place: np.ndarray) -> np.ndarray:
         """As the tracker's, of all modes together."""
         assert self.posterior is not None
-        weights, means, covs = self.posterior.components("ball.x", "ball.y")
-        parts = normal_log_density(np.asarray(place, np.float64)[:, None] - means, covs)
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.logaddexp.reduce(np.log(weights) + parts, axis=1))
+        return Spread(*self.posterior.components("ball.x", "ball.y")).log_density(place)
 
     # ------------------------------------------------------------------ the parts
 
@@ -231,6 +233,13 @@ class BeliefTier(Tracker):
             me = np.where(before[:, None], self._past[min(back + 1, len(self._past) - 1)][0], me)
         young = (self._cycles > 0) & (self._cycles <= self._late_others)
         self.others.step(observation, me, unsure, before, young)
+
+    def _kicked_again(self, back: int, ball: np.ndarray) -> None:
+        """What the own kick of so many cycles ago did, where the ball was then as it is known now: in reach or not."""
+        kick = self._kicks[back] if self._late and back < len(self._kicks) else None
+        if kick is not None:
+            again = self._own_kick(*kick, ball)
+            self._pushes[back] = np.where((self._cycles > back)[:, None], again, self._pushes[back])
 
     def _take(self, observation: Observation, me: np.ndarray) -> None:
         """The ball as it was seen from `me`."""

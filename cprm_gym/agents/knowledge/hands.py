@@ -32,6 +32,18 @@ class Hold(IntEnum):
     """The same a cycle later, if he goes on as he moves."""
 
 
+LEAST = 1e-6
+"""m^2 that are added to every variance where a density is asked for."""
+
+
+def normal_log_density(off: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """Log density of deviations (..., 2) under normals of these covariances (..., 2, 2)."""
+    xx, yy, xy = cov[..., 0, 0] + LEAST, cov[..., 1, 1] + LEAST, cov[..., 0, 1]
+    det = np.maximum(xx * yy - xy**2, LEAST**2)
+    away = (yy * off[..., 0] ** 2 - 2.0 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2) / det
+    return np.asarray(-0.5 * (away + np.log(det)) - np.log(2.0 * np.pi))
+
+
 class Spread(NamedTuple):
     """The ball's place and velocity as normals: K of them in each of N worlds."""
 
@@ -56,6 +68,12 @@ class Spread(NamedTuple):
         for k in range(4):
             covs[..., k, k] += noise * (decay**2 if k > 1 else 1.0)
         return Spread(self.weights, means, covs)
+
+    def log_density(self, place: np.ndarray) -> np.ndarray:
+        """Log density of places (N, 2)."""
+        parts = normal_log_density(np.asarray(place, np.float64)[:, None] - self.means[..., :2], self.covs[..., :2, :2])
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.logaddexp.reduce(np.log(self.weights) + parts, axis=1))
 
     @property
     def middle(self) -> np.ndarray:

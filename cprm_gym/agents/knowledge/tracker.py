@@ -22,7 +22,7 @@ from ...simulator.state import CommandKind
 from ..body import DEFAULT, Body
 from ..percepts import NEVER
 from ..skills.constants import Constants, between
-from .hands import NEAR, Hold, Spread, holding
+from .hands import NEAR, Hold, Spread, holding, normal_log_density
 from .own_motion import carried_on
 
 VELOCITY_STEP, TURN_STEP = 0.02, np.radians(0.1)
@@ -51,18 +51,6 @@ class TrackerConstants(Constants):
     """Share of it that he keeps."""
     turned: float = between(0.6, 0.1, 3.0)
     """Error of where he believes to look, degrees."""
-
-
-LEAST = 1e-6
-"""m^2 that are added to every variance where a density is asked for."""
-
-
-def normal_log_density(off: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """Log density of deviations (..., 2) under normals of these covariances (..., 2, 2)."""
-    xx, yy, xy = cov[..., 0, 0] + LEAST, cov[..., 1, 1] + LEAST, cov[..., 0, 1]
-    det = np.maximum(xx * yy - xy**2, LEAST**2)
-    away = (yy * off[..., 0] ** 2 - 2.0 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2) / det
-    return np.asarray(-0.5 * (away + np.log(det)) - np.log(2.0 * np.pi))
 
 
 class Tracker:
@@ -125,7 +113,7 @@ class Tracker:
         """The filters' expectations, carried on to now."""
         me = np.array(observation["self"], np.float64)
         if sent is not None:
-            self._pushes = [self._own_kick(sent), *self._pushes[:-1]]
+            self._pushes = [self._own_kick(sent, *self._last), *self._pushes[:-1]]
             self._sent = [sent, *self._sent][: self._everything]
             self._cycles += 1
             self._predict()
@@ -206,9 +194,8 @@ class Tracker:
 
     # ------------------------------------------------------------------ the ball
 
-    def _own_kick(self, sent: Action) -> np.ndarray:
-        """(N, 2) acceleration of the ball by the own kick of the cycle before, as far as he knows where it was."""
-        me, ball = self._last
+    def _own_kick(self, sent: Action, me: np.ndarray, ball: np.ndarray) -> np.ndarray:
+        """(N, 2) acceleration of the ball by an own kick, as far as he knows where both were."""
         kicking = np.asarray(sent["type"]) == CommandKind.KICK
         dx, dy = ball[:, 0] - me[:, SelfFeature.X], ball[:, 1] - me[:, SelfFeature.Y]
         distance = np.hypot(dx, dy)

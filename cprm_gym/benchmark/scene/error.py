@@ -17,8 +17,9 @@ from scipy.optimize import linear_sum_assignment
 
 from ...agents.body import Body
 from ...agents.knowledge.belief import BeliefTier
+from ...agents.knowledge.hands import normal_log_density
 from ...agents.knowledge.players import PLAYERS, RIVAL
-from ...agents.knowledge.tracker import Tracker, normal_log_density
+from ...agents.knowledge.tracker import Tracker
 from ...envs.controller import Action, Controller, Observation, no_action
 from ...envs.core import SoccerCore
 from ...envs.observations import MAX_AGE, BodyFeature, SelfFeature

@@ -14,6 +14,7 @@ import numpy as np
 
 from ....errors import ParameterError
 from . import filtering
+from .engines.engine import Engine
 from .evidence import UNOBSERVED, Readings
 from .filter import Filter, make_engine
 from .filtering import FilterState
@@ -26,9 +27,10 @@ class DeepFilter(Filter):
     Parameters
     ----------
     grounding, batch, engine, **options
-        As for `Filter`; an engine that can go on from a belief of factors: "projection", "anytime" or "exact".
-    deep : {"exact", "projection"}
-        Engine of the occasional inference.
+        As for `Filter`; an engine that can go on from a belief of factors, "projection", "anytime" or "exact", or one that keeps real
+        numbers, "mixture" or "rao-blackwell".
+    deep : {"exact", "projection", "mixture", "rao-blackwell"} or Engine
+        Engine of the occasional inference; one that keeps real numbers if the other does.
     every : int
         Steps from one deep inference to the next; as many readings are remembered.
 
@@ -39,15 +41,19 @@ class DeepFilter(Filter):
     """
 
     def __init__(
-        self, grounding: Any, batch: int = 1, engine: Any = "projection", *, deep: str = "exact", every: int = 1000, **options: Any
+        self, grounding: Any, batch: int = 1, engine: Any = "projection", *, deep: str | Engine = "exact", every: int = 1000, **options: Any
     ) -> None:
         super().__init__(grounding, batch, engine, **options)
         if every < 1:
             raise ParameterError(f"`every` is a number of steps, at least 1, got {every!r}")
         self.every = every
-        self.deep_settings = replace(self.settings, engine=make_engine(deep, memory_limit=options.get("memory_limit", 2.0**31)))
+        engine, below = self.engine, make_engine(deep, options.get("seed"), options.get("memory_limit", 2.0**31))
+        if engine.continuous != below.continuous:
+            keeps, bins = (engine, below) if engine.continuous else (below, engine)
+            raise ParameterError(f"{keeps.name!r} keeps real numbers and {bins.name!r} has bins: no engine goes on from the other's belief")
+        self.deep_settings = replace(self.settings, engine=below)
         self.deep_state: FilterState = filtering.begin(self.deep_settings, batch)
-        self.engine.adopt(self.deep_settings.engine.factored(self.deep_state.belief))
+        engine.adopt(below.handed_over(self.deep_state.belief))
         self._remembered: list[tuple[Readings, tuple[str, ...], Any, np.ndarray]] = []
 
     def reset(self, agents: Any = None) -> None:
@@ -98,6 +104,6 @@ class DeepFilter(Filter):
             state, posterior = filtering.advance(settings, state, Readings(hard, readings.soft, readings.numbers), situation)
         self._remembered.clear()
         self.deep_state = state
-        belief = self.engine.adopt(settings.engine.factored(state.belief))
+        belief = self.engine.adopt(settings.engine.handed_over(state.belief))
         self.state = state._replace(belief=belief, impossible=self.state.impossible)
         return posterior

@@ -122,8 +122,11 @@ def count(
     ------
     EvidenceError
         If a variable is not observed; the message names it and its step.
+    ModelError
+        If a real number has no bins.
     """
     _check_prior(prior)
+    world = world.binned()
     tally = _Tally()
     for episode in _episodes(episodes):
         before: dict[str, np.ndarray] = {}

@@ -20,7 +20,8 @@ text                            value
 ``resultant``                   length of the mean direction of an angle: 1 certain, 0 spread evenly
 ==============================  ==========================================================================
 
-Of a real number the belief is a `NormalMixture`; every view but ``argmax`` and those of states is there too, ``entropy`` by quadrature.
+Of a real number the belief is a `NormalMixture`; every view but ``argmax`` and those of states is there too, ``entropy`` by quadrature
+(-inf of one that is known).
 """
 
 from __future__ import annotations

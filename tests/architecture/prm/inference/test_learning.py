@@ -10,7 +10,7 @@ from cases import load
 from cprm_gym.architecture.prm.grounding.grounding import Grounding
 from cprm_gym.architecture.prm.inference.learning import Episode, Observed, count, em
 from cprm_gym.architecture.prm.model.cpds import Dense, Prior, Table, Uniform
-from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Index, Labels
+from cprm_gym.architecture.prm.model.domains import BOOL, Bins, Index, Labels, Real
 from cprm_gym.architecture.prm.model.model import Model
 from cprm_gym.architecture.prm.model.schema import Attribute, PRMClass, Relation, Replace
 from cprm_gym.errors import EvidenceError, ModelError, ParameterError
@@ -43,6 +43,20 @@ def test_complete_counts_match_the_recorded_ones(answer, prior):
         flat = recorded["table"] if parents else recorded
         wanted = np.moveaxis(np.array(flat).reshape([cards[v], *(cards[p] for p in parents)]), 0, -1)
         assert np.abs(table_of(fit.model, "Row", v) - wanted).max() <= 1e-9
+
+
+def test_real_numbers_are_counted_as_their_bins():
+    bins = Bins((0, 1, 2, 4), unit="m")
+    told = [[{"a.x": 0.5}], [{"a.x": 3.0}], [{"a.x": 2.5}]]
+
+    def counted(domain):
+        thing = PRMClass("Thing", (Attribute("x", domain, Uniform()),))
+        return table_of(count(Grounding(Model("m", (thing,)), {"a": "Thing"}), told).model, "Thing", "x").ravel()
+
+    for domain in (bins, Real("m", low=0, high=4, bins=bins)):
+        assert counted(domain) == pytest.approx([1 / 3, 0.0, 2 / 3])
+    with pytest.raises(ModelError, match="'x': a Real without bins"):
+        counted(Real("m", low=0, high=4))
 
 
 def chain_model(initial=INITIAL, move=MOVE, emit=EMIT):

@@ -282,8 +282,12 @@ class Engine(ABC):
         """The belief as a product of factors."""
         self._cannot("keeps no belief of factors")
 
-    def adopt(self, belief: FactoredBelief) -> Any:
-        """A belief of factors as one of this engine's own."""
+    def handed_over(self, belief: Any) -> Any:
+        """The belief in the form from which other engines go on with `adopt`: its factors, where numbers are bins."""
+        return self.factored(belief)
+
+    def adopt(self, belief: Any) -> Any:
+        """A belief that was handed over as one of this engine's own."""
         self._cannot("cannot go on from a belief of factors")
 
     def project(self, belief: Any, clusters: Sequence[Sequence[str]]) -> tuple[Any, np.ndarray]:

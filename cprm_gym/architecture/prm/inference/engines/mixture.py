@@ -257,6 +257,13 @@ class MixtureEngine(Engine):
     def renamed(self, belief: MixtureBelief, info: SliceInfo, pairs: tuple[tuple[str, str], ...]) -> MixtureBelief:
         return belief.renamed(info, dict(pairs))
 
+    def handed_over(self, belief: MixtureBelief) -> MixtureBelief:
+        """As it is, for other engines that keep real numbers."""
+        return belief
+
+    def adopt(self, belief: MixtureBelief) -> MixtureBelief:
+        return belief
+
     # ------------------------------------------------------------------------------------------------- looking back, samples
 
     def smooth(self, window: Sequence[smoothing.Slice]) -> list[Any]:

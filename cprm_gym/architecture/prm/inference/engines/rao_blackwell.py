@@ -57,6 +57,10 @@ class RaoBlackwellEngine(MixtureEngine):
         (child,) = self._root.spawn(1)
         return super().start(batch)._replace(random=dict(child.bit_generator.state))
 
+    def adopt(self, belief: MixtureBelief) -> MixtureBelief:
+        """With a stream of random numbers of its own."""
+        return belief._replace(random=self.start(belief.batch).random)
+
     def step(
         self,
         belief: MixtureBelief,

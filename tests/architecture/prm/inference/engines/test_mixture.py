@@ -113,7 +113,8 @@ def test_linear_model_agrees_with_filterpy():
     other = KalmanFilter(2, 1)
     other.x, other.P, other.F, other.Q = START[:, None].copy(), SPREAD.copy(), F, Q
     other.H, other.R = np.array([[1.0, 0.0]]), np.array([[0.25]])
-    filter = Filter(world(tracked()), engine="mixture")
+    filter = Filter(world(tracked()), engine="mixture", window=20)
+    means, covs = [], []
     for t in range(20):
         z = rng.normal()
         if t:
@@ -122,6 +123,12 @@ def test_linear_model_agrees_with_filterpy():
         mean, cov = filter.step({"a.z": z}).moments("a.x", "a.v")
         close(mean[0], other.x[:, 0])
         close(cov[0], other.P)
+        means.append(other.x.copy())
+        covs.append(other.P.copy())
+    means, covs, _, _ = other.rts_smoother(np.array(means), np.array(covs))
+    for slice_, m, p in zip(filter.smooth(), means, covs):
+        close([slice_["a.x"].expectation()[0], slice_["a.v"].expectation()[0]], m[:, 0])
+        close([slice_["a.x"].variance()[0], slice_["a.v"].variance()[0]], np.diag(p))
 
 
 def test_looking_ahead_is_the_filter_without_readings():
@@ -471,6 +478,32 @@ def test_late_reading_tells_of_the_slice_before():
     close(answer.read("a.x", "variance")[0], 0.25 * 4.0 * (1 - gain) + 0.25)
 
 
+def test_a_reading_between_slices_counts_at_its_time():
+    """A walk, read some way before the slice: as a filter has it that takes ten steps for each of the slices."""
+    walk = PRMClass(
+        "W",
+        given=(Given("ago", Real(), default=0.0),),
+        attributes=(
+            Attribute("x", Real("m"), Noise("prev.x", sd=0.5), ("prev.x",), initial=Noise("0", sd=2.0)),
+            Attribute(
+                "z", Real("m"), Noise("x + ago * (prev.x - x)", sd="hypot(0.3, 0.5 * sqrt(ago * (1 - ago)))"), ("x", "prev.x", "ago"),
+                initial=Noise("x", sd=0.3), initial_parents=("x",),
+            ),
+        ),
+    )  # fmt: skip
+    filter = Filter(world(walk), engine="mixture")
+    m, p = 0.0, 4.0
+    for t, (ago, z) in enumerate(((0, 1.0), (3, 1.4), (10, 0.2), (9, 0.6), (0, -0.5))):  # tenths of a slice
+        for tenth in range(11) if t else (10,):  # the end of the slice before, and each tenth after it
+            p += 0.025 if t and tenth else 0.0
+            if tenth == 10 - ago:
+                gain = p / (p + 0.09)
+                m, p = m + gain * (z - m), p - gain * p
+        answer = filter.step({"a.z": z, "a.ago": ago / 10})
+        close(answer.read("a.x")[0], m)
+        close(answer.read("a.x", "variance")[0], p)
+
+
 def test_objects_enter_and_leave():
     filter = Filter(world(tracked(), a="P", b="P"), engine="mixture")
     filter.step({"a.z": 1.0}, objects=("a",))
@@ -509,16 +542,18 @@ def test_samples_have_the_moments_of_the_belief():
 
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, "near", True, Interval(3.0, 1.0), Interval(np.nan, 1.0), [1.0, 2.0]])
-def test_what_is_no_reading_is_refused_by_name(value):
-    filter = Filter(world(tracked()), engine="mixture")
+@pytest.mark.parametrize("engine", ["mixture", "rao-blackwell"])
+def test_what_is_no_reading_is_refused_by_name(engine, value):
+    filter = Filter(world(tracked()), engine=engine)
     with pytest.raises(EvidenceError, match=r"evidence for 'a\.z'"):
         filter.step({"a.z": value})
     assert filter.step_count == 0
 
 
 @pytest.mark.parametrize("value", [None, np.nan, np.ma.masked_array([1.0], [True]), Interval(np.nan, np.nan)])
-def test_nothing_read_is_nothing_learned(value):
-    answer = Filter(world(tracked()), engine="mixture").step({"a.z": value})
+@pytest.mark.parametrize("engine", ["mixture", "rao-blackwell"])
+def test_nothing_read_is_nothing_learned(engine, value):
+    answer = Filter(world(tracked()), engine=engine).step({"a.z": value})
     close(answer.read("a.x")[0], 1.0)
     assert answer.log_likelihood[0] == 0.0
 
@@ -534,8 +569,9 @@ def known():
     )
 
 
-def test_readings_that_coincide_are_one_and_those_that_contradict_are_impossible():
-    filter = Filter(world(known()), engine="mixture")
+@pytest.mark.parametrize("engine", ["mixture", "rao-blackwell"])
+def test_readings_that_coincide_are_one_and_those_that_contradict_are_impossible(engine):
+    filter = Filter(world(known()), engine=engine)
     answer = filter.step({"a.z": 0.7, "a.y": 0.7})
     assert np.isfinite(answer.log_likelihood[0])
     close(answer.read("a.x")[0], 0.7)
@@ -546,8 +582,9 @@ def test_readings_that_coincide_are_one_and_those_that_contradict_are_impossible
 
 
 @pytest.mark.parametrize("policy", ["drop", "soften", "restart"])
-def test_policies_for_the_impossible_leave_no_nan(policy):
-    filter = Filter(world(known()), batch=2, engine="mixture", on_impossible=policy)
+@pytest.mark.parametrize("engine", ["mixture", "rao-blackwell"])
+def test_policies_for_the_impossible_leave_no_nan(engine, policy):
+    filter = Filter(world(known()), batch=2, engine=engine, on_impossible=policy)
     filter.step({"a.z": np.array([0.7, 0.2])})
     answer = filter.step({"a.z": np.array([0.9, 0.2])})
     assert answer.impossible.tolist() == [True, False]

@@ -8,6 +8,7 @@ from cprm_gym.architecture.prm import (
     Angle,
     Attribute,
     Chance,
+    DeepFilter,
     Filter,
     FilterBank,
     Grounding,
@@ -20,6 +21,8 @@ from cprm_gym.architecture.prm import (
     Relation,
     Replace,
     Role,
+    Switch,
+    Table,
     Uniform,
     View,
     class_diagram_svg,
@@ -28,7 +31,9 @@ from cprm_gym.architecture.prm import (
     save_model,
     to_bif,
 )  # fmt: skip
-from cprm_gym.errors import ModelError
+from cprm_gym.architecture.prm.inference.engines.mixture import MixtureEngine
+from cprm_gym.architecture.prm.inference.engines.rao_blackwell import RaoBlackwellEngine
+from cprm_gym.errors import ModelError, ParameterError
 
 BALL = PRMClass("Ball", attributes=(
     Attribute("x", Real("m"), Noise("prev.x + prev.vx", sd=0.05), ("prev.x", "prev.vx"), initial=Noise("15", sd=15)),
@@ -63,12 +68,38 @@ def test_views_agree_with_each_other_now_ahead_and_back(engine):
     assert filter.sample(5, 1)["ball.x"].shape == (2, 5)
 
 
-def test_agents_who_mean_different_opponents_share_a_bank():
-    bank = FilterBank(WORLD, batch=3, engine="mixture")
+@pytest.mark.parametrize("engine", ["mixture", "rao-blackwell"])
+def test_agents_who_mean_different_opponents_share_a_bank(engine):
+    bank = FilterBank(WORLD, batch=3, engine=engine, seed=1)
     whom = Role("Opponent", np.array([0, 1, 1]))
     for _ in range(4):
         bank.step({"o1.dist": np.array([3.0, 4.0, 5.0]), "o2.dist": np.array([26.0, 17.0, 18.0])}, [Link("held", (whom,))])
     np.testing.assert_allclose(np.abs(bank.view_of(View.parse("expectation"), whom, "x"))[1:], [17.0, 18.0], atol=1.0)
+
+
+@pytest.mark.parametrize("quick", [MixtureEngine(components=1), RaoBlackwellEngine(particles=2, seed=1)])
+def test_frequent_simple_inference_goes_on_from_occasional_deep(quick):
+    """One normal or two, and in every fourth step all sequences of modes, which tell what they would have told alone."""
+    gait = PRMClass("Man", attributes=(
+        Attribute("runs", BOOL, Table({("no",): (0.8, 0.2), ("yes",): (0.3, 0.7)}), ("prev.runs",), initial=(0.6, 0.4)),
+        Attribute("x", Real("m"), Switch("runs", {"no": Noise("prev.x", sd=0.1), "yes": Noise("prev.x + 0.5", sd=0.3)}),
+                  ("prev.x", "runs"), initial=Noise("0", sd=1)),
+        Attribute("z", Real("m"), Noise("x", sd=0.4), ("x",)),
+    ))  # fmt: skip
+    world = Grounding(Model("gait", (gait,)), {"a": "Man"})
+    all_of_them = MixtureEngine(components=256, merge=0.0)
+    both = DeepFilter(world, engine=quick, deep=all_of_them, every=4)
+    alone, simple = Filter(world, engine=all_of_them), Filter(world, engine=quick)
+    off = []
+    for t, z in enumerate((0.1, 0.3, 0.9, 1.2, 2.0, 1.9, 2.3, 2.2)):
+        answers = [filter.step({"a.z": z}) for filter in (both, alone, simple)]
+        found, expected, plain = (answer.read("a.x")[0] for answer in answers)
+        if t % 4 == 3:
+            assert found == pytest.approx(expected, abs=1e-9)
+        off.append((abs(found - expected), abs(plain - expected)))
+    assert 0.0 < off[4][0] < off[4][1]
+    with pytest.raises(ParameterError, match="'mixture' keeps real numbers"):
+        DeepFilter(world, engine="mixture", deep="exact")
 
 
 def test_files_and_drawings_know_them_and_bif_refuses_them_by_name(tmp_path):
