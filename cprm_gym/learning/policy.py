@@ -52,7 +52,8 @@ class Description:
     seed, steps : int
         Seed and agent-steps of the learning.
     curve : tuple of (int, float, float)
-        Agent-steps, and success on worlds that it did not learn from, drawing actions and taking the likeliest.
+        Agent-steps, and success on worlds that it did not learn from, drawing actions and taking the likeliest; seconds where they are
+        what the task counts.
     success : mapping
         What was reached in the end: ``drawn`` and ``likeliest``, each successes and episodes.
     """
