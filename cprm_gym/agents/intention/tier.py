@@ -134,15 +134,17 @@ class IntentionTier:
             self._history: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
             self._balls: list[np.ndarray] = []
             self._before, self._cycles = np.zeros((count, 4)), np.zeros(count, np.int64)
+            self._begins = np.ones(count, bool)
             return
         self._bank.reset(worlds)
-        self._cycles[worlds] = 0
+        self._cycles[worlds], self._begins[worlds] = 0, True
 
     def know(self, observation: Observation, sent: Action | None) -> Mapping[str, np.ndarray]:
         """What the tracker knows, and the part ``intention``."""
         known = dict(self.inner.know(observation, sent))
-        if sent is not None:
-            self._cycles += 1
+        if sent is not None:  # in worlds that begin while others go on nothing has happened yet
+            self._cycles += ~self._begins
+        self._begins[:] = False
         whole = {**observation, **known}
         self._remember(whole, observation)
         known["intention"] = self._expect()
