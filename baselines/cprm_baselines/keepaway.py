@@ -3,6 +3,7 @@
     python -m cprm_baselines.keepaway                     3v2 in 20 x 20 m, with senses and with full state, beside the published means
     python -m cprm_baselines.keepaway --task Keepaway4v3 --episodes 200
     python -m cprm_baselines.keepaway --controllers cprm,code --episodes 1000      controllers beside `keep_hand`, with its senses
+    python -m cprm_baselines.keepaway --takers cprm,code --keepers keep_hold       takers beside `take`, against scripted keepers
 
 The keepers are the scripted policies ``keep_random``, ``keep_hold`` and ``keep_hand`` of `cprm_gym.envs.players.scripted`, the takers
 ``take``.
@@ -46,10 +47,10 @@ class Durations(NamedTuple):
         return self.deviation / math.sqrt(self.episodes)
 
 
-def seconds(policy: str, task: str, full_state: bool, episodes: int, seed: int, longest: int = 6000) -> np.ndarray:
-    """(episodes,) seconds for which a scripted policy kept the ball in each of so many worlds."""
+def seconds(policy: str, task: str, full_state: bool, episodes: int, seed: int, longest: int = 6000, takers: str = "take") -> np.ndarray:
+    """(episodes,) seconds for which a scripted policy kept the ball from `takers` in each of so many worlds."""
     made = make_task(task, full_state=full_state, max_cycles=longest)
-    core = SoccerCore(made, episodes, controlled=(), others=(policy, "take"))
+    core = SoccerCore(made, episodes, controlled=(), others=(policy, takers))
     core.reset(seed)
     length = np.zeros(episodes, np.int64)
     while not length.all():
@@ -93,6 +94,19 @@ def beside_hand(
     return found
 
 
+def beside_take(
+    takers: Sequence[str], keepers: str, task: str, episodes: int, seed: int, longest: int = 6000
+) -> list[tuple[Durations, float, Interval]]:
+    """How long scripted keepers keep the ball from takers, and by how much longer than from ``take`` in the same worlds, paired."""
+    take, found = seconds(keepers, task, False, episodes, seed, longest), []
+    for name in takers:
+        kept = seconds(keepers, task, False, episodes, seed, longest, name)
+        more = Durations(name, float((kept - take).mean()), float((kept - take).std(ddof=1)), episodes)
+        interval = Interval(more.mean - NORMAL * more.error, more.mean + NORMAL * more.error)
+        found.append((Durations(name, float(kept.mean()), float(kept.std(ddof=1)), episodes), more.mean, interval))
+    return found
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -100,10 +114,18 @@ def main() -> None:
     parser.add_argument("--episodes", type=at_least(1), default=300)
     parser.add_argument("--seed", type=at_least(0), default=0)
     parser.add_argument("--controllers", help="instead of the policies: controllers, separated by commas")
+    parser.add_argument("--takers", help="instead of the policies: takers, separated by commas")
+    parser.add_argument("--keepers", default="keep_hand", choices=POLICIES, help="from whom takers take the ball")
     arguments = parser.parse_args()
-    if arguments.controllers:
-        print(f"{arguments.task}, mean seconds +- standard error of {arguments.episodes} episodes; longer than keep_hand by, paired 95 %")
-        for kept, more, interval in beside_hand(arguments.controllers.split(","), arguments.task, arguments.episodes, arguments.seed):
+    if arguments.controllers or arguments.takers:
+        task, episodes, seed = arguments.task, arguments.episodes, arguments.seed
+        rival = "keep_hand" if arguments.controllers else "take"
+        print(f"{task}, mean seconds +- standard error of {episodes} episodes; longer than {rival} by, paired 95 %")
+        if arguments.controllers:
+            rows = beside_hand(arguments.controllers.split(","), task, episodes, seed)
+        else:
+            rows = beside_take(arguments.takers.split(","), arguments.keepers, task, episodes, seed)
+        for kept, more, interval in rows:
             print(f"{kept.policy:14s} {kept.mean:6.1f} +-{kept.error:4.1f} {more:+7.1f} ({interval.low:+.1f}, {interval.high:+.1f})")
         return
     print(f"{arguments.task}, mean seconds +- standard error of {arguments.episodes} episodes")

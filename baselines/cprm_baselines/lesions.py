@@ -1,6 +1,8 @@
 """Lesions: a CPRM agent with one of its parts taken out, to see what that part is worth.
 
     cprm-gym benchmark --tasks Goalie --controllers cprm:model=bins,lesion:without=relations,lesion:without=time
+    python -m cprm_baselines.lesions --task Goalie --without relations,time --episodes 400 --seed 7        the same, paired
+    python -m cprm_baselines.lesions --task Goalie2v1 --whole cprm:model=intention --without intention,attention,mind
 
 ``time``: its belief begins from the prior in every cycle, so that what was seen before is forgotten; ``relations``: no relation comes into
 force, whatever the net attends to; ``reflexes``: the goalie acts on what he believes alone; ``recovery``: the primary sequence alone, with
@@ -12,6 +14,7 @@ whom he does not see are not carried on; ``mind``: what the holder is about is f
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -22,10 +25,14 @@ from cprm_gym.agents.intention.agent import make_controller as expecting
 from cprm_gym.agents.play import SoccerAgent, agent_in
 from cprm_gym.agents.registry import BINS, MODELLED
 from cprm_gym.agents.registry import make_controller as cprm
+from cprm_gym.benchmark.arguments import at_least
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.recovery import RIVALS, Watchdog
+from cprm_gym.benchmark.statistics import paired_difference, wilson_interval
 from cprm_gym.envs.controller import Action, Controller, Observation
-from cprm_gym.envs.tasks import Task
-from cprm_gym.errors import ParameterError, unknown_name
+from cprm_gym.envs.others.registry import load_controller
+from cprm_gym.envs.tasks import Task, make_task
+from cprm_gym.errors import CprmError, ParameterError, unknown_name
 
 REFLEXES = ("Goalie", "Goalie2v1", "Goalie3v2")
 """Tasks whose agent has reflexes that can be taken out."""
@@ -149,3 +156,35 @@ def make_controller(task: Task, agent: str, without: str = "looking", watched: b
         raise unknown_name("part to be taken out", without, LESIONS)
     made = LESIONS[without](task, agent)
     return Watchdog(made) if watched else made
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--task", default="Goalie")
+    parser.add_argument("--whole", default=f"cprm:model={BINS}", help="controller beside which they are measured")
+    parser.add_argument(
+        "--without", default="time,relations", help=f"of {', '.join(LESIONS)}; +watched behind one puts it under a watchdog"
+    )
+    parser.add_argument("--episodes", type=at_least(1), default=400)
+    parser.add_argument("--seed", type=at_least(0), default=0)
+    given = parser.parse_args()
+    try:
+        task, names = make_task(given.task), given.without.split(",")
+        makers = [partial(make_controller, without=name.removesuffix("+watched"), watched=name.endswith("+watched")) for name in names]
+        for make in (whole := load_controller(given.whole), *makers):
+            make(task, "left_1")
+    except CprmError as error:
+        parser.error(str(error))
+    success = [play_episodes(task, make, given.episodes, given.seed).success for make in (whole, *makers)]
+    print(f"{given.task}, {given.episodes} worlds of seed {given.seed}\n")
+    print("| without | success %, Wilson 95 % | less the whole, paired 95 % |\n|---|---|---|")
+    for name, found in zip((f"nothing: {given.whole}", *names), success):
+        low, high = wilson_interval(int(found.sum()), given.episodes)
+        less = paired_difference(found, success[0])
+        said = f"{100 * less.mean:+.1f} ({100 * less.low:+.1f}, {100 * less.high:+.1f})" if found is not success[0] else ""
+        print(f"| {name} | {100 * found.mean():.1f} ({100 * low:.1f} - {100 * high:.1f}) | {said} |")
+
+
+if __name__ == "__main__":
+    main()

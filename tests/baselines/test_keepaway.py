@@ -1,7 +1,7 @@
 """The keepaway policies keep the order of the literature."""
 
 import pytest
-from cprm_baselines.keepaway import POLICIES, beside_hand, durations
+from cprm_baselines.keepaway import POLICIES, beside_hand, beside_take, durations
 
 
 def three(full_state, episodes, **options):
@@ -21,6 +21,13 @@ def test_the_keepers_net_keeps_the_ball_longer_than_the_hand_coded_policy_with_t
     assert kept.mean > 10.0
     assert interval.low < more < interval.high
     assert interval.high > 0.0
+
+
+def test_takers_are_compared_with_the_scripted_ones_in_the_same_worlds():
+    (same, gap, _), (kept, more, interval) = beside_take(["take", "random"], "keep_hand", "Keepaway3v2", 40, seed=5, longest=300)
+    assert gap == 0.0
+    assert kept.mean == pytest.approx(same.mean + more)
+    assert 0.0 < interval.low < more < interval.high
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cprm_baselines.lesions import LESIONS, make_controller
+from cprm_baselines.lesions import LESIONS, main, make_controller
 
 from cprm_gym.agents.intention import Told
 from cprm_gym.agents.play import agent_in
@@ -101,3 +101,17 @@ def test_a_part_that_an_agent_has_not_is_refused(part):
 def test_an_unknown_part_is_refused():
     with pytest.raises(UnknownName, match="relations"):
         make_controller(TASK, "left_1", "relation")
+
+
+def test_the_command_measures_parts_beside_the_whole_in_the_same_worlds(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["lesions", "--without", "looking,looking+watched", "--whole", "lesion", "--episodes", "4"])
+    main()
+    whole, one, watched = (line.split(" | ") for line in capsys.readouterr().out.splitlines()[-3:])
+    assert whole[0] == "| nothing: lesion"
+    assert one[1] == whole[1]
+    assert one[2].startswith("+0.0 (")
+    assert watched[0] == "| looking+watched"
+    monkeypatch.setattr("sys.argv", ["lesions", "--task", "Hike", "--without", "time"])
+    with pytest.raises(SystemExit):
+        main()
+    assert "Hike has no model" in capsys.readouterr().err

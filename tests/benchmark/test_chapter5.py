@@ -22,7 +22,7 @@ from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS, slow
 from cprm_gym.benchmark.chapter5.experiments.making import reached
 from cprm_gym.benchmark.chapter5.facts.concurrency import FORMS, MOVES, STATES, measure, product
 from cprm_gym.benchmark.chapter5.facts.contained import same
-from cprm_gym.benchmark.chapter5.facts.sizes import code_lines, own_file, size_of, tuned
+from cprm_gym.benchmark.chapter5.facts.sizes import code_lines, own_file, size_of, tuned, written_numbers
 from cprm_gym.benchmark.chapter5.pieces import Curves, Dots, Point, Series, sentence
 from cprm_gym.benchmark.chapter5.players import INTERNAL, LATE, NET, ON, REFLEXES, WATCHED, make_player, plays
 from cprm_gym.benchmark.chapter5.report import svg
@@ -394,12 +394,25 @@ def test_lines_are_counted_without_docstrings_comments_and_blanks():
     assert code_lines(source) == 5
 
 
+def test_numbers_are_counted_where_they_are_written_also_within_conditions():
+    source = '"""2 of 3."""\nA = 0.5\nB = "x > 2.5 and ball1 < 1"\nC = f"y >= {A} or z > 4"\nD = (0, 1, True)\n'
+    assert written_numbers(source) == 3
+
+
 def test_sizes_are_those_of_the_own_file():
     assert own_file("fsm", "Goalie2v1").as_posix().endswith("cprm_baselines/fsm/goalie.py")
     assert own_file("cprm", "Goalie").as_posix().endswith("cprm_gym/agents/goalie.py")
     assert own_file("scripted", "Goalie").as_posix().endswith("cprm_baselines/scripted.py")
+    assert own_file("code", "HFO3v3").as_posix().endswith("cprm_baselines/code/half_field.py")
+    assert own_file("code", "Keepaway4v3", "right_1").as_posix().endswith("cprm_baselines/code/taker.py")
+    assert own_file("cprm", "HFO3v3").as_posix().endswith("cprm_gym/agents/attacker/agent.py")
+    assert own_file("fsm", "GoToBall").as_posix().endswith("cprm_baselines/fsm/go_to_ball.py")
     machine, net = size_of("KickOffShot", "fsm", 0), size_of("KickOffShot", "cprm", 0)
     assert (machine["parts"], machine["what"]) == (13, "states")
+    assert machine["rules"] > machine["parts"]
+    assert net["apart"][0] < net["parts"]
+    parts = {name: size_of("KickOffShot", name, 0)["what"] for name in ("subsumption", "behavior_tree", "code", "belief_region")}
+    assert parts == {"subsumption": "layers", "behavior_tree": "nodes", "code": "programs", "belief_region": "regions"}
     assert net["what"] == "places"
     assert net["parts"] > 100
     assert net["modules"] == 7

@@ -59,4 +59,4 @@ def make_player(
     if agent.startswith("right") and task.name in OTHER_SIDE:
         module = import_module(f"{module.__package__}.{OTHER_SIDE[task.name]}")
     scene = getattr(module, "make_scene", make_scene)(task, agent)
-    return Player(scene, build(scene, module), Body.of(task))
+    return Player(scene, build(scene, module), Body.of(task), module.__name__)

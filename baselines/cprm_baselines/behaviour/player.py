@@ -37,12 +37,14 @@ class Player:
     scene : Scene
     structure : Structure
     body : Body
+    written : str
+        Name of the module in which the structure stands.
     """
 
     needs = ("memory",)
 
-    def __init__(self, scene: Scene, structure: Structure, body: Body) -> None:
-        self.scene, self.structure, self.body = scene, structure, body
+    def __init__(self, scene: Scene, structure: Structure, body: Body, written: str = "") -> None:
+        self.scene, self.structure, self.body, self.written = scene, structure, body, written
 
     def reset(self, observation: Observation, seed: int, worlds: np.ndarray | None = None) -> None:
         """Begin episodes."""

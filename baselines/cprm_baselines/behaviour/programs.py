@@ -72,6 +72,11 @@ class Programs:
     def __init__(self, scene: Scene, mains: Sequence[Callable[[Agent], Program]]) -> None:
         self._moment, self._mains = Moment(scene), tuple(mains)
 
+    @property
+    def programs(self) -> tuple[Callable[[Agent], Program], ...]:
+        """Those that run at once."""
+        return self._mains
+
     def begin(self, worlds: int, seed: int) -> None:
         """All programs at their beginning."""
         self._agents = [Agent(self._moment, world) for world in range(worlds)]

@@ -191,6 +191,11 @@ class Trees:
     def __init__(self, scene: Scene, grow: Grow) -> None:
         self._moment, self._grow = Moment(scene), grow
 
+    @property
+    def nodes(self) -> list[str]:
+        """Names of the nodes of one tree."""
+        return [node.name for node in self._grow(Leaves(self._moment, 0)).iterate()]
+
     def begin(self, worlds: int, seed: int) -> None:
         """New trees."""
         self._trees = [self._grow(Leaves(self._moment, world)) for world in range(worlds)]

@@ -38,6 +38,8 @@ class GoToBallMachine:
     """Degrees within which the ball counts as ahead."""
     damping = 0.9
     """Share of the angle that is turned, against oscillation."""
+    states = tuple(State.__members__)
+    """Names of what it may be doing."""
 
     def __init__(self, body: Body = DEFAULT) -> None:
         self.inertia_moment = body.kind.inertia_moment
