@@ -123,6 +123,8 @@ def _matrix(rows: Sequence[tuple[str, ...]], comparisons: Sequence[Comparison], 
     for c in comparisons:
         if c.better and c.first == _fair(comparisons, c.task):
             marks[c.task, c.second] = " ▲" if c.better == c.second else " ▼"
+        if c.better and (c.first, c.second) == ("cprm", NET):
+            marks[c.task, c.first] = " ▲" if c.better == c.first else " ▼"
     there = [task for task in tasks(size) if any((task, name) in shown for name in names)]
     cells = tuple((task, *(shown.get((task, name), "") + marks.get((task, name), "") for name in names)) for task in there)
     return Table("Success in percent, or seconds", ("task", *names), cells, brief=True)
@@ -139,6 +141,19 @@ def same_knowledge(comparisons: Sequence[Comparison]) -> list[Comparison]:
         c for c in comparisons
         if c.second in STRUCTURES and c.second != "cprm" and (c.first == NET or not (_has_net(comparisons, c.task) or believes(c.task)))
     ]  # fmt: skip
+
+
+def believing(comparisons: Sequence[Comparison]) -> str:
+    """What knowing more is worth at ordinary senses: the CPRM less its net on dead reckoning; empty where none was played apart."""
+    pairs = [c for c in comparisons if (c.first, c.second) == ("cprm", NET)]
+    if not pairs:
+        return ""
+    ahead, behind = [c for c in pairs if c.better == c.first], [c for c in pairs if c.better == c.second]
+    most = [max(some, key=lambda c: c.difference) for some in (
+        [c for c in ahead if c.metric == "success"], [c for c in ahead if c.metric != "success"]) if some]  # fmt: skip
+    where = f": {listed([c.task for c in ahead])}; at most {listed([f'{points(c)} in {c.task}' for c in most])}" if ahead else ""
+    return (f"With ordinary senses the CPRM, on a belief, is ahead of its net on dead reckoning in {len(ahead)} and behind in "
+            f"{len(behind)} of {len(pairs)} tasks{where}.")  # fmt: skip
 
 
 def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
@@ -161,6 +176,7 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
         ours, theirs = [c for c in compared if c.better == c.first], [c for c in compared if c.better == c.second]
         more = f"Of all {len(compared)} comparisons of the CPRM or its net with another controller, {len(ours)} are decided for it and "
         more += f"{len(theirs)} against it."
+        more += f" {believing(told.comparisons)}".rstrip()
         lost = [c for c in theirs if c.metric == "success"]
         if lost:
             worst = min(lost, key=lambda c: c.difference)

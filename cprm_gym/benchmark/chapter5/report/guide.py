@@ -9,7 +9,7 @@ from ..conditions import DEFAULT
 from ..experiments.disturbances import own_rules, watchdogs
 from ..experiments.making import reached
 from ..experiments.senses import room, spoken
-from ..experiments.table import same_knowledge
+from ..experiments.table import believing, same_knowledge
 from ..facts import CONCURRENCY, TRAINING
 from ..pieces import HOLDS, IN_PART, MATTERS, UNDECIDED, Finding, Told, listed, points
 from ..players import INTERNAL, LEARNED, NET, STRUCTURES
@@ -25,7 +25,7 @@ def guide(results: Results, told: list[Told]) -> list[Advice]:
     """Rows for what was measured; the others are left out."""
     by_name = {one.name: one for one in told}
     found: list[Advice | None] = [
-        _ordinary(by_name.get("table")), _senses(results, by_name.get("senses")), _slow(by_name.get("slow")),
+        _ordinary(by_name.get("table")), _senses(results, by_name.get("senses"), by_name.get("table")), _slow(by_name.get("slow")),
         _disturbed(by_name.get("disturbances")), _memory(results), _many(results), _sure(by_name.get("analysis")),
         _cheap(results, by_name.get("table")), _elsewhere(by_name.get("transfer")), _trained(results, by_name.get("making")),
     ]  # fmt: skip
@@ -49,7 +49,7 @@ def _ordinary(told: Told | None) -> Advice | None:
             f"in any of {len(tasks)} tasks.{tail}")  # fmt: skip
 
 
-def _senses(results: Results, told: Told | None) -> Advice | None:
+def _senses(results: Results, told: Told | None, table: Told | None) -> Advice | None:
     if told is None or not told.comparisons:
         return None
     ahead = [c for c in told.comparisons if c.better == c.first]
@@ -59,9 +59,7 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
         return None if undecided else (when, "dead reckoning (memory)", "Neither tracker nor belief was ahead of it.")
     kinds = listed([name for kind, name in KINDS.items() if any(c.condition.startswith(kind) for c in ahead)])
     best = max(ahead, key=lambda c: c.difference)
-    plain = [c for c in told.comparisons if c.condition == DEFAULT]
-    better = {c.task for c in plain if c.better == c.first}
-    ordinary = f" With ordinary senses they are ahead in {len(better)} of {len({c.task for c in plain})} tasks." if plain else ""
+    ordinary = "" if table is None else f" {believing(table.comparisons)}".rstrip()
     return (when, "the same structure on a tracker or a belief instead of dead reckoning",
             f"They are ahead under {kinds}; most in {best.task} with {spoken(best.condition)}{room(results, best)}.{ordinary}")  # fmt: skip
 
