@@ -91,7 +91,7 @@ def claims(data: dict[str, Any], _: str) -> str:
     rows = []
     for key, entry in data["claims"].items():
         hangs = again is not None and key in again["hangs"]
-        said = f" **Hangs on the seed: {again['verdicts'][key]} with seed {again['seed']}.**" if hangs else ""
+        said = f" **With seed {again['seed']}: {again['verdicts'][key]}.**" if hangs else ""
         section = f" (§{entry['section']})" if entry["section"] != "-" else ""
         seen = ", ".join(_linked(name) for name in films_of(key)) or "-"
         figure = (entry["figure"] or "-") + said

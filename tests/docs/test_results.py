@@ -165,9 +165,9 @@ def test_a_second_seed_beside_the_first_says_what_hangs_on_it(runs, page, tmp_pa
     assert len(found.against) == 1
     assert "same verdict on 2 of the 3 claims" in found.said
     text = replace(one, again=found).to_html()
-    assert text.count("Hangs on the seed: does not hold with seed 1") == 1
+    assert text.count("With seed 1: does not hold") == 1
     assert "does not hold" in replace(one, again=found).to_markdown()
-    assert "**Hangs on the seed: does not hold with seed 1.**" in page.claims(page.data_of(replace(one, again=found)), "")
+    assert "**With seed 1: does not hold.**" in page.claims(page.data_of(replace(one, again=found)), "")
     for name in ("RESULTS", "HTML", "PAGE"):
         copied = tmp_path / name
         copied.write_text(page.PAGE.read_text(encoding="utf-8"), encoding="utf-8")

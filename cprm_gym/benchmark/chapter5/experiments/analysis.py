@@ -71,7 +71,7 @@ def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, .
         here, lost = able("code", False), able("cprm", True) - able("code", True)
         missing = able("cprm", False) - here
         verdict = IN_PART if here and lost else HOLDS if lost else FAILS
-        text = "What holds in every environment is found of the net alone. Of code, "
+        text = "With the tools here, what holds in every environment is found of the net alone. Of code, "
         text += f"{len(here)} of {len(here | missing)} methods that watch it in a world say something, the learned chain among them."
         kinds = listed([method.removeprefix(EVERYWHERE + ": ") for method in sorted(lost)])
         further = f"In every environment: {kinds}."
@@ -81,7 +81,7 @@ def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, .
         more = (able("fsm", True) | able("fsm", False)) - (able("cprm", True) | able("cprm", False))
         said_of = len(able("cprm", True) | able("cprm", False)), len(able("fsm", True) | able("fsm", False))
         told.append(Finding("no better analysed", HOLDS if not more else FAILS,
-                            f"{said_of[0]} methods say something of the net, {said_of[1]} of the state machine as it is "
-                            f"played; none of the machine alone."
+                            f"{said_of[0]} methods say something of the net; of the state machine as it is played {said_of[1]} do, and all "
+                            "of these of the net, too. Whose whole is explored sooner is told under state explosion."
                             if not more else f"Of the machine, not of the net: {listed(sorted(more))}."))  # fmt: skip
     return tuple(told)

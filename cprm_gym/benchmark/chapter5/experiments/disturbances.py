@@ -9,7 +9,7 @@ from ....wrappers.disturbances import DISTURBANCES
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, compare
 from ..conditions import DEFAULT, EARLY, SOON
-from ..pieces import Dots, Finding, Table, Told, percent, points, verdict_of
+from ..pieces import Dots, Finding, Table, Told, listed, percent, points, verdict_of
 from ..players import BARE, LEARNED, NET, STRUCTURES, WATCHED, believes, plays
 from ..results import Results, median
 
@@ -101,13 +101,22 @@ def own_rules(comparisons: Sequence[Comparison]) -> list[Comparison]:
     return [c for c in comparisons if c.second in STRUCTURES and c.condition != DEFAULT]
 
 
+def by_task(comparisons: Sequence[Comparison]) -> str:
+    """``6 of 6 disturbances of KickOffShot and 0 of 6 of PassAndAdvance``: where the first is ahead."""
+    said: list[str] = []
+    for task in dict.fromkeys(c.task for c in comparisons):
+        here = [c for c in comparisons if c.task == task]
+        said.append(f"{sum(c.better == c.first for c in here)} of {len(here)} {'' if said else 'disturbances '}of {task}")
+    return listed(said)
+
+
 def _findings(comparisons: list[Comparison]) -> tuple[Finding, ...]:
     watched, others = watchdogs(comparisons), own_rules(comparisons)
     if not watched:
         return ()
     ahead, behind = [c for c in watched if c.better == c.first], [c for c in watched if c.better == c.second]
     least, most = min(watched, key=lambda c: c.difference), max(watched, key=lambda c: c.difference)
-    text = f"Recovery parts are ahead of a watchdog in {len(ahead)} of {len(watched)} disturbances and behind in {len(behind)}: from "
+    text = f"Recovery parts are ahead of a watchdog in {by_task(watched)}, and behind in {len(behind)}: from "
     text += f"{points(least)} ({least.task}, {least.condition}) to {points(most)} ({most.task}, {most.condition})."
     more = ""
     if others:

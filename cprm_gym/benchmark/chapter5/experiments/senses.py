@@ -107,7 +107,7 @@ def _findings(results: Results, comparisons: list[Comparison]) -> tuple[Finding,
 def spoken(condition: str) -> str:
     """``late 2``: ``news 2 cycles late``."""
     kind, _, how = condition.partition(" ")
-    said = {"noise": f"noise times {how}", "lost": f"{how} of looks lost", "late": f"news {how} cycles late", "view": f"a {how} view"}
+    said = {"noise": f"noise of size {how}", "lost": f"{how} of looks lost", "late": f"news {how} cycles late", "view": f"a {how} view"}
     return said.get(kind, "ordinary senses" if condition == DEFAULT else condition)
 
 

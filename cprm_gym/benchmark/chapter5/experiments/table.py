@@ -153,7 +153,7 @@ def believing(comparisons: Sequence[Comparison]) -> str:
         [c for c in ahead if c.metric == "success"], [c for c in ahead if c.metric != "success"]) if some]  # fmt: skip
     where = f": {listed([c.task for c in ahead])}; at most {listed([f'{points(c)} in {c.task}' for c in most])}" if ahead else ""
     return (f"With ordinary senses the CPRM, on a belief, is ahead of its net on dead reckoning in {len(ahead)} and behind in "
-            f"{len(behind)} of {len(pairs)} tasks{where}.")  # fmt: skip
+            f"{len(behind)} of {len(pairs)} tasks{where}. Few numbers were tuned for either.")  # fmt: skip
 
 
 def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
@@ -199,7 +199,7 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
             if behind
             else f"within {100 * CLOSE:.0f} points of it, or ahead, in all"
         )
-        found.append(Finding("code can", verdict, f"Code plays {tried} tasks that the CPRM plays: {said}."))
+        found.append(Finding("code can", verdict, f"No counterexample in {tried} tasks that both play: code is {said}."))
     return tuple(found)
 
 

@@ -108,11 +108,10 @@ def _findings(results: Results, comparisons: list[Comparison], size: Size) -> tu
     if not kept and not turned:
         return ()
     enough = 0 < home_decided <= 2 * same
-    verdict = (HOLDS if enough else UNDECIDED) if not turned else IN_PART if kept else FAILS
-    text = (
-        f"Of {kept + turned} comparisons in other worlds {turned} are decided the other way than at home; of the "
-        f"{home_decided} that are decided at home {same} are so there, too."
-    )
+    whole = HOLDS if home_decided == same else IN_PART
+    verdict = (whole if enough else UNDECIDED) if not turned else IN_PART if kept else FAILS
+    text = f"Of {home_decided} comparisons that are decided at home {same} are decided the same way in another world, "
+    text += f"{home_decided - same - turned} are no longer decided there and {turned} are turned round; {kept + turned} were made."
     more = ""
     if tuned:
         ahead, behind = sum(c.better == c.first for c in tuned), sum(c.better == c.second for c in tuned)

@@ -46,8 +46,9 @@ class Again:
 
     @property
     def said(self) -> str:
-        """In two sentences."""
+        """In three sentences."""
         same = len(self.verdicts) - len(self.hangs)
         text = f"Seed {self.seed} gives the same verdict on {same} of the {len(self.verdicts)} claims that both seeds measured. "
         text += f"Of {self.compared} comparisons both decide {self.both} the same way and leave {self.neither} open; "
-        return text + f"{len(self.once)} are decided by one seed alone, {len(self.against)} by each another way."
+        text += f"{len(self.once)} are decided by one seed alone, {len(self.against)} by each another way. "
+        return text + "Where a seed has fewer episodes it decides less."

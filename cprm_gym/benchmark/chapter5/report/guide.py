@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from ..comparisons import Comparison
 from ..conditions import DEFAULT
-from ..experiments.disturbances import own_rules, watchdogs
+from ..experiments.disturbances import by_task, own_rules, watchdogs
 from ..experiments.making import reached
 from ..experiments.senses import room, spoken
 from ..experiments.table import believing, same_knowledge
@@ -25,7 +26,8 @@ def guide(results: Results, told: list[Told]) -> list[Advice]:
     """Rows for what was measured; the others are left out."""
     by_name = {one.name: one for one in told}
     found: list[Advice | None] = [
-        _ordinary(by_name.get("table")), _senses(results, by_name.get("senses"), by_name.get("table")), _slow(by_name.get("slow")),
+        _ordinary(by_name.get("table")), _senses(results, by_name.get("senses")), _several(by_name.get("table")),
+        _slow(by_name.get("slow")),
         _disturbed(by_name.get("disturbances")), _memory(results), _many(results), _sure(by_name.get("analysis")),
         _cheap(results, by_name.get("table")), _elsewhere(by_name.get("transfer")), _trained(results, by_name.get("making")),
     ]  # fmt: skip
@@ -43,25 +45,34 @@ def _ordinary(told: Told | None) -> Advice | None:
     behind = [f"{name} in {len(where)}" for name, where in lost.items() if where]
     if not equal:
         return ("The task is an ordinary one", "the net (cprm)", f"Behind it by more than {100 * MATTERS:.0f} points: {listed(behind)}.")
-    tail = f" Behind it by more than that: {listed(behind)}." if behind else ""
+    tail = f" Decidedly behind, and by more than that as estimated: {listed(behind)}." if behind else ""
+    widest = max(max(-c.low, c.high) for c in alike if c.second in equal)
     return ("The task is an ordinary one", f"what is easiest for you to write: {listed(['net', *equal])}",
-            f"With the same skills and the same knowledge none of them is decidedly behind the net by more than {100 * MATTERS:.0f} points "
-            f"in any of {len(tasks)} tasks.{tail}")  # fmt: skip
+            f"With the same skills and the same knowledge no difference of more than {100 * MATTERS:.0f} points from the net is decided "
+            f"in any of {len(tasks)} tasks; the intervals allow up to {100 * widest:.0f}.{tail}")  # fmt: skip
 
 
-def _senses(results: Results, told: Told | None, table: Told | None) -> Advice | None:
+def _several(table: Told | None) -> Advice | None:
+    """What a belief is worth at ordinary senses, if it is ahead anywhere."""
+    if table is None or not any((c.first, c.second) == ("cprm", NET) and c.better == c.first for c in table.comparisons):
+        return None
+    when = "Senses are ordinary, and much depends on where several others are"
+    return (when, "cprm, whose net is on a belief", believing(table.comparisons))
+
+
+def _senses(results: Results, told: Told | None) -> Advice | None:
     if told is None or not told.comparisons:
         return None
     ahead = [c for c in told.comparisons if c.better == c.first]
-    when = "What is seen is noisy, late or gone"
     if not ahead:
         undecided = any(f.verdict == UNDECIDED for f in told.findings)
-        return None if undecided else (when, "dead reckoning (memory)", "Neither tracker nor belief was ahead of it.")
+        return None if undecided else ("Senses are poor", "dead reckoning (memory)", "Neither tracker nor belief was ahead of it.")
     kinds = listed([name for kind, name in KINDS.items() if any(c.condition.startswith(kind) for c in ahead)])
     best = max(ahead, key=lambda c: c.difference)
-    ordinary = "" if table is None else f" {believing(table.comparisons)}".rstrip()
-    return (when, "the same structure on a tracker or a belief instead of dead reckoning",
-            f"They are ahead under {kinds}; most in {best.task} with {spoken(best.condition)}{room(results, best)}.{ordinary}")  # fmt: skip
+    level = listed([name for kind, name in KINDS.items() if not any(c.condition.startswith(kind) for c in ahead)])
+    tail = f" Under {level} nothing is decided: there dead reckoning does." if level else ""
+    return (f"Senses are poor: {kinds}", "the same structure on a tracker or a belief instead of dead reckoning",
+            f"Most in {best.task} with {spoken(best.condition)}{room(results, best)}.{tail}")  # fmt: skip
 
 
 def _slow(told: Told | None) -> Advice | None:
@@ -70,20 +81,22 @@ def _slow(told: Told | None) -> Advice | None:
         return None
     pairs = [c for c in told.comparisons if c.condition != DEFAULT and "no reflexes" in c.second]
     most = max(pairs, key=lambda c: c.difference, default=None)
-    text = found.figure if most is None else f"Reflexes keep {points(most)} of the goalie's saves under {most.condition}."
-    return ("Inference is slower than the world", "reflexes: what the eye sees now beside what is inferred",
+    text = found.figure if most is None else f"With reflexes the goalie saves {points(most)} more than without under {most.condition}."
+    return ("Inference is slower than the world", "dead reckoning, if that will do; beside a model reflexes, from what the eye sees now",
             f"{text} {found.more}")  # fmt: skip
 
 
 def _disturbed(told: Told | None) -> Advice | None:
     if told is None or _decided([told], "recovery") is None:
         return None
-    said = [f"ahead of the same behaviour with a watchdog instead in {_ahead(watchdogs(told.comparisons))} disturbances"]
+    said = [f"ahead of the same behaviour with a watchdog instead in {by_task(watchdogs(told.comparisons))}"]
     others = own_rules(told.comparisons)
     if others:
-        said.append(f"ahead of structures that recover by their own rules in {_ahead(others)} comparisons")
-    return ("Things go wrong on the way", "recovery in the behaviour, in any structure; not a watchdog",
-            f"The net with its recovery parts is {'; '.join(said)}.")  # fmt: skip
+        whom = Counter(c.second for c in others if c.better == c.first)
+        which = f" ({listed([f'{name} {count}' for name, count in whom.most_common()])})" if whom else ""
+        said.append(f"ahead of structures that recover by their own rules in {_ahead(others)} comparisons{which}")
+    return ("Things go wrong on the way", "recovery in the behaviour, in any structure, before a watchdog",
+            f"cprm, with its recovery parts, is {'; '.join(said)}.")  # fmt: skip
 
 
 def _ahead(comparisons: Sequence[Comparison]) -> str:
@@ -122,7 +135,7 @@ def _many(results: Results) -> Advice | None:
 
 def _sure(told: Told | None) -> Advice | None:
     found = None if told is None else _decided([told], "code opaque")
-    return None if found is None else ("You have to know beforehand what it can never do", "the net (cprm)", found.figure)
+    return None if found is None else ("You have to know beforehand what it can never do", "a Petri net (net, cprm)", found.figure)
 
 
 def _cheap(results: Results, told: Told | None) -> Advice | None:
@@ -130,7 +143,7 @@ def _cheap(results: Results, told: Told | None) -> Advice | None:
         return None
     costs: dict[str, list[float]] = {}
     for cell, played in results.cells.items():
-        if cell.condition == DEFAULT and cell.player in STRUCTURES and played.n and not played.error:
+        if cell.condition == DEFAULT and cell.player in (NET, *STRUCTURES) and played.n and not played.error:
             costs.setdefault(cell.player, []).append(played.microseconds)
     if not costs:
         return None
@@ -164,7 +177,7 @@ def _trained(results: Results, told: Told | None) -> Advice | None:
         return None
     said = [f"As good as the CPRM, in agent-steps: {listed(good)}."] * bool(good)
     said += [f"Never in its training: {listed(never)}."] * bool(never)
-    return ("Nobody wants to write it, and there is a simulator", "a learner, if the task is easy to explore" if good else "a written one",
+    return ("Nobody wants to write it, and there is a simulator", "a learner, where one was seen to learn it" if good else "a written one",
             " ".join(said))  # fmt: skip
 
 

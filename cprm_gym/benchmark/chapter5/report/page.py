@@ -106,7 +106,7 @@ def _claims(told: Sequence[Told], again: Again | None) -> str:
         kind = KINDS.get(verdict, "fails")
         counts[verdict] += 1
         where = f"§{claim.section}" if claim.section != "-" else ""
-        hangs = f" <b>Hangs on the seed: {escape(again.verdicts[key])} with seed {again.seed}.</b>" if again and key in again.hangs else ""
+        hangs = f" <b>With seed {again.seed}: {escape(again.verdicts[key])}.</b>" if again and key in again.hangs else ""
         rows.append(f'<tr><td>{escape(claim.says)} <span class=small>{where}</span><td class="verdict {kind}">{escape(verdict)}'
                     f'<td>{escape(figure)}{hangs} <a class=small href="#{claim.experiment}">more</a>')  # fmt: skip
     tally = ", ".join(f"{verdict}: {count}" for verdict, count in counts.items() if count)

@@ -23,4 +23,8 @@ READING = (
     "experiment (Holm). “A > B” is said only where the corrected exact test is below .05 and the corrected interval excludes zero. "
     "h is Cohen's effect size of two rates: .2 is small, .5 medium, .8 large; d is the mean difference in standard deviations."
 )
-MARKS = "▲ decidedly better, ▼ decidedly worse than net, or than cprm where no net is played apart; without a mark it is not decided."
+MARKS = (
+    "▲ decidedly better, ▼ decidedly worse than net, or than cprm where no net is played apart; without a mark it is not "
+    "decided, and random is not compared. "
+    "Nothing stands where nobody plays, and for net where it would be cprm again."
+)
