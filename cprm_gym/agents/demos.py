@@ -26,12 +26,14 @@ from ..files import hidden_beside
 from .knowledge.belief import BeliefTier
 from .net_view import NetView
 from .play import SoccerAgent, agent_in
-from .registry import make_controller
+from .registry import BINS, make_controller
 
 DEMOS: Mapping[str, str] = {"striker": "KickOffShot", "goalie": "Goalie", "passers": "PassAndAdvance", "eleven": "Soccer11v11"}
 """Demonstration -> task."""
 OPTIONS: Mapping[str, Mapping[str, Any]] = {"eleven": {"controlled": "left", "others": "weak", "max_cycles": 600}}
 """How the task differs from its defaults: a minute of a match against the weakest scripted team."""
+AGENTS: Mapping[str, Mapping[str, Any]] = {"eleven": {"model": BINS}}
+"""How the agents differ from those that play a task by default: the eleven are those with a model of their own."""
 SHOWN = 2
 """Most players whose nets and beliefs are shown: those nearest to the ball."""
 AFTERWARDS = 15
@@ -120,7 +122,7 @@ def play(name: str, seed: int = 0, **options: Any) -> Iterator[Scene]:
         raise unknown_name("demonstration", name, DEMOS)
     task = make_task(DEMOS[name], **OPTIONS.get(name, {}))
     names = select_agents(task.controlled, task.left, task.right)
-    agents = [make_controller(task, agent, **options) for agent in names]
+    agents = [make_controller(task, agent, **{**AGENTS.get(name, {}), **options}) for agent in names]
     playing = [_traced(agent) for agent in agents]
     needs = tuple(dict.fromkeys(("memory", *(part for agent in agents for part in getattr(agent, "needs", ())))))
     core = SoccerCore(task, 1, seed=seed, include=needs)

@@ -49,11 +49,12 @@ def test_of_the_eleven_the_two_nearest_to_the_ball_are_shown():
     assert any("rival_x" in line for line in lines)
 
 
-def test_a_striker_without_a_model_reckons_and_a_goalie_believes():
-    (striker,), (goalie,) = (next(play(name, seed=0)).players[:1] for name in ("striker", "goalie"))
-    assert "reckons" in panel(striker)
-    assert not {"believes", "beliefs"} & set(panel(striker))
-    assert "believes" in panel(goalie)
+def test_on_memory_a_striker_reckons_and_on_the_belief_everybody_believes():
+    (reckoning,) = next(play("striker", seed=0, tier="memory")).players[:1]
+    assert "reckons" in panel(reckoning)
+    assert not {"believes", "beliefs"} & set(panel(reckoning))
+    for name in ("striker", "goalie"):
+        assert "believes" in panel(next(play(name, seed=0)).players[0]), name
 
 
 def test_who_is_watched_and_who_has_the_ball_is_told_and_shown():
