@@ -71,7 +71,7 @@ def _findings(said: dict[str, dict[str, dict[str, object]]]) -> tuple[Finding, .
         here, lost = able("code", False), able("cprm", True) - able("code", True)
         missing = able("cprm", False) - here
         verdict = IN_PART if here and lost else HOLDS if lost else FAILS
-        text = "With the tools here, what holds in every environment is found of the net alone. Of code, "
+        text = "Of a controller as it plays, the tools here find what holds in every environment for the net alone. Of code, "
         text += f"{len(here)} of {len(here | missing)} methods that watch it in a world say something, the learned chain among them."
         kinds = listed([method.removeprefix(EVERYWHERE + ": ") for method in sorted(lost)])
         further = f"In every environment: {kinds}."

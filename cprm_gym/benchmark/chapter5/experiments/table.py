@@ -151,9 +151,12 @@ def believing(comparisons: Sequence[Comparison]) -> str:
     ahead, behind = [c for c in pairs if c.better == c.first], [c for c in pairs if c.better == c.second]
     most = [max(some, key=lambda c: c.difference) for some in (
         [c for c in ahead if c.metric == "success"], [c for c in ahead if c.metric != "success"]) if some]  # fmt: skip
-    where = f": {listed([c.task for c in ahead])}; at most {listed([f'{points(c)} in {c.task}' for c in most])}" if ahead else ""
-    return (f"With ordinary senses the CPRM, on a belief, is ahead of its net on dead reckoning in {len(ahead)} and behind in "
-            f"{len(behind)} of {len(pairs)} tasks{where}. Few numbers were tuned for either.")  # fmt: skip
+    where = f" ({listed([c.task for c in ahead])}; at most {listed([f'{points(c)} in {c.task}' for c in most])})" if ahead else ""
+    undecided = len(pairs) - len(ahead) - len(behind)
+    text = (
+        f"With ordinary senses the CPRM, on a belief, is ahead of its net on dead reckoning in {len(ahead)} of {len(pairs)} tasks{where} "
+    )
+    return f"{text}and behind in {len(behind)}; in {undecided} nothing is decided. Few numbers were tuned for either."
 
 
 def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
@@ -195,11 +198,11 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
     if tried:
         verdict = HOLDS if not behind else IN_PART if len(behind) < tried else FAILS
         said = (
-            f"behind by more than {100 * CLOSE:.0f} points in {listed(behind)}"
+            f"As estimated, code is behind by more than {100 * CLOSE:.0f} points in {listed(behind)}, of {tried} tasks that both play."
             if behind
-            else f"within {100 * CLOSE:.0f} points of it, or ahead, in all"
+            else f"No counterexample in {tried} tasks that both play: as estimated, code is within {100 * CLOSE:.0f} points or ahead."
         )
-        found.append(Finding("code can", verdict, f"No counterexample in {tried} tasks that both play: code is {said}."))
+        found.append(Finding("code can", verdict, said))
     return tuple(found)
 
 

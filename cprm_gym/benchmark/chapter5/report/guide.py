@@ -57,7 +57,7 @@ def _several(table: Told | None) -> Advice | None:
     if table is None or not any((c.first, c.second) == ("cprm", NET) and c.better == c.first for c in table.comparisons):
         return None
     when = "Senses are ordinary, and much depends on where several others are"
-    return (when, "cprm, whose net is on a belief", believing(table.comparisons))
+    return (when, "a belief: cprm", believing(table.comparisons))
 
 
 def _senses(results: Results, told: Told | None) -> Advice | None:
@@ -70,7 +70,7 @@ def _senses(results: Results, told: Told | None) -> Advice | None:
     kinds = listed([name for kind, name in KINDS.items() if any(c.condition.startswith(kind) for c in ahead)])
     best = max(ahead, key=lambda c: c.difference)
     level = listed([name for kind, name in KINDS.items() if not any(c.condition.startswith(kind) for c in ahead)])
-    tail = f" Under {level} nothing is decided: there dead reckoning does." if level else ""
+    tail = f" Under {level} nothing is decided: dead reckoning may do." if level else ""
     return (f"Senses are poor: {kinds}", "the same structure on a tracker or a belief instead of dead reckoning",
             f"Most in {best.task} with {spoken(best.condition)}{room(results, best)}.{tail}")  # fmt: skip
 
@@ -90,12 +90,14 @@ def _disturbed(told: Told | None) -> Advice | None:
     if told is None or _decided([told], "recovery") is None:
         return None
     said = [f"ahead of the same behaviour with a watchdog instead in {by_task(watchdogs(told.comparisons))}"]
+    calm = [c for c in told.comparisons if c.second == watchdogs(told.comparisons)[0].second and c.condition == DEFAULT and c.better]
+    said += [f"undisturbed by {listed([f'{points(c)} in {c.task}' for c in calm])}"] * bool(calm)
     others = own_rules(told.comparisons)
     if others:
         whom = Counter(c.second for c in others if c.better == c.first)
         which = f" ({listed([f'{name} {count}' for name, count in whom.most_common()])})" if whom else ""
         said.append(f"ahead of structures that recover by their own rules in {_ahead(others)} comparisons{which}")
-    return ("Things go wrong on the way", "recovery in the behaviour, in any structure, before a watchdog",
+    return ("Things go wrong on the way", "recovery in the behaviour, as in cprm, before a watchdog",
             f"cprm, with its recovery parts, is {'; '.join(said)}.")  # fmt: skip
 
 
@@ -176,7 +178,7 @@ def _trained(results: Results, told: Told | None) -> Advice | None:
     if not good and not never:
         return None
     said = [f"As good as the CPRM, in agent-steps: {listed(good)}."] * bool(good)
-    said += [f"Never in its training: {listed(never)}."] * bool(never)
+    said += [f"Not in its training: {listed(never)}."] * bool(never)
     return ("Nobody wants to write it, and there is a simulator", "a learner, where one was seen to learn it" if good else "a written one",
             " ".join(said))  # fmt: skip
 
