@@ -18,7 +18,7 @@ from ..results import Results
 
 Advice = tuple[str, str, str]
 """When, what to take, why."""
-KINDS = {"noise": "noise", "lost": "lost readings", "late": "late news", "view": "a narrow view"}
+KINDS = {"noise": "noise", "lost": "lost readings", "late": "late news", "view": "a narrow or a wide view"}
 """How a condition's name begins -> what is worse there."""
 
 
