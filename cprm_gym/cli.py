@@ -370,6 +370,7 @@ def tune(
     others: Annotated[
         str, typer.Option(help="Policies of the scripted players, LEFT,RIGHT.", show_default="those that he is measured against")
     ] = "",
+    side: Annotated[str, typer.Option(help="Whose player: left, or right, who defends.")] = "left",
 ) -> None:
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
     import json
@@ -388,12 +389,14 @@ def tune(
         tier = "memory" if tier is None else tier
         sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
         sizes |= {} if worlds is None else {"worlds": worlds}
-        if tracker and others:
-            raise CprmError(f"--others {others}: the tracker's own constants are tuned for all; leave out --others or --tracker")
+        for name, given in (("others", others), ("side", side if side != "left" else "")):
+            if tracker and given:
+                raise CprmError(f"--{name} {given}: the tracker's own constants are tuned for all; leave out --{name} or --tracker")
         plan: Search = (
-            TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], others=others, **sizes)  # type: ignore[arg-type]
+            TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], others=others, side=side, **sizes)  # type: ignore[arg-type]
         )
-        place = Path(f"{'tracker_' + task if tracker else task + '_' + tier}.jsonl") if journal is None else journal
+        whose = f"tracker_{task}" if tracker else "_".join((task, *([side] * (side != "left")), tier))
+        place = Path(f"{whose}.jsonl") if journal is None else journal
         check_place(place, "--journal")
         found = None
         try:

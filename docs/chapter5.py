@@ -14,9 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cprm_gym.benchmark.chapter5.claims import CLAIMS
+from cprm_gym.benchmark.chapter5.claims import CLAIMS, tally
 from cprm_gym.benchmark.chapter5.films import FILMS, UNFILMED, films_of
-from cprm_gym.benchmark.chapter5.pieces import FAILS, HOLDS, IN_PART, UNDECIDED, UNKNOWN, Curves, Dots
+from cprm_gym.benchmark.chapter5.pieces import Curves, Dots, listed
+from cprm_gym.benchmark.chapter5.players import NET
 from cprm_gym.benchmark.chapter5.report import svg
 from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
@@ -40,7 +41,6 @@ PICTURES = {
 }
 """Experiment -> how many of its panels stand on the page, at most, and what they show."""
 AGAIN = "--again"
-VERDICTS = (HOLDS, IN_PART, FAILS, UNDECIDED, UNKNOWN)
 
 
 def data_of(report: Chapter5Report) -> dict[str, Any]:
@@ -96,21 +96,21 @@ def claims(data: dict[str, Any], _: str) -> str:
         seen = ", ".join(_linked(name) for name in films_of(key)) or "-"
         figure = (entry["figure"] or "-") + said
         rows.append([entry["claim"] + section, f"**{entry['verdict']}**", figure, f"`{entry['experiment']}`", seen])
-    counts = [(verdict, sum(entry["verdict"] == verdict for entry in data["claims"].values())) for verdict in VERDICTS]
-    tally = ", ".join(f"{verdict}: {count}" for verdict, count in counts if count)
-    return f"{tally[:1].upper()}{tally[1:]}.\n\n" + table(["claim", "verdict", "figure", "`--only`", "films"], rows)
+    verdicts = {key: entry["verdict"] for key, entry in data["claims"].items()}
+    return f"{tally(verdicts)}\n\n" + table(["claim", "verdict", "figure", "`--only`", "films"], rows)
 
 
 def _linked(name: str) -> str:
     pair = FILMS[name]
-    return " ".join(f"[{who}](images/chapter5_{name}_{who}.mp4)" for who, *_ in (pair.one, pair.other))
+    links = [f"[{who}](images/{file})" for (who, *_), file in zip((pair.one, pair.other), pair.files(name))]
+    return " ".join(dict.fromkeys(links))
 
 
 def films(data: dict[str, Any], _: str) -> str:
     """What is to be seen in each film, and which claims have none."""
     rows = [
         [pair.shows, f"`{pair.task}`" + ("" if pair.condition == "default" else f", {pair.condition}"),
-         *(f"[`{player}`: {how}](images/chapter5_{name}_{end}.mp4)" for end, player, how in (pair.one, pair.other))]
+         *(f"[`{player}`: {how}](images/{file})" for (_, player, how), file in zip((pair.one, pair.other), pair.files(name)))]
         for name, pair in FILMS.items()
     ]  # fmt: skip
     without = "\n".join(f"* {CLAIMS[key].says} No film: {why}." for key, why in UNFILMED.items())
@@ -139,6 +139,11 @@ def again(data: dict[str, Any], _: str) -> str:
         return "It was not played with another seed."
     parts = [f"{told['said']} {told['episodes']}"]
     parts += [f"* {data['claims'][key]['claim']} {told['verdicts'][key]}: {figure}" for key, figure in told["figures"].items()]
+    first = f"seed {data['plan']['seed']}"
+    won = [text.split(":")[0] for text, who in told["once"] if who == first and text.startswith(f"cprm > {NET} in ")]
+    ordinary = [text.split(" in ")[1] for text in won if "," not in text]
+    if ordinary:
+        parts[0] += f" At ordinary senses the belief is ahead of dead reckoning by {first} alone in {listed(ordinary)}."
     items = [f"each another way: {text}" for text in told["against"]] + [f"{who} alone: {text}" for text, who in told["once"]]
     return "\n".join(parts[:1] + [""] * bool(parts[1:]) + parts[1:]) + (
         "\n\n" + _folded("Decided by one seed alone", items) if items else ""

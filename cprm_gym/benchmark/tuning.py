@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from ..agents.knowledge.players import Player, player_of
+from ..agents.knowledge.players import TEAMS, Player, player_of
 from ..agents.skills.constants import Constants
 from ..envs.core import SoccerCore
 from ..envs.players.senses import Senses
@@ -31,6 +31,8 @@ WIDEST = 0.125
 """Of the extent: the standard deviation with which a study begins, about the constants set by hand."""
 NARROWEST = 0.02
 """Of the extent: the least standard deviation."""
+LATER = {"others": "", "side": "left"}
+"""Fields of a plan that stand in a journal only where they differ from this."""
 SLOTS = 250
 """Most worlds that are played side by side."""
 
@@ -84,7 +86,10 @@ def check_search(search: Search, **least: int) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """A study of a player on a tier: the score is the share of worlds in which the task is done.
+    """A study of a player on a tier.
+
+    The score is the share of worlds in which the task is done; where a task has another end than success, for those who defend and in
+    matches, it is the mean reward of an episode: cycles kept or taken, goals.
 
     Parameters
     ----------
@@ -98,6 +103,8 @@ class Plan:
     senses : Senses
     others : str
         Policies of the scripted players, ``left,right``, if they are not those that the player is measured against.
+    side : str
+        ``left``, or ``right`` for those who defend.
 
     Raises
     ------
@@ -114,9 +121,10 @@ class Plan:
     seed: int = 0
     senses: Senses = Senses()  # noqa: RUF009
     others: str = ""
+    side: str = "left"
 
     def __post_init__(self) -> None:
-        player = player_of(self.task)
+        player = self.player
         if self.tier not in player.tiers:
             raise unknown_name("tier", self.tier, player.tiers)
         if player.constants is None:
@@ -127,12 +135,13 @@ class Plan:
     def played(self) -> Task:
         """The task as it is played."""
         others = {"others": tuple(self.others.split(","))} if self.others else {}
-        return make_task(self.task, **{**self.player.options, **others})
+        side = {"controlled": self.side} if self.side == "right" else {}
+        return make_task(self.task, **{**self.player.options, **others, **side})
 
     @property
     def player(self) -> Player:
         """Who is tuned."""
-        return player_of(self.task)
+        return player_of(self.task, self.side)
 
     @property
     def constants(self) -> type[Constants]:
@@ -142,10 +151,12 @@ class Plan:
         return kind
 
     def score(self, constants: Constants, generation: int) -> float:
-        """Share of a generation's worlds in which the task is done with these constants."""
-        make = self.player.on(self.tier, self.senses, constants)
+        """Share of a generation's worlds in which the task is done with these constants, or mean reward."""
+        make, task = self.player.on(self.tier, self.senses, constants), self.played()
         seed = TUNING_SEED + 1000 * self.seed + generation
-        return float(play_episodes(self.played(), make, self.worlds, seed, senses=self.senses, slots=SLOTS).success.mean())
+        found = play_episodes(task, make, self.worlds, seed, senses=self.senses, slots=SLOTS)
+        succeeds = self.side == "left" and self.task not in TEAMS and task.metric == "success"
+        return float((found.success if succeeds else found.reward).mean())
 
 
 @dataclass(frozen=True)
@@ -217,7 +228,10 @@ def read_journal(plan: Search, journal: Path | None) -> list[Generation]:
     """The generations that a journal holds; begins it, with the plan, if there is none. A last line cut short is removed."""
     if journal is None:
         return []
-    head = {name: value for name, value in {**asdict(plan), "generations": None}.items() if name != "others" or value}
+    head = {**asdict(plan), "generations": None}
+    for name, default in LATER.items():
+        if head.get(name) == default:
+            del head[name]
     if not journal.exists():
         journal.write_text(json.dumps(head) + "\n", encoding="utf-8")
         return []

@@ -321,9 +321,8 @@ def test_a_player_is_tuned_and_measured_where_his_options_say(monkeypatch):
     assert seen == [("medium", "weak")]
 
 
-def test_before_one_defender_he_plays_with_the_numbers_of_the_study():
-    for name, numbers in (("HFO2v1", HalfFieldConstants.tuned("memory", half_field.STUDY)), ("HFO3v2", HalfFieldConstants())):
-        task = make_task(name)
+def test_in_half_fields_he_plays_with_the_numbers_of_the_study_for_the_task():
+    for name, folder in half_field.STUDY.items():
+        task, numbers = make_task(name), HalfFieldConstants.tuned("memory", folder)
         assert half_field.make_controller(task, "left_1").cprm.net == attacker_net(0, Body.of(task), numbers), name
-    assert PLAYERS["HFO2v1"].numbers("belief") == half_field.numbers_of("HFO2v1") != HalfFieldConstants()
-    assert PLAYERS["FrontGoalCompactDefense"].numbers("belief") == HalfFieldConstants()
+        assert PLAYERS[name].numbers("belief") == numbers != HalfFieldConstants()

@@ -17,8 +17,8 @@ from cprm_gym.benchmark.chapter5.cells import FACT, FULL, QUICK, Cell, Size, Wan
 from cprm_gym.benchmark.chapter5.claims import CLAIMS
 from cprm_gym.benchmark.chapter5.command import Asked, benchmark, plan_of, spoken
 from cprm_gym.benchmark.chapter5.comparisons import Pair, compare, interval
-from cprm_gym.benchmark.chapter5.conditions import CONDITIONS, SHIFTS, condition, shifts_of
-from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS, slow
+from cprm_gym.benchmark.chapter5.conditions import CONDITIONS, MATCHES, SHIFTS, condition, shifts_of
+from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS, slow, table
 from cprm_gym.benchmark.chapter5.experiments.making import reached
 from cprm_gym.benchmark.chapter5.facts.concurrency import FORMS, MOVES, STATES, measure, product
 from cprm_gym.benchmark.chapter5.facts.contained import same
@@ -658,3 +658,33 @@ def test_where_the_metric_is_the_duration_seconds_are_told_and_cycles_compared()
     pair = report.results.pair("Keepaway3v2", "default", "scripted", "random")
     assert pair.metric == "cycles"
     np.testing.assert_array_equal(pair.ones, results[0].cycles)
+
+
+def test_of_matches_half_a_minute_is_played_and_goals_are_told_and_compared():
+    assert set(MATCHES) == {"Soccer5v5", "Soccer11v11"} <= set(table.tasks(Size()))
+    assert "Soccer" not in table.tasks(Size()), "it is Soccer11v11"
+    assert make_task("Soccer") == replace(make_task("Soccer11v11"), name="Soccer")
+    played = Cell("Soccer5v5", "default", "scripted")
+    task = condition(played.condition).task(played.task)
+    assert (task.max_cycles, task.controlled, task.others) == (300, "left", "strong")
+    results = [BlockResult(Block("Soccer5v5", f"default/{name}", 0, 4, 0), [False] * 4, [300] * 4, goals, decisions=1, played=1200)
+               for name, goals in (("scripted", [1.0, 0.0, 0.0, 0.0]), ("random", [-1.0, 0.0, -2.0, 0.0]))]  # fmt: skip
+    report = summarise(Chapter5Plan(("table",), replace(QUICK, table=4, full=True)), results)
+    rows = {row[1]: row[3] for row in report.told[0].tables[0].rows}
+    assert rows["scripted"].startswith("+0.25 goals (-")
+    assert rows["random"].startswith("-0.75 goals (-")
+    (panel,) = report.told[0].panels
+    assert panel.x == "goals ahead"
+    drawn = svg.dots(panel)
+    assert ">-2<" in drawn, "the axis begins below the least of the intervals"
+    assert report.results.pair("Soccer5v5", "default", "scripted", "random").ones.tolist() == [1.0, 0.0, 0.0, 0.0]
+    assert any("against the strong scripted team" in note for note in report.told[0].notes)
+
+
+def test_what_the_architecture_contains_plays_as_such_and_as_its_net():
+    for what in ("state machine", "belief regions"):
+        one, other = (play("GoToBall", f"default/{name}", 3) for name in (what, f"{what} as a net"))
+        assert not one.error
+        assert one.success == [True] * 3
+        assert (one.cycles, one.reward) == (other.cycles, other.reward)
+    assert not plays("state machine", "Goalie")

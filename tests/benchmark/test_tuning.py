@@ -6,11 +6,12 @@ import pytest
 from typer.testing import CliRunner
 
 from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
-from cprm_gym.agents.knowledge.players import PLAYERS, Player
+from cprm_gym.agents.knowledge.players import DEFENDERS, PLAYERS, TEAMS, Player, player_of
 from cprm_gym.agents.knowledge.studies import studies
 from cprm_gym.agents.knowledge.tracker import Tracker, TrackerConstants
 from cprm_gym.agents.skills.constants import FIRST, STUDIES, GoalieConstants, last_mean
 from cprm_gym.benchmark import tuning
+from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.tracking import TrackingPlan, error_of
 from cprm_gym.benchmark.tuning import Plan, study
 from cprm_gym.cli import app
@@ -73,6 +74,28 @@ def test_a_study_may_be_of_other_opponents_and_its_journal_says_so(tmp_path):
     assert "others" not in json.loads((tmp_path / "y.jsonl").read_text().splitlines()[0])
 
 
+def test_a_study_may_be_of_those_who_defend_and_is_judged_by_what_they_are_paid(tmp_path):
+    sizes = {"worlds": 3, "population": 2, "elite": 1, "generations": 1}
+    plan = Plan("Keepaway3v2", side="right", **sizes)
+    assert (plan.played().controlled, plan.constants.whose) == ("right", "taker")
+    (found,) = study(plan, tmp_path / "x.jsonl")
+    assert json.loads((tmp_path / "x.jsonl").read_text().splitlines()[0])["side"] == "right"
+    seconds = play_episodes(plan.played(), plan.player.on("memory", None, plan.constants()), 3, tuning.TUNING_SEED).cycles
+    assert found.centre == -seconds.mean()
+    with pytest.raises(UnknownName, match=r"side 'rigth'.*right"):
+        Plan("Keepaway3v2", side="rigth")
+    with pytest.raises(UnknownName, match=r"defenders 'Goalie'.*Keepaway3v2"):
+        Plan("Goalie", side="right")
+    assert CliRunner().invoke(app, ["tune", "--tracker", "--side", "right"]).exit_code == 1
+
+
+def test_keepers_are_judged_by_cycles_and_teams_by_goals():
+    plan = Plan("Keepaway3v2", worlds=2)
+    kept = play_episodes(plan.played(), plan.player.on("memory", None, plan.constants()), 2, tuning.TUNING_SEED)
+    assert plan.score(plan.constants(), 0) == kept.reward.mean() == kept.cycles.mean()
+    assert Plan("Soccer5v5").played().max_cycles < 1000
+
+
 def test_constants_are_refused_outside_their_extent_or_by_another_name():
     with pytest.raises(ParameterError, match=r"haste: 9\.0 given; allowed are numbers from -1 to 3"):
         GoalieConstants(haste=9.0)
@@ -91,9 +114,9 @@ def test_every_constant_stands_in_the_net():
 
 
 def studied():
-    """(task, study) of every study of every player."""
-    folders = {task: player.study or player.constants.whose for task, player in PLAYERS.items() if player.constants}
-    return [(task, found) for task, folder in folders.items() for found in studies(folder)]
+    """(side, task, study) of every study of every player."""
+    players = [(side, task, p) for side, all_of in (("left", {**PLAYERS, **TEAMS}), ("right", DEFENDERS)) for task, p in all_of.items()]
+    return [(side, task, one) for side, task, p in players if p.constants for one in studies(p.study or p.constants.whose)]
 
 
 def journal(path):
@@ -103,10 +126,10 @@ def journal(path):
 
 
 def test_every_study_is_whole_and_of_a_tier_and_its_end_is_what_players_play_with():
-    assert ("Goalie", "memory") in {(task, found.tier) for task, found in studied()}
-    for task, found in studied():
-        player, (head, generations) = PLAYERS[task], journal(found.path)
-        whose = PLAYERS[head["task"]]  # tasks may share a study of one of them
+    assert ("left", "Goalie", "memory") in {(side, task, found.tier) for side, task, found in studied()}
+    for side, task, found in studied():
+        player, (head, generations) = player_of(task, side), journal(found.path)
+        whose = player_of(head["task"], head.get("side", "left"))  # tasks may share a study of one of them
         assert (whose.constants, whose.study, head["tier"]) == (player.constants, player.study, found.tier)
         assert whose is player or player.study
         assert Senses(**head["senses"]) == found.senses

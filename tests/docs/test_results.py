@@ -201,7 +201,7 @@ def films():
 
 
 def test_the_films_of_the_page_are_those_that_the_script_makes_and_small(page, films):
-    made = {f"chapter5_{name}_{end}.mp4" for name, pair in films.FILMS.items() for end, *_ in (pair.one, pair.other)}
+    made = {file for name, pair in films.FILMS.items() for file in pair.files(name)}
     assert {path.name for path in page.IMAGES.glob("chapter5_*.mp4")} == made
     assert all((page.IMAGES / name).stat().st_size < 300_000 for name in made)
 

@@ -315,7 +315,7 @@ def test_a_model_is_asked_by_clicking_evidence_and_its_table_is_changed(serve, o
     (tmp_path / "rain.json").write_text(world_to_json(Grounding(RAIN, {"g": "Garden"})))
     page = open_page(serve(file="rain.json").address)
     page.get_by_role("tab", name="Models").click()
-    assert page.locator(".side:visible .doc[aria-current=true]").all_inner_texts() == ["rain.json world"]
+    page.locator(".side:visible .doc[aria-current=true]", has_text="rain.json world").wait_for()
     page.locator("[data-do=graph]:visible").click()
     page.locator("[data-do=graph][aria-pressed=true]:visible").wait_for()
     page.locator('.variable[data-key="g.wet"]').click()

@@ -14,21 +14,21 @@ from .percepts import MARGIN, Ground
 
 GROUND = Ground(low_x=MARGIN, offside=False)
 """The right half."""
-STUDY = "attacker_one_defender"
-"""Folder of the study in HFO2v1."""
-STUDIED = ("HFO1v0", "HFO1v1", "HFO2v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption")
-"""Tasks with nobody but a goalie against him, played with the numbers of `STUDY`; against more those set by hand are better."""
-
-
-def study_of(task: str) -> str:
-    """Folder of the study whose numbers he plays a task with; empty where they are set by hand."""
-    return STUDY if task in STUDIED else ""
+STUDY = {
+    **dict.fromkeys(
+        ("HFO1v0", "HFO1v1", "HFO2v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption"), "attacker_one_defender"
+    ),
+    **dict.fromkeys(("HFO2v2", "HFO3v2"), "attacker_two_defenders"),
+    **dict.fromkeys(("HFO3v3", "HFO4v5"), "attacker_three_defenders"),
+    "FrontGoalPassingLane": "attacker_passing_lane",
+    "FrontGoalCompactDefense": "attacker_compact_defence",
+}
+"""Task -> folder of the study whose numbers he plays it with."""
 
 
 def numbers_of(task: str) -> HalfFieldConstants:
     """The attacker's numbers in a task if no others are given."""
-    folder = study_of(task)
-    return HalfFieldConstants.tuned("memory", folder) if folder else HalfFieldConstants()
+    return HalfFieldConstants.tuned("memory", STUDY[task])
 
 
 def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None) -> attacker.AttackerAgent:

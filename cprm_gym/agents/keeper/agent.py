@@ -149,7 +149,7 @@ class KeeperAgent(SoccerAgent):
 
 
 def make_controller(task: Task, agent: str, constants: KeeperConstants | None = None) -> KeeperAgent:
-    """A keeper as a controller.
+    """A keeper as a controller, with the numbers of the study if no others are given.
 
     Raises
     ------
@@ -158,4 +158,4 @@ def make_controller(task: Task, agent: str, constants: KeeperConstants | None = 
     """
     if not isinstance(task, Keepaway) or not agent.startswith("left"):
         raise ParameterError(f"{task.name}: keepers are on the left side of keepaway; {agent!r} is none")
-    return KeeperAgent(task, constants)
+    return KeeperAgent(task, constants or KeeperConstants.tuned("memory"))

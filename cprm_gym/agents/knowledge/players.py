@@ -7,6 +7,8 @@ The suite ``knowledge`` and the tuning read `PLAYERS`; a new entry is measured a
 where ``make_my_player(task, agent, constants)`` returns a controller that reads the parts `PARTS` of an observation, and ``MyConstants``
 is a `Constants`, or is left out where there is nothing to tune. Its studies are the files ``cprm_gym/agents/studies/{whose}/{tier}.jsonl``,
 and those in folders beside them for other senses (`studies`).
+
+`DEFENDERS` are those of the other side, `TEAMS` whole teams: they can be tuned likewise, and are measured by pages of their own.
 """
 
 from __future__ import annotations
@@ -25,7 +27,12 @@ from ..attacker import half_field
 from ..attacker.constants import AttackerConstants, HalfFieldConstants, PairConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
-from ..goalie import ReckoningGoalie
+from ..goalie import ReckoningGoalie, check_goalie
+from ..keeper.agent import make_controller as keeper
+from ..keeper.constants import KeeperConstants
+from ..match import agent as match
+from ..match import half_field as defence
+from ..match.constants import MatchConstants
 from ..skills.constants import (
     AttackedConstants,
     AttackedHoldingConstants,
@@ -35,6 +42,8 @@ from ..skills.constants import (
     HoldingConstants,
     last_mean,
 )
+from ..taker.agent import make_controller as taker
+from ..taker.constants import TakerConstants
 from .registry import OPTIONS, ORACLES, TIERS, informed
 from .studies import Study, best_study, studies
 from .tiers import Informed
@@ -137,7 +146,8 @@ class Player:
 
 
 def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoalie:
-    """The goalie's net without a model."""
+    """The goalie's net without a model; refuses a player who is no goalie, as `goalie.check_goalie`."""
+    check_goalie(task, agent)
     return ReckoningGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), constants)
 
 
@@ -157,17 +167,25 @@ PLAYERS: dict[str, Player] = {
         seeds=10,
     ),
     **{
-        task: Player(half_field.make_controller, HalfFieldConstants, study=half_field.study_of(task), seconds=seconds)
+        task: Player(half_field.make_controller, HalfFieldConstants, study=half_field.STUDY[task], seconds=seconds)
         for task, seconds in (
             ("HFO1v0", 3.0),
             ("HFO1v1", 3.5),
             ("HFO2v1", 6.0),
+            ("HFO2v2", 15.0),
+            ("HFO3v2", 20.0),
+            ("HFO3v3", 35.0),
+            ("HFO4v5", 60.0),
             ("FrontGoalEmptyGoal", 1.0),
             ("FrontGoalBlockedShot", 2.0),
             ("FrontGoalSupportOption", 4.0),
             ("FrontGoalPassingLane", 8.0),
             ("FrontGoalCompactDefense", 12.0),
         )
+    },
+    **{
+        task: Player(keeper, KeeperConstants, study=KeeperConstants.whose, seconds=seconds)
+        for task, seconds in (("Keepaway3v2", 35.0), ("Keepaway4v3", 40.0), ("Keepaway5v4", 50.0))
     },
     **{
         task: Player(attacker.make_controller, PairConstants, study=PairConstants.whose, seconds=seconds, options=options)
@@ -178,17 +196,35 @@ PLAYERS: dict[str, Player] = {
         )
     },
 }
-"""Task -> its player."""
+"""Task -> its player, of the left side."""
+DEFENDERS: dict[str, Player] = {
+    **{task: Player(taker, TakerConstants, study=TakerConstants.whose) for task in ("Keepaway3v2", "Keepaway4v3", "Keepaway5v4")},
+    **{
+        task: Player(defence.make_controller, MatchConstants, study=defence.STUDY, options={"others": ("strong", "strong")})
+        for task in ("HFO2v2", "HFO3v2", "HFO3v3", "HFO4v5")
+    },
+}
+"""Task -> the player of the right side, where that does something else and has numbers of its own."""
+TEAMS: dict[str, Player] = {
+    "Soccer5v5": Player(
+        match.make_controller, MatchConstants, study=MatchConstants.whose,
+        options={"controlled": "left", "others": ("strong", "strong"), "max_cycles": 600},
+    ),
+}  # fmt: skip
+"""Match -> the team of the left side, and over how many cycles it is tuned."""
 
 
-def player_of(task: str) -> Player:
-    """The player registered for a task.
+def player_of(task: str, side: str = "left") -> Player:
+    """The player registered for a side of a task.
 
     Raises
     ------
     UnknownName
         Listing the tasks that have one.
     """
-    if task not in PLAYERS:
-        raise unknown_name("task with a player for tiers of knowledge", task, PLAYERS)
-    return PLAYERS[task]
+    players = DEFENDERS if side == "right" else {**PLAYERS, **TEAMS}
+    if side not in ("left", "right"):
+        raise unknown_name("side", str(side), ("left", "right"))
+    if task not in players:
+        raise unknown_name("task with a player for tiers of knowledge" if side == "left" else "task with defenders", task, players)
+    return players[task]

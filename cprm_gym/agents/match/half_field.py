@@ -11,6 +11,9 @@ from ..skills.constants import AttackedConstants
 from .agent import make_outfielder
 from .constants import MatchConstants
 
+STUDY = "defence"
+"""Folder of the study of defenders."""
+
 
 def make_controller(task: Task, agent: str, constants: MatchConstants | None = None) -> SoccerAgent:
     """The goalie, with the numbers tuned against several attackers, or a defender, as a controller.

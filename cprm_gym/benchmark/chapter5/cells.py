@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..plan import Block
 
-TOGETHER = 250
+TOGETHER = 1000
 """Most episodes of a block."""
 FACT = 0
 """Episodes of a cell in which nothing is played, but something is found out once."""

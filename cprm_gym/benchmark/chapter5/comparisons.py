@@ -22,7 +22,7 @@ class Comparison:
     first, second : str
         Players.
     metric : str
-        ``success`` (a rate) or ``cycles``.
+        ``success`` (a rate), ``cycles`` or ``goals``.
     n : int
         Pairs.
     difference : float

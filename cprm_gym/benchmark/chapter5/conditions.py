@@ -78,8 +78,13 @@ SHIFTS: dict[str, Condition] = {
 }  # fmt: skip
 """Worlds that nobody was tuned or trained for."""
 
+MATCHES: dict[str, dict[str, Any]] = {
+    name: {"controlled": "left", "others": "strong", "max_cycles": 300} for name in ("Soccer5v5", "Soccer11v11")
+}
+"""Matches as the suite plays them, half a minute of each from the kick-off on: a whole one takes as long as thousands of drills."""
+
 CONDITIONS: dict[str, Condition] = {
-    DEFAULT: Condition(),
+    DEFAULT: Condition(options=MATCHES),
     **{f"noise {n:g}": Condition(senses=Senses(noise=n)) for n in NOISES},
     **{f"view {v}": Condition(senses=Senses(view=v)) for v in VIEWS},
     **{f"lost {n:g}": Condition(senses=Senses(lost=n)) for n in LOST},
@@ -111,4 +116,9 @@ def shifts_of(task: str) -> list[str]:
     return [name for name, shift in SHIFTS.items() if shift.parameters or task in shift.options]
 
 
-__all__ = ["CONDITIONS", "DEFAULT", "SHIFTS", "Condition", "condition", "shifts_of"]
+def metric_of(task: str) -> str:
+    """What is compared: ``success``, ``cycles`` where a task's metric is the duration, ``goals`` in matches."""
+    return "goals" if task in MATCHES else "cycles" if make_task(task).metric == "duration" else "success"
+
+
+__all__ = ["CONDITIONS", "DEFAULT", "MATCHES", "SHIFTS", "Condition", "condition", "metric_of", "shifts_of"]

@@ -20,9 +20,11 @@ class Pair:
         What is to be seen.
     task, condition : str
     one, other : (str, str, str)
-        End of the name of the file, player, and how it ends.
+        End of the name of the file, player, and how it ends. Of equal ends both films are the same to the byte, and one is kept.
     alike : bool
         Whether both are to succeed; otherwise the one does and the other does not.
+    kept : str
+        Name of the pair whose films these are, too.
     """
 
     claims: tuple[str, ...]
@@ -32,6 +34,11 @@ class Pair:
     one: tuple[str, str, str]
     other: tuple[str, str, str]
     alike: bool = False
+    kept: str = ""
+
+    def files(self, name: str) -> tuple[str, str]:
+        """Names of the files of both, of the pair that is called so."""
+        return f"chapter5_{self.kept or name}_{self.one[0]}.mp4", f"chapter5_{self.kept or name}_{self.other[0]}.mp4"
 
 
 FILMS = {
@@ -44,22 +51,26 @@ FILMS = {
     "hike": Pair(("intention",), "without internal state the hike does not end", "Hike", "default",
                  ("net", NET, "out and home"), ("regions", "belief_region", "never home")),
     "internal": Pair(("internal",), "with the intention as a variable of the model it does", "Hike", "default",
-                     ("variables", INTERNAL, "out and home"), ("net", NET, "out and home"), alike=True),
+                     ("net", INTERNAL, "out and home"), ("net", NET, "out and home"), alike=True, kept="hike"),
     "alike": Pair(("code can", "performance"), "code plays what the net plays", "KickOffShot", "default",
                   ("net", NET, "goal"), ("code", "code", "goal"), alike=True),
+    "machine": Pair(("fsm contained",), "a state machine and its net send the same", "GoToBall", "default",
+                    ("both", "state machine", "at the ball"), ("both", "state machine as a net", "at the ball"), alike=True),
+    "regions": Pair(("regions contained",), "regions of belief and their net send the same", "GoToBall", "default",
+                    ("both", "belief regions", "at the ball"), ("both", "belief regions as a net", "at the ball"), alike=True),
+    "shifted": Pair(("transfer",), "shots are harder than those that anybody was tuned for", "Goalie", "hard shots",
+                    ("cprm", "cprm", "saved"), ("regions", "belief_region", "goal")),
     "recovery": Pair(("recovery",), "recovery parts against a watchdog", "KickOffShot", "ball displaced",
                      ("net", "cprm", "goal"), ("watchdog", BARE + WATCHED, "no goal")),
 }  # fmt: skip
 """Name -> pair."""
 UNFILMED = {
-    "fsm contained": "two programs are given the same readings; nothing is played",
     "explosion": "it is of sizes",
     "layers": "it is of sizes and of analysis",
     "no better analysed": "it is of what analysis finds",
-    "regions contained": "two programs are given the same readings; nothing is played",
     "code opaque": "it is of what analysis finds",
-    "transfer": "it is of who is ahead of whom in many worlds",
     "cost": "it is of what making costs",
+    "learning": "it is of experience",
 }
 """Claim -> why there is no film of it."""
 

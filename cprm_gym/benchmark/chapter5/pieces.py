@@ -158,7 +158,7 @@ def sentence(c: Comparison) -> str:
 
 def numbers(c: Comparison) -> str:
     """Difference, corrected interval, effect, n."""
-    scale, digits = (100.0, 1) if c.metric == "success" else (1.0, 1)
+    scale, digits = {"success": (100.0, 1), "goals": (1.0, 2)}.get(c.metric, (1.0, 1))
     low, high = scale * c.low, scale * c.high
     name = "h" if c.metric == "success" else "d"
     unit = "points" if c.metric == "success" else c.metric

@@ -23,6 +23,7 @@ SECONDS = {
     "Keepaway3v2": 16.0, "Keepaway4v3": 19.0, "Keepaway5v4": 23.0, "HFO1v0": 1.9, "HFO1v1": 2.7, "HFO2v1": 4.3, "HFO2v2": 7.0,
     "HFO3v2": 9.0, "HFO3v3": 12.0, "HFO4v5": 21.0, "FrontGoalEmptyGoal": 0.9, "FrontGoalBlockedShot": 1.2,
     "FrontGoalSupportOption": 2.4, "FrontGoalPassingLane": 5.8, "FrontGoalCompactDefense": 10.5,
+    "Soccer5v5": 60.0, "Soccer11v11": 200.0,
 }  # fmt: skip
 """CPU time of 1000 episodes of cheap players, about, as a full run measured it; of other tasks `OTHER`."""
 OTHER = 3.0

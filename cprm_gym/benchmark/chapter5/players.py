@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ...agents.body import Body
+from ...agents.equivalents.contained import make_contained
 from ...agents.goalie import GoalieAgent
 from ...agents.hiker.internal import make_controller as internal
 from ...agents.knowledge import TIERS, Informed, informed
@@ -24,6 +25,7 @@ from .slow import Slow
 
 Maker = Callable[[Task, str], Controller]
 
+WATCHED, ON = " watched", " on "
 NET = "net"
 """The task's own Petri net with its numbers, which takes its knowledge from a tier."""
 INTERNAL = "belief_region + internal variables"
@@ -32,10 +34,13 @@ UNTUNED = "net by hand"
 """The same net with the numbers that were set by hand before anything was tuned."""
 BARE = "cprm without recovery"
 """The primary sequence alone."""
+TRACKING = f"{NET}{ON}tracker"
+"""The same net on Kalman filters: the rival of who plays on a belief."""
+CONTAINED = {what + end: (what, bool(end)) for what in ("state machine", "belief regions") for end in ("", " as a net")}
+"""What the architecture contains (`agents.equivalents.contained`), run as such and as a net."""
 BELIEVING, BLIND = "cprm, reflexes", "cprm, no reflexes"
 """The goalie with his relational model under a condition's period and latency, what is late rolled on to now; with inputs that act in the
 cycle in which the ball is seen, or by what he believes alone. Both narrow their view to the ball, and have the numbers of the memory."""
-WATCHED, ON = " watched", " on "
 LATE, REFLEXES = ", all late", ", reflexes"
 
 
@@ -69,7 +74,13 @@ def _bare(task: Task, agent: str) -> Controller:
     return informed(without, TIER)(task, agent) if task.name in ON_BELIEF else without(task, agent)
 
 
-OWN: dict[str, Maker] = {NET: _net, UNTUNED: _untuned, BARE: _bare, INTERNAL: internal}
+def _contained(name: str, task: Task, agent: str) -> Controller:
+    return make_contained(*CONTAINED[name], task)
+
+
+OWN: dict[str, Maker] = {
+    NET: _net, UNTUNED: _untuned, BARE: _bare, INTERNAL: internal, **{name: partial(_contained, name) for name in CONTAINED},
+}  # fmt: skip
 """Players of the suite beside the registered controllers."""
 
 

@@ -16,6 +16,8 @@ from .facts import FACTS
 from .players import make_player
 from .watching import Answering, Disturbing
 
+SLOTS = 250
+"""Episodes played side by side."""
 _warm: set[tuple[str, str]] = set()
 """(task, player) whose kernels this process has."""
 
@@ -65,7 +67,7 @@ def _measure(block: Block, result: BlockResult, timeout: float) -> None:
         observer = Disturbing(happening, block.count, block.seed)
     elif task.name == "Goalie":
         observer = Answering(block.count)
-    found = play_episodes(task, make, block.count, block.seed, block.first, how.senses, observer=observer, limit=Limit(timeout))
+    found = play_episodes(task, make, block.count, block.seed, block.first, how.senses, SLOTS, observer, Limit(timeout))
     result.success, result.cycles, result.reward = found.success.tolist(), found.cycles.tolist(), found.reward.tolist()
     result.controller_seconds, result.decisions, result.played = found.seconds, found.decisions, int(found.cycles.sum())
     if observer is not None:

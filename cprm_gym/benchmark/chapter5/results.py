@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ...envs.tasks import make_task
 from ..plan import BlockResult
 from ..statistics import wilson_interval
 from .cells import FACT, Cell
 from .comparisons import Pair
+from .conditions import metric_of
 
 
 @dataclass
@@ -86,14 +86,13 @@ class Results:
         return found.more if found is not None and not found.error else None
 
     def pair(self, task: str, condition: str, first: str, second: str) -> Pair | None:
-        """Two players in the same worlds, by success, or by cycles where a task's metric is the duration."""
+        """Two players in the same worlds, by `conditions.metric_of` the task."""
         one, other = self.played(task, condition, first), self.played(task, condition, second)
         if one is None or other is None:
             return None
-        n = min(one.n, other.n)
-        if make_task(task).metric == "duration":
-            return Pair(task, condition, first, second, "cycles", one.cycles[:n], other.cycles[:n])
-        return Pair(task, condition, first, second, "success", one.success[:n], other.success[:n])
+        n, metric = min(one.n, other.n), metric_of(task)
+        ones, others = ({"success": p.success, "cycles": p.cycles, "goals": p.reward}[metric][:n] for p in (one, other))
+        return Pair(task, condition, first, second, metric, ones, others)
 
     @property
     def errors(self) -> list[tuple[Cell, str]]:

@@ -8,20 +8,20 @@ import numpy as np
 
 from ....agents.knowledge.players import PLAYERS
 from ....agents.registry import MODELLED
-from ....envs.tasks import TASKS, make_task
+from ....envs.tasks import TASKS
 from ..cells import Cell, Size, Wanted
 from ..comparisons import Comparison, Pair, compare
-from ..conditions import DEFAULT
+from ..conditions import DEFAULT, MATCHES, metric_of
 from ..pieces import FAILS, HOLDS, IN_PART, MATTERS, UNDECIDED, Dots, Finding, Table, Told, listed, percent, points
-from ..players import AGAIN, NET, STRUCTURES, WEAKENED, believes, not_installed, plays, registered
+from ..players import AGAIN, NET, STRUCTURES, TRACKING, WEAKENED, believes, not_installed, plays, registered
 from ..results import Results
 
 TITLE = "Every task, every controller"
 QUESTION = "Who succeeds at what, how fast, and what does a decision cost?"
 QUICK_TASKS = ("GoToBall", "LostAndFound", "Hike", "KickOffShot", "Goalie")
-MATCHES = ("Soccer", "Soccer5v5", "Soccer11v11")
-"""Left out: a match takes as long as hundreds of drills."""
-COLUMNS = ("cprm", NET)
+TWICE = {"Soccer": "Soccer11v11"}
+"""Tasks that are others under an older name."""
+COLUMNS = ("cprm", TRACKING, NET)
 HIDDEN = ("eased", "goalie_raw")
 """Not in the short table."""
 FORGETS = "belief_region"
@@ -29,18 +29,21 @@ FORGETS = "belief_region"
 CLOSE = 0.1
 """How far behind the best structure the others may be and still count as able."""
 SECONDS = 0.1
+UNITS = {"success": "success, %", "cycles": "seconds", "goals": "goals ahead"}
+"""Metric -> what the axis says."""
 
 
 def tasks(size: Size) -> tuple[str, ...]:
     """What is played."""
-    return tuple(name for name in TASKS if name not in MATCHES) if size.full else QUICK_TASKS
+    return tuple(name for name in TASKS if name not in TWICE) if size.full else QUICK_TASKS
 
 
 def players(task: str) -> list[str]:
-    """Who plays a task: the registered controllers, and its net on dead reckoning where the CPRM knows more than that."""
+    """Who plays a task: the registered controllers, and where the CPRM knows more than dead reckoning its net on that and on a tracker."""
     names = [name for name in registered() if plays(name, task)]
     apart = (task in PLAYERS or task not in MODELLED) and believes(task)
-    return names[:1] + [NET] + names[1:] if apart else names
+    tracking = [TRACKING] if task in PLAYERS else []
+    return names[:1] + tracking + [NET] + names[1:] if apart else names
 
 
 def wanted(size: Size) -> list[Wanted]:
@@ -53,7 +56,7 @@ def tell(results: Results, size: Size) -> Told:
     rows, panels, pairs = [], [], []
     for task in tasks(size):
         bars: list[tuple[str, float, float, float]] = []
-        metric = make_task(task).metric
+        metric = metric_of(task)
         cells = {player: results.played(task, DEFAULT, player) for player in players(task)}
         common = min((cell.n for cell in cells.values() if cell is not None), default=0)
         for player, cell in cells.items():
@@ -61,26 +64,26 @@ def tell(results: Results, size: Size) -> Told:
                 continue
             found = cell.first(common)
             cycles = found.cycles[found.success]
-            if metric == "duration":
-                mean, spread = SECONDS * found.cycles.mean(), SECONDS * found.cycles.std() / found.n**0.5
+            if metric != "success":
+                measured, unit = (found.reward, "goals") if metric == "goals" else (SECONDS * found.cycles, "s")
+                mean, spread = measured.mean(), measured.std() / found.n**0.5
                 value = (float(mean), float(mean - 1.96 * spread), float(mean + 1.96 * spread))
-                shown = f"{value[0]:.1f} s ({value[1]:.1f} - {value[2]:.1f})"
+                sign, digits = ("+", 2) if metric == "goals" else ("", 1)
+                shown = f"{value[0]:{sign}.{digits}f} {unit} ({value[1]:{sign}.{digits}f} - {value[2]:{sign}.{digits}f})"
                 bars.append((player, *value))
             else:
                 shown = percent(found.rate())
                 bars.append((player, *found.percents()))
             rows.append((task, player, str(found.n), shown, _quartiles(cycles), _mean(found.reward), f"{found.microseconds:.0f}"))
         if bars:
-            panels.append(
-                Dots(task, tuple(bars), "seconds" if metric == "duration" else "success, %", 0.0 if metric == "duration" else 100.0)
-            )
+            panels.append(Dots(task, tuple(bars), UNITS[metric], 100.0 if metric == "success" else 0.0))
         pairs += _pairs(results, task)
     comparisons = tuple(compare(pairs))
     head = (
         "task",
         "player",
         "n",
-        "success %, Wilson 95 %; or seconds",
+        "success %, Wilson 95 %; or seconds; or goals ahead",
         "cycles to success, median and quartiles",
         "reward, mean 95 %",
         "us a decision",
@@ -93,7 +96,9 @@ def tell(results: Results, size: Size) -> Told:
 def _pairs(results: Results, task: str) -> list[Pair]:
     """CPRM and net, each with everybody else."""
     found = []
-    names = [p for p in players(task) if p not in WEAKENED]
+    names = [p for p in players(task) if p not in WEAKENED and p != TRACKING]
+    rival = results.pair(task, DEFAULT, "cprm", TRACKING)
+    found += [rival] if rival is not None else []
     for own in [name for name in ("cprm", NET) if name in names]:
         for other in names:
             if other not in ("cprm", NET) or (own == "cprm" and other == NET):
@@ -127,7 +132,7 @@ def _matrix(rows: Sequence[tuple[str, ...]], comparisons: Sequence[Comparison], 
             marks[c.task, c.first] = " ▲" if c.better == c.first else " ▼"
     there = [task for task in tasks(size) if any((task, name) in shown for name in names)]
     cells = tuple((task, *(shown.get((task, name), "") + marks.get((task, name), "") for name in names)) for task in there)
-    return Table("Success in percent, or seconds", ("task", *names), cells, brief=True)
+    return Table("Success in percent, or seconds, or goals ahead", ("task", *names), cells, brief=True)
 
 
 def _fair(comparisons: Sequence[Comparison], task: str) -> str:
@@ -156,15 +161,21 @@ def believing(comparisons: Sequence[Comparison]) -> str:
     text = (
         f"With ordinary senses the CPRM, on a belief, is ahead of its net on dead reckoning in {len(ahead)} of {len(pairs)} tasks{where} "
     )
-    return f"{text}and behind in {len(behind)}; in {undecided} nothing is decided. Few numbers were tuned for either."
+    text = f"{text}and behind in {len(behind)}; in {undecided} nothing is decided."
+    rivals = [c for c in comparisons if (c.first, c.second) == ("cprm", TRACKING)]
+    if rivals:
+        won, lost = ([c.task for c in rivals if c.better == who] for who in ("cprm", TRACKING))
+        more, less = (f" ({listed(names)})" if names else "" for names in (won, lost))
+        text += f" Of the net on a tracker it is ahead in {len(won)} of {len(rivals)}{more} and behind in {len(lost)}{less}."
+    return text
 
 
 def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
     found = []
-    compared = [c for c in told.comparisons if c.first in ("cprm", NET) and c.second not in ("cprm", NET)]
+    compared = [c for c in told.comparisons if c.first in ("cprm", NET) and c.second not in ("cprm", NET, TRACKING)]
     if compared:
         alike = [c for c in same_knowledge(compared) if c.second != FORGETS]
-        rates, times = [c for c in alike if c.metric == "success"], [c for c in alike if c.metric != "success"]
+        rates, times = [c for c in alike if c.metric == "success"], [c for c in alike if c.metric == "cycles"]
         apart = [c for c in rates if c.better and abs(c.difference) > MATTERS]
         wide = [c for c in rates if max(-c.low, c.high) > 2 * MATTERS]
         figure = f"Structures that remember and know the same as the net differ from it decidedly by more than {100 * MATTERS:.0f} points "
@@ -190,7 +201,7 @@ def _findings(results: Results, told: Told, size: Size) -> tuple[Finding, ...]:
     for task in tasks(size):
         code = results.played(task, DEFAULT, "code")
         best_of = [r for r in (results.played(task, DEFAULT, name) for name in ("cprm", NET)) if r is not None]
-        if code is None or not best_of or make_task(task).metric == "duration":
+        if code is None or not best_of or metric_of(task) != "success":
             continue
         tried += 1
         gap = max(r.rate()[0] for r in best_of) - code.rate()[0]
@@ -219,5 +230,11 @@ def _notes(size: Size) -> tuple[str, ...]:
     if alone:
         notes.append(f"No CPRM plays {listed(alone)}; nothing of ours is compared there.")
     notes += [f"{name} did not play: the package {package} is not installed." for name, package in not_installed().items()]
-    notes.append(f"Matches ({listed(MATCHES)}) are not part of the suite.")
+    if any(task in MATCHES for task in tasks(size)):
+        seconds = round(SECONDS * next(iter(MATCHES.values()))["max_cycles"])
+        notes.append(
+            f"Of matches ({listed(tuple(MATCHES))}) {seconds} s are played, from the left side's kick-off on, against the strong scripted "
+            f"team, and told is by how many goals the left side is ahead then. {listed(tuple(TWICE))} is {listed(tuple(TWICE.values()))} "
+            "under an older name."
+        )
     return tuple(notes)

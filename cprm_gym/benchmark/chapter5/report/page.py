@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from ..claims import CLAIMS
-from ..pieces import FAILS, HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
+from ..claims import CLAIMS, tally
+from ..pieces import HOLDS, IN_PART, UNDECIDED, UNKNOWN, Dots, Table, Told, sentence
 from . import svg
 from .again import Again
 from .guide import Advice
@@ -99,18 +99,17 @@ def _brief(one: Told) -> str:
 
 def _claims(told: Sequence[Told], again: Again | None) -> str:
     said = {f.claim: f for one in told for f in one.findings}
-    rows, counts = [], dict.fromkeys((HOLDS, IN_PART, FAILS, UNDECIDED, UNKNOWN), 0)
+    rows, verdicts = [], {}
     for key, claim in CLAIMS.items():
         finding = said.get(key)
         verdict, figure = (UNKNOWN, "") if finding is None else (finding.verdict, finding.figure)
         kind = KINDS.get(verdict, "fails")
-        counts[verdict] += 1
+        verdicts[key] = verdict
         where = f"§{claim.section}" if claim.section != "-" else ""
         hangs = f" <b>With seed {again.seed}: {escape(again.verdicts[key])}.</b>" if again and key in again.hangs else ""
         rows.append(f'<tr><td>{escape(claim.says)} <span class=small>{where}</span><td class="verdict {kind}">{escape(verdict)}'
                     f'<td>{escape(figure)}{hangs} <a class=small href="#{claim.experiment}">more</a>')  # fmt: skip
-    tally = ", ".join(f"{verdict}: {count}" for verdict, count in counts.items() if count)
-    head = f"<h2>What the dissertation says, and what was found</h2><p class=small>{tally[:1].upper()}{tally[1:]}.</p>"
+    head = f"<h2>What the dissertation says, and what was found</h2><p class=small>{tally(verdicts)}</p>"
     return f"{head}<table class=claims><tr><th>claim<th>verdict<th>figure{''.join(rows)}</table>"
 
 

@@ -49,15 +49,17 @@ def dots(panel: Dots) -> str:
     """Rows of values with intervals."""
     rows, top = panel.rows, 24
     most = panel.most or _end(max((high for *_, high in rows), default=1.0))
+    lowest = min((low for *_, low, _ in rows), default=0.0)
+    least = -_end(-lowest) if lowest < 0 and not panel.most else 0.0
     height = top + ROW * len(rows) + 26
     span = WIDTH - LEFT - RIGHT
 
     def x(value: float) -> float:
-        return LEFT + span * min(max(value, 0.0), most) / most
+        return LEFT + span * (min(max(value, least), most) - least) / (most - least)
 
     parts = [_open(WIDTH, height, panel.title), _title(panel.title)]
     bottom = top + ROW * len(rows)
-    for tick in (0.0, most / 2, most):
+    for tick in (least, 0.0, most) if least < 0 else (0.0, most / 2, most):
         parts.append(f'<line class="grid" x1="{x(tick):.1f}" x2="{x(tick):.1f}" y1="{top}" y2="{bottom}"/>')
         parts.append(_text(x(tick), bottom + 12, _number(tick), "middle", "tick"))
     parts.append(_text(LEFT + span / 2, bottom + 24, panel.x, "middle", "tick"))

@@ -7,6 +7,7 @@ WHO: dict[str, str] = {
             "see.",
     "net": "The same net without the model. It knows what the environment reckons from what was last seen (dead reckoning), as the next "
            "five do.",
+    "net on tracker": "The same net on Kalman filters of the ball and of everybody, which know how large the noise is.",
     "fsm": "A state machine: in one state at a time.",
     "subsumption": "Small machines side by side, of which a higher one overrules a lower one.",
     "behavior_tree": "A tree of conditions and actions, asked anew in every cycle.",
@@ -18,6 +19,9 @@ WHO: dict[str, str] = {
 }  # fmt: skip
 """Player -> what it is."""
 READING = (
+    "A cell is a task, a condition and a player. A tier is what a player goes by where he does not see: frozen readings, dead reckoning "
+    "(memory), Kalman filters (tracker), a probabilistic model (belief), or the truth (state). A chain is a Markov chain of what a "
+    "behaviour does in a world, which analysis asks. "
     "All meet the same worlds. All that are written by hand, but scripted, have the same skills and formulas, so they differ in structure. "
     "Rates have Wilson intervals of 95 %. Differences are paired, episode by episode, and corrected for the number of comparisons of their "
     "experiment (Holm). “A > B” is said only where the corrected exact test is below .05 and the corrected interval excludes zero. "
