@@ -371,6 +371,9 @@ def tune(
         str, typer.Option(help="Policies of the scripted players, LEFT,RIGHT.", show_default="those that he is measured against")
     ] = "",
     side: Annotated[str, typer.Option(help="Whose player: left, or right, who defends.")] = "left",
+    check: Annotated[
+        int | None, typer.Option(help="Then play so many other worlds with what was found and with what was set by hand, paired.")
+    ] = None,
 ) -> None:
     """Tune the constants of a task's player for a tier of knowledge; the studies in use stand in cprm_gym/agents/studies."""
     import json
@@ -378,6 +381,7 @@ def tune(
     from .benchmark.knowledge import SENSES
     from .benchmark.tracking import TrackingPlan
     from .benchmark.tuning import Plan, Search, study
+    from .benchmark.tuning import check as checked
 
     with said_plainly():
         if tracker and tier is not None:
@@ -389,7 +393,7 @@ def tune(
         tier = "memory" if tier is None else tier
         sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
         sizes |= {} if worlds is None else {"worlds": worlds}
-        for name, given in (("others", others), ("side", side if side != "left" else "")):
+        for name, given in (("others", others), ("side", side if side != "left" else ""), ("check", str(check or ""))):
             if tracker and given:
                 raise CprmError(f"--{name} {given}: the tracker's own constants are tuned for all; leave out --{name} or --tracker")
         plan: Search = (
@@ -408,6 +412,10 @@ def tune(
             raise typer.Exit(130) from None
         if found is not None:
             typer.echo(json.dumps(found.mean, indent=1))
+        if found is not None and check is not None and isinstance(plan, Plan):
+            of = checked(plan, found.mean, check)
+            said = f"found {of.found:.4f}, by hand {of.by_hand:.4f}: {of.difference:+.4f} ({of.low:+.4f}, {of.high:+.4f})"
+            console.print(f"{check} other worlds: {said}", highlight=False)
 
 
 def _resumed(folder: Path, given: dict[str, Any]) -> tuple[Plan, Path]:

@@ -87,7 +87,7 @@ def whole(data: dict[str, Any], _: str) -> str:
 
 def claims(data: dict[str, Any], _: str) -> str:
     """Each claim, verdict and figure."""
-    again = data.get("again")
+    again: dict[str, Any] | None = data.get("again")
     rows = []
     for key, entry in data["claims"].items():
         hangs = again is not None and key in again["hangs"]

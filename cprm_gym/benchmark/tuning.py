@@ -8,10 +8,10 @@ move the distribution. The studies whose results are used stand in ``cprm_gym/ag
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,6 +25,10 @@ from .episodes import play_episodes
 
 TUNING_SEED = 800_000
 """Seeds from here on are those of tuning; measurements take small ones."""
+CHECK_SEED = 700_001
+"""Of the worlds in which what a study found is played beside what was set by hand."""
+NORMAL = 1.96
+"""Standard errors of a 95 % interval."""
 KEPT = 0.3
 """Share of the old distribution that remains."""
 WIDEST = 0.125
@@ -152,11 +156,56 @@ class Plan:
 
     def score(self, constants: Constants, generation: int) -> float:
         """Share of a generation's worlds in which the task is done with these constants, or mean reward."""
+        return float(self.scores(constants, self.worlds, TUNING_SEED + 1000 * self.seed + generation).mean())
+
+    def scores(self, constants: Constants, worlds: int, seed: int) -> np.ndarray:
+        """(worlds,) float: 1 where the task is done and 0 where not, or the reward, of so many worlds of a seed."""
         make, task = self.player.on(self.tier, self.senses, constants), self.played()
-        seed = TUNING_SEED + 1000 * self.seed + generation
-        found = play_episodes(task, make, self.worlds, seed, senses=self.senses, slots=SLOTS)
+        found = play_episodes(task, make, worlds, seed, senses=self.senses, slots=SLOTS)
         succeeds = self.side == "left" and self.task not in TEAMS and task.metric == "success"
-        return float((found.success if succeeds else found.reward).mean())
+        return np.asarray(found.success if succeeds else found.reward, float)
+
+
+class Check(NamedTuple):
+    """What a study found beside what was set by hand, in worlds that neither it nor a measurement meets.
+
+    Attributes
+    ----------
+    found, by_hand : float
+        Mean scores.
+    difference, low, high : float
+        Paired, with its 95 % interval.
+    """
+
+    found: float
+    by_hand: float
+    difference: float
+    low: float
+    high: float
+
+
+def check(plan: Plan, found: Mapping[str, float], worlds: int) -> Check:
+    """Play with the numbers found and with those set by hand, in the same worlds.
+
+    Parameters
+    ----------
+    plan : Plan
+    found : mapping of str to float
+        Name of a constant -> number.
+    worlds : int
+        At least 2.
+
+    Raises
+    ------
+    ParameterError
+        For fewer.
+    """
+    if worlds < 2:
+        raise ParameterError(f"tuning: check: {worlds!r} given, a whole number of at least 2 is needed")
+    ones, others = (plan.scores(constants, worlds, CHECK_SEED) for constants in (plan.constants.of(found), plan.constants()))
+    half = NORMAL * float((ones - others).std(ddof=1)) / worlds**0.5
+    mean = float((ones - others).mean())
+    return Check(float(ones.mean()), float(others.mean()), mean, mean - half, mean + half)
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,20 @@ def test_a_study_may_be_of_those_who_defend_and_is_judged_by_what_they_are_paid(
     assert CliRunner().invoke(app, ["tune", "--tracker", "--side", "right"]).exit_code == 1
 
 
+def test_what_was_found_is_played_beside_what_was_set_by_hand_in_other_worlds(tmp_path):
+    plan = Plan("Keepaway3v2", worlds=3, population=2, elite=1, generations=1)
+    same, other = (tuning.check(plan, {**plan.constants().to_dict(), **more}, 4) for more in ({}, {"pressed": 1.0}))
+    assert same.found == same.by_hand == other.by_hand
+    assert (same.difference, same.low, same.high) == (0.0, 0.0, 0.0)
+    assert other.low < other.difference == pytest.approx(other.found - other.by_hand) < other.high
+    with pytest.raises(ParameterError, match="check: 1 given"):
+        tuning.check(plan, {}, 1)
+    command = ["tune", "--task", "Keepaway3v2", "--worlds", "3", "--population", "2", "--elite", "1", "--generations", "1", "--check", "2"]
+    said = CliRunner().invoke(app, [*command, "--journal", str(tmp_path / "x.jsonl")])
+    assert said.exit_code == 0
+    assert "2 other worlds: found " in said.output
+
+
 def test_keepers_are_judged_by_cycles_and_teams_by_goals():
     plan = Plan("Keepaway3v2", worlds=2)
     kept = play_episodes(plan.played(), plan.player.on("memory", None, plan.constants()), 2, tuning.TUNING_SEED)

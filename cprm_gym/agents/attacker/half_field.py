@@ -18,17 +18,15 @@ STUDY = {
     **dict.fromkeys(
         ("HFO1v0", "HFO1v1", "HFO2v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption"), "attacker_one_defender"
     ),
-    **dict.fromkeys(("HFO2v2", "HFO3v2"), "attacker_two_defenders"),
-    **dict.fromkeys(("HFO3v3", "HFO4v5"), "attacker_three_defenders"),
     "FrontGoalPassingLane": "attacker_passing_lane",
     "FrontGoalCompactDefense": "attacker_compact_defence",
 }
-"""Task -> folder of the study whose numbers he plays it with."""
+"""Task -> folder of the study whose numbers he plays it with; in the others those set by hand are no worse."""
 
 
 def numbers_of(task: str) -> HalfFieldConstants:
     """The attacker's numbers in a task if no others are given."""
-    return HalfFieldConstants.tuned("memory", STUDY[task])
+    return HalfFieldConstants.tuned("memory", STUDY[task]) if task in STUDY else HalfFieldConstants()
 
 
 def make_controller(task: Task, agent: str, constants: HalfFieldConstants | None = None) -> attacker.AttackerAgent:

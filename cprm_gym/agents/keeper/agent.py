@@ -41,6 +41,8 @@ OFF_PLACE = 1.4
 """Metres off his place at which he goes there."""
 OFF_AXIS = 20.0
 """Degrees off the ball at which he turns to it."""
+STUDY = {"Keepaway3v2": "keeper"}
+"""Task -> folder of the study whose numbers he plays it with."""
 NARROW, NORMAL = int(ViewWidth.NARROW), int(ViewWidth.NORMAL)
 
 _INPUTS = {
@@ -148,8 +150,13 @@ class KeeperAgent(SoccerAgent):
         return keeper_percepts(observation, self._records, self._task.left, self._half)
 
 
+def numbers_of(task: str) -> KeeperConstants:
+    """A keeper's numbers in a task if no others are given."""
+    return KeeperConstants.tuned("memory", STUDY[task]) if task in STUDY else KeeperConstants()
+
+
 def make_controller(task: Task, agent: str, constants: KeeperConstants | None = None) -> KeeperAgent:
-    """A keeper as a controller, with the numbers of the study if no others are given.
+    """A keeper as a controller, with those of `numbers_of` the task if no numbers are given.
 
     Raises
     ------
@@ -158,4 +165,4 @@ def make_controller(task: Task, agent: str, constants: KeeperConstants | None = 
     """
     if not isinstance(task, Keepaway) or not agent.startswith("left"):
         raise ParameterError(f"{task.name}: keepers are on the left side of keepaway; {agent!r} is none")
-    return KeeperAgent(task, constants or KeeperConstants.tuned("memory"))
+    return KeeperAgent(task, constants or numbers_of(task.name))

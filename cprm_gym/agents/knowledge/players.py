@@ -28,7 +28,7 @@ from ..attacker.constants import AttackerConstants, HalfFieldConstants, PairCons
 from ..body import Body
 from ..finder.agent import make_controller as finder
 from ..goalie import ReckoningGoalie, check_goalie
-from ..keeper.agent import make_controller as keeper
+from ..keeper import agent as keeper
 from ..keeper.constants import KeeperConstants
 from ..match import agent as match
 from ..match import half_field as defence
@@ -167,7 +167,7 @@ PLAYERS: dict[str, Player] = {
         seeds=10,
     ),
     **{
-        task: Player(half_field.make_controller, HalfFieldConstants, study=half_field.STUDY[task], seconds=seconds)
+        task: Player(half_field.make_controller, HalfFieldConstants, study=half_field.STUDY.get(task, ""), seconds=seconds)
         for task, seconds in (
             ("HFO1v0", 3.0),
             ("HFO1v1", 3.5),
@@ -184,7 +184,7 @@ PLAYERS: dict[str, Player] = {
         )
     },
     **{
-        task: Player(keeper, KeeperConstants, study=KeeperConstants.whose, seconds=seconds)
+        task: Player(keeper.make_controller, KeeperConstants, study=keeper.STUDY.get(task, "keepers"), seconds=seconds)
         for task, seconds in (("Keepaway3v2", 35.0), ("Keepaway4v3", 40.0), ("Keepaway5v4", 50.0))
     },
     **{
