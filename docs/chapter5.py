@@ -2,13 +2,16 @@
 
 ``python docs/chapter5.py`` writes the made parts of the page anew. ``python docs/chapter5.py RUN ... [--again RUN ...]`` first puts the
 runs of these folders together (of each cell the one with the most episodes, of equal ones that of the run given last), beside them those of
-another seed, and writes the file, the pictures and ``docs/results/chapter5.html`` anew.
+another seed, and writes the file, the pictures and ``docs/results/chapter5.html`` anew. All episodes of these runs are kept, packed, in
+``docs/results/runs`` and ``docs/results/runs/again``, whose folders can be given as runs later, beside others.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -23,11 +26,12 @@ from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
 from cprm_gym.benchmark.chapter5.report.who import READING, WHO
 from cprm_gym.benchmark.chapter5.report.whole import Chapter5Report
+from cprm_gym.benchmark.journal import PACKED, Journal
 from cprm_gym.errors import CprmError
 
 DOCS = Path(__file__).parent
 RESULTS, PAGE, IMAGES = DOCS / "results" / "chapter5.json", DOCS / "results.md", DOCS / "images"
-HTML = DOCS / "results" / "chapter5.html"
+HTML, RUNS = DOCS / "results" / "chapter5.html", DOCS / "results" / "runs"
 KINDS = "whole|claims|guide|who|brief|again|played|found|picture|notes|rows|decided|reading|films|made"
 BLOCK = re.compile(rf"(<!-- ({KINDS})(?:: (\w+))? -->\n)(?:(?!<!-- ).)*(<!-- end -->)", re.DOTALL)
 PICTURES = {
@@ -240,6 +244,23 @@ def draw(report: Chapter5Report, folder: Path = IMAGES) -> list[Path]:
     return made
 
 
+def keep(runs: list[Path], under: Path) -> None:
+    """Plan, command and packed journal of each run, in folders ``0``, ``1`` ...; of those of before only given ones stay."""
+    stay = {folder.resolve() for folder in runs}
+    for folder in under.glob("[0-9]*"):
+        if folder.resolve() not in stay:
+            shutil.rmtree(folder)
+    for run in runs:
+        if run.resolve().parent == under.resolve():
+            continue
+        folder = next(under / str(k) for k in itertools.count() if not (under / str(k)).exists())
+        folder.mkdir(parents=True)
+        for name in ("plan.json", "command.txt"):
+            if (run / name).exists():
+                shutil.copyfile(run / name, folder / name)
+        Journal(run / "episodes.jsonl").pack(folder / f"episodes.jsonl{PACKED}")
+
+
 def main(given: list[str]) -> None:
     """Take in runs, write results, page and pictures."""
     if AGAIN in given and (given[0] == AGAIN or given[-1] == AGAIN or given.count(AGAIN) > 1):
@@ -256,6 +277,8 @@ def main(given: list[str]) -> None:
         write(data_of(report))
         draw(report)
         HTML.write_text(report.to_html(), encoding="utf-8")
+        keep(runs, RUNS)
+        keep(others, RUNS / "again")
     PAGE.write_text(with_parts(PAGE.read_text(encoding="utf-8"), read()), encoding="utf-8")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import lzma
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,13 @@ from typing import Protocol
 from filelock import FileLock, Timeout
 
 from ..errors import CprmError
+from ..files import write_atomically
 from .plan import Block, BlockResult
+
+PACKED = ".xz"
+"""Behind the name of a journal that is kept compressed."""
+LARGEST = 500_000_000
+"""Bytes that a packed journal may take unpacked."""
 
 
 class Planned(Protocol):
@@ -60,13 +67,35 @@ class Journal:
             file.write(result.to_json() + "\n")
 
     def cut_torn_line(self) -> None:
-        """Remove a last line that an interruption left unfinished, so that the next one begins on a line of its own."""
+        """Remove a last line that an interruption left unfinished, so that the next one begins on its own; unpack what is packed."""
+        if not self.path.exists() and self._packed.exists():
+            write_atomically(self.path, self._text())
         if self.path.exists():
             content = self.path.read_bytes()
             whole = content.rfind(b"\n") + 1
             if whole < len(content):
                 with self.path.open("r+b") as file:
                     file.truncate(whole)
+
+    def pack(self, path: Path) -> None:
+        """Write it to another file, compressed; a journal of that name with ``.xz`` behind it is read where it is not there itself."""
+        write_atomically(path, lzma.compress(self._text().encode("utf-8"), preset=9))
+
+    @property
+    def _packed(self) -> Path:
+        return self.path.with_name(self.path.name + PACKED)
+
+    def _text(self) -> str:
+        if self.path.exists() or not self._packed.exists():
+            return self.path.read_text(encoding="utf-8", errors="replace") if self.path.exists() else ""
+        try:
+            with lzma.open(self._packed) as file:
+                content = file.read(LARGEST + 1)
+        except (lzma.LZMAError, EOFError) as error:
+            raise CprmError(f"{self._packed}: not a packed journal: {error}") from None
+        if len(content) > LARGEST:
+            raise CprmError(f"{self._packed}: unpacked it is larger than {LARGEST:,} bytes, which are allowed")
+        return content.decode("utf-8", errors="replace")
 
     def read(self) -> dict[Block, BlockResult]:
         """The finished blocks; a last line cut short by an interruption is left out.
@@ -76,9 +105,7 @@ class Journal:
         CprmError
             When another line cannot be read, is not whole, is not of the plan or stands there twice; the message names file and line.
         """
-        if not self.path.exists():
-            return {}
-        lines = self.path.read_text(encoding="utf-8", errors="replace").split("\n")
+        lines = self._text().split("\n")
         found: dict[Block, BlockResult] = {}
         for number, line in enumerate(lines, 1):
             if not line.strip():

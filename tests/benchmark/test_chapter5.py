@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import pairwise
@@ -26,9 +27,11 @@ from cprm_gym.benchmark.chapter5.facts.sizes import code_lines, own_file, size_o
 from cprm_gym.benchmark.chapter5.pieces import Curves, Dots, Point, Series, sentence
 from cprm_gym.benchmark.chapter5.players import INTERNAL, LATE, NET, ON, REFLEXES, WATCHED, make_player, plays
 from cprm_gym.benchmark.chapter5.report import svg
+from cprm_gym.benchmark.chapter5.report.merged import merged
 from cprm_gym.benchmark.chapter5.results import Results
 from cprm_gym.benchmark.chapter5.slow import Slow
 from cprm_gym.benchmark.episodes import play_episodes
+from cprm_gym.benchmark.journal import Journal
 from cprm_gym.benchmark.plan import Block, BlockResult
 from cprm_gym.cli import app
 from cprm_gym.envs.controller import no_action
@@ -467,6 +470,38 @@ def test_a_run_writes_a_page_a_table_and_both_forms_of_json(hike):
     assert runs["absolute_metrics"]["success"] == [1.0] * 8
     assert "| belief_region | 8 | 0.0" in (folder / "report.md").read_text()
     assert "holds" in output
+
+
+def test_a_packed_run_is_read_as_the_run_itself_and_taken_up_from(hike, tmp_path):
+    folder, _ = hike
+    journal = Journal(folder / "episodes.jsonl")
+    journal.pack(tmp_path / "episodes.jsonl.xz")
+    shutil.copyfile(folder / "plan.json", tmp_path / "plan.json")
+    packed = Journal(tmp_path / "episodes.jsonl")
+    assert packed.read() == journal.read() != {}
+    assert merged([tmp_path]).results.cells.keys() == merged([folder]).results.cells.keys()
+    (tmp_path / "episodes.jsonl.xz").write_bytes((tmp_path / "episodes.jsonl.xz").read_bytes()[:-20])
+    with pytest.raises(CprmError, match="not a packed journal"):
+        packed.read()
+    journal.pack(tmp_path / "episodes.jsonl.xz")
+    packed.cut_torn_line()
+    assert (tmp_path / "episodes.jsonl").read_text() == (folder / "episodes.jsonl").read_text()
+
+
+def test_of_a_run_that_is_put_together_only_what_it_played_has_to_have_the_numbers_of_then(hike, tmp_path):
+    folder, _ = hike
+    shutil.copytree(folder, tmp_path / "run")
+    path = tmp_path / "run" / "plan.json"
+    noted = json.loads(path.read_text())
+    noted["constants"]["Goalie"]["run"] = 0.6
+    path.write_text(json.dumps(noted))
+    assert merged([tmp_path / "run"]).results.cells
+    with pytest.raises(CprmError, match="others by now"):
+        Chapter5Plan.read(tmp_path / "run")
+    noted["constants"]["Hike"] = {"run": 0.6}
+    path.write_text(json.dumps(noted))
+    with pytest.raises(CprmError, match="others by now"):
+        merged([tmp_path / "run"])
 
 
 def test_the_page_stands_alone_and_says_how_it_was_made(hike):

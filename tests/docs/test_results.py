@@ -16,6 +16,7 @@ from cprm_gym.benchmark.chapter5.experiments import EXPERIMENTS
 from cprm_gym.benchmark.chapter5.films import FILMS, UNFILMED, films_of
 from cprm_gym.benchmark.chapter5.report.beside import beside
 from cprm_gym.benchmark.chapter5.report.merged import merged
+from cprm_gym.benchmark.journal import Journal
 from cprm_gym.benchmark.plan import Block
 from cprm_gym.benchmark.runner import run
 from cprm_gym.benchmark.statistics import wilson_interval
@@ -103,6 +104,23 @@ def test_small_files_only(page):
     assert page.RESULTS.stat().st_size < 1_000_000
     assert page.HTML.stat().st_size < 1_000_000
     assert sum(path.stat().st_size for path in page.IMAGES.glob("chapter5_*")) < 1_500_000
+
+
+def test_all_episodes_of_the_file_are_kept_and_say_what_it_says(page, data):
+    """The packed journals hold what each cell tells: episodes, successes, cycles."""
+    runs = sorted(page.RUNS.glob("[0-9]*"))
+    assert len(runs) == len(data["runs"])
+    counts: dict[tuple[int, str, str], list[int]] = {}
+    for number, folder in enumerate(runs):
+        for result in Journal(folder / "episodes.jsonl").read().values():
+            one = counts.setdefault((number, result.block.task, result.block.controller), [0, 0, 0])
+            for k, more in enumerate((len(result.success), sum(result.success), sum(result.cycles))):
+                one[k] += more
+    for cell in data["cells"]:
+        n, successes, cycles = counts[cell["run"], cell["task"], f"{cell['condition']}/{cell['player']}"]
+        assert (n, successes) == (cell["n"], cell["successes"])
+        assert cycles / n == pytest.approx(cell["cycles"])
+    assert sum(path.stat().st_size for path in page.RUNS.rglob("*")) < 2_000_000
 
 
 def test_runs_that_do_not_go_together_are_refused(page, tmp_path, monkeypatch):

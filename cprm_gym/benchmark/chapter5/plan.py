@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -96,8 +97,14 @@ class Chapter5Plan:
         write_atomically(folder / "plan.json", json.dumps(noted, indent=2) + "\n")
 
     @classmethod
-    def read(cls, folder: Path) -> Chapter5Plan:
+    def read(cls, folder: Path, tasks: Collection[str] | None = None) -> Chapter5Plan:
         """The plan noted by `write`.
+
+        Parameters
+        ----------
+        folder : Path
+        tasks : collection of str, optional
+            Those whose players have to have the numbers of then; all if not given.
 
         Raises
         ------
@@ -112,7 +119,12 @@ class Chapter5Plan:
             plan = cls(tuple(data["experiments"]), Size(**data["size"]), data["seed"])
         except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
             raise CprmError(f"{path}: not the plan of a run of the suite {SUITE!r}: {error}") from None
-        if data.get("constants") != _constants():
+        then, now = data.get("constants"), _constants()
+        if tasks is None:
+            same = then == now
+        else:
+            same = isinstance(then, dict) and all(then.get(task) == now.get(task) for task in tasks)
+        if not same:
             raise CprmError(f"{path}: the constants of the players are others by now; begin anew without --resume")
         return plan
 

@@ -21,7 +21,8 @@ def merged(folders: Sequence[Path]) -> Chapter5Report:
     Parameters
     ----------
     folders : sequence of Path
-        At least one; with ``plan.json`` and ``episodes.jsonl``.
+        At least one; with ``plan.json`` and ``episodes.jsonl``, or that packed. What is kept in one of a task whose players have other
+        numbers by now is refused.
 
     Raises
     ------
@@ -30,16 +31,17 @@ def merged(folders: Sequence[Path]) -> Chapter5Report:
     """
     if not folders:
         raise CprmError("no runs given; at least one folder of a run is needed")
-    plans = [Chapter5Plan.read(folder) for folder in folders]
+    played = [list(Journal(folder / "episodes.jsonl").read().values()) for folder in folders]
+    plans = [Chapter5Plan.read(folder, {result.block.task for result in results}) for folder, results in zip(folders, played)]
     if len({(plan.seed, plan.size.full) for plan in plans}) > 1:
         raise CprmError(f"{', '.join(map(str, folders))}: runs of different seeds, or quick and full ones, are not put together")
     names = tuple(name for name in EXPERIMENTS if any(name in plan.experiments for plan in plans))
     wanted = {one.cell for name in names for one in EXPERIMENTS[name].wanted(plans[0].size)}
     best: dict[Cell, list[BlockResult]] = {}
     origin: dict[Cell, int] = {}
-    for number, (folder, plan) in enumerate(zip(folders, plans)):
+    for number, (plan, found) in enumerate(zip(plans, played)):
         run: dict[Cell, list[BlockResult]] = {}
-        for result in Journal(folder / "episodes.jsonl").read().values():
+        for result in found:
             if result.block.seed == plan.seed and Cell.of(result.block) in wanted:
                 run.setdefault(Cell.of(result.block), []).append(result)
         for cell, results in run.items():
