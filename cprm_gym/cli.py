@@ -364,13 +364,14 @@ def tune(
     ] = "default",
     worlds: Annotated[int | None, typer.Option(help="Of a generation; each candidate plays all.", show_default="250, tracker 60")] = None,
     population: Annotated[int, typer.Option(help="Candidates of a generation.")] = 24,
-    elite: Annotated[int, typer.Option(help="How many of them move the distribution.")] = 6,
+    elite: Annotated[int, typer.Option(help="How many of them move the distribution, with --method cross-entropy.")] = 6,
     generations: Annotated[int, typer.Option(help="When it ends.")] = 8,
     seed: Annotated[int, typer.Option(help="Decides every random number.")] = 0,
     others: Annotated[
         str, typer.Option(help="Policies of the scripted players, LEFT,RIGHT.", show_default="those that he is measured against")
     ] = "",
     side: Annotated[str, typer.Option(help="Whose player: left, or right, who defends.")] = "left",
+    method: Annotated[str, typer.Option(help="How it searches: cma-es (package cmaes), or cross-entropy.")] = "cma-es",
     check: Annotated[
         int | None, typer.Option(help="Then play so many other worlds with what was found and with what was set by hand, paired.")
     ] = None,
@@ -397,7 +398,9 @@ def tune(
             if tracker and given:
                 raise CprmError(f"--{name} {given}: the tracker's own constants are tuned for all; leave out --{name} or --tracker")
         plan: Search = (
-            TrackingPlan(task, **sizes) if tracker else Plan(task, tier, senses=SENSES[senses], others=others, side=side, **sizes)  # type: ignore[arg-type]
+            TrackingPlan(task, **sizes)
+            if tracker
+            else Plan(task, tier, senses=SENSES[senses], others=others, side=side, method=method, **sizes)  # type: ignore[arg-type]
         )
         whose = f"tracker_{task}" if tracker else "_".join((task, *([side] * (side != "left")), tier))
         place = Path(f"{whose}.jsonl") if journal is None else journal

@@ -1,15 +1,16 @@
-"""The one procedure by which a player's constants are tuned for a tier of knowledge: the cross-entropy method, journalled.
+"""The one procedure by which a player's constants are tuned for a tier of knowledge, journalled.
 
 ``cprm-gym tune --task Goalie --tier memory`` goes on where it was interrupted. In each generation candidates are drawn from a normal
-distribution about the best so far, all play the same worlds, which no other generation and no measurement meets, and the best of them
-move the distribution. The studies whose results are used stand in ``cprm_gym/agents/studies``.
+distribution, all play the same worlds, which no other generation and no measurement meets, and the best of them move the distribution: as
+the library cmaes does it, or, as in all studies before December 2026, by the cross-entropy method (`METHODS`). The studies whose results
+are used stand in ``cprm_gym/agents/studies``.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -35,7 +36,7 @@ WIDEST = 0.125
 """Of the extent: the standard deviation with which a study begins, about the constants set by hand."""
 NARROWEST = 0.02
 """Of the extent: the least standard deviation."""
-LATER = {"others": "", "side": "left"}
+LATER = {"others": "", "side": "left", "method": "cross-entropy"}
 """Fields of a plan that stand in a journal only where they differ from this."""
 SLOTS = 250
 """Most worlds that are played side by side."""
@@ -109,6 +110,8 @@ class Plan:
         Policies of the scripted players, ``left,right``, if they are not those that the player is measured against.
     side : str
         ``left``, or ``right`` for those who defend.
+    method : str
+        Of `METHODS`.
 
     Raises
     ------
@@ -126,8 +129,11 @@ class Plan:
     senses: Senses = Senses()  # noqa: RUF009
     others: str = ""
     side: str = "left"
+    method: str = "cma-es"
 
     def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise unknown_name("method", self.method, METHODS)
         player = self.player
         if self.tier not in player.tiers:
             raise unknown_name("tier", self.tier, player.tiers)
@@ -223,6 +229,8 @@ class Generation:
         Mean score of its candidates.
     centre : float
         Score of the candidate in the middle of the distribution, drawn in every generation.
+    scores : list of float
+        Of all candidates; none where the method goes on from `mean` and `sd` alone.
     """
 
     number: int
@@ -231,6 +239,107 @@ class Generation:
     best: float
     rate: float
     centre: float
+    scores: list[float] = field(default_factory=list)
+
+
+class Method(Protocol):
+    """How the distribution moves; all in units of the extents, from 0 to 1."""
+
+    def ask(self, number: int) -> np.ndarray:
+        """(population, n): the candidates of a generation, the first in the middle."""
+
+    def tell(self, candidates: np.ndarray, scores: np.ndarray) -> None:
+        """How good they are."""
+
+    def again(self, generation: Generation, mean: np.ndarray, sd: np.ndarray) -> None:
+        """Go on behind a generation of a journal, which ended with this distribution."""
+
+    @property
+    def mean(self) -> np.ndarray:
+        """(n,)."""
+
+    @property
+    def sd(self) -> np.ndarray:
+        """(n,): standard deviations."""
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it needs all scores of a journal to go on."""
+
+
+class CrossEntropy:
+    """The best move mean and deviations towards their own; each constant by itself.
+
+    References
+    ----------
+    R. Y. Rubinstein (1999), Methodology and Computing in Applied Probability 1:127-190.
+    """
+
+    remembers = False
+
+    def __init__(self, search: Search, begin: np.ndarray) -> None:
+        self.search, self.mean, self.sd = search, begin, np.full(len(begin), WIDEST)
+
+    def ask(self, number: int) -> np.ndarray:
+        """Drawn anew from the seed and the number of the generation."""
+        rng = np.random.default_rng(np.random.SeedSequence([self.search.seed, number]))
+        draws = rng.standard_normal((self.search.population, len(self.mean)))
+        draws[0] = 0.0
+        return np.clip(self.mean + self.sd * draws, 0.0, 1.0)
+
+    def tell(self, candidates: np.ndarray, scores: np.ndarray) -> None:
+        """`KEPT` of the old distribution remains."""
+        best = candidates[np.argsort(-scores, kind="stable")[: self.search.elite]]
+        self.mean = KEPT * self.mean + (1 - KEPT) * best.mean(axis=0)
+        self.sd = np.maximum(KEPT * self.sd + (1 - KEPT) * best.std(axis=0), NARROWEST)
+
+    def again(self, generation: Generation, mean: np.ndarray, sd: np.ndarray) -> None:
+        """As the journal tells it."""
+        self.mean, self.sd = mean, sd
+
+
+class CmaEs:
+    """Covariance matrix adaptation, by the library cmaes.
+
+    References
+    ----------
+    N. Hansen, A. Ostermeier (2001), Evolutionary Computation 9:159-195. M. Nomura, M. Shibata (2024), arXiv:2402.01373 (cmaes).
+    """
+
+    remembers = True
+
+    def __init__(self, search: Search, begin: np.ndarray) -> None:
+        try:
+            from cmaes import CMA
+        except ModuleNotFoundError:
+            raise CprmError("tuning: the package cmaes is not installed; install cprm-gym[tune], or take --method cross-entropy") from None
+        bounds = np.tile([0.0, 1.0], (len(begin), 1))
+        self._optimizer = CMA(begin, WIDEST, bounds=bounds, seed=search.seed, population_size=search.population)
+        self.population, self.sd = search.population, np.full(len(begin), WIDEST)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Of its distribution, within the extents."""
+        return np.clip(self._optimizer.mean, 0.0, 1.0)
+
+    def ask(self, number: int) -> np.ndarray:
+        """Drawn by the library from its own generator."""
+        candidates = np.array([self._optimizer.ask() for _ in range(self.population)])
+        candidates[0] = self.mean
+        return candidates
+
+    def tell(self, candidates: np.ndarray, scores: np.ndarray) -> None:
+        """The library makes least what it is told."""
+        self._optimizer.tell([(row, -score) for row, score in zip(candidates, scores.tolist())])
+        self.sd = candidates.std(axis=0)
+
+    def again(self, generation: Generation, mean: np.ndarray, sd: np.ndarray) -> None:
+        """By telling it the scores of the journal for the candidates that it draws again."""
+        self.tell(self.ask(generation.number), np.array(generation.scores))
+
+
+METHODS: dict[str, Callable[[Search, np.ndarray], Method]] = {"cma-es": CmaEs, "cross-entropy": CrossEntropy}
+"""Name -> how a study searches."""
 
 
 def study(plan: Search, journal: Path | None = None) -> Iterator[Generation]:
@@ -248,29 +357,37 @@ def study(plan: Search, journal: Path | None = None) -> Iterator[Generation]:
         When the journal is of another plan or damaged.
     """
     names = list(plan.constants.extents())
-    extents = np.array(list(plan.constants.extents().values()))
-    width = extents[:, 1] - extents[:, 0]
+    low, high = np.array(list(plan.constants.extents().values())).T
     begin = getattr(plan, "begin", plan.constants)()
-    mean, sd = np.array(list(begin.to_dict().values())), WIDEST * width
+    method = METHODS[getattr(plan, "method", "cross-entropy")](plan, (np.array(list(begin.to_dict().values())) - low) / (high - low))
     done = read_journal(plan, journal)
     for generation in done:
         mean, sd = (np.array([values[name] for name in names]) for values in (generation.mean, generation.sd))
+        if method.remembers and len(generation.scores) != plan.population:
+            raise CprmError(f"{journal}: generation {generation.number} does not tell the scores of its candidates")
+        method.again(generation, (mean - low) / (high - low), sd / (high - low))
         yield generation
     for number in range(len(done), plan.generations):
-        draws = np.random.default_rng(np.random.SeedSequence([plan.seed, number])).standard_normal((plan.population, len(names)))
-        draws[0] = 0.0
-        candidates = np.clip(mean + sd * draws, extents[:, 0], extents[:, 1])
-        rates = np.array([plan.score(plan.constants.of(dict(zip(names, row.tolist()))), number) for row in candidates])
-        best = candidates[np.argsort(-rates, kind="stable")[: plan.elite]]
-        mean = KEPT * mean + (1 - KEPT) * best.mean(axis=0)
-        sd = np.maximum(KEPT * sd + (1 - KEPT) * best.std(axis=0), NARROWEST * width)
-        told = [{name: round(float(v), 5) for name, v in zip(names, values)} for values in (mean, sd)]
-        mean, sd = (np.array(list(values.values())) for values in told)
-        found = Generation(number, told[0], told[1], float(rates.max()), float(rates.mean()), float(rates[0]))
+        candidates = method.ask(number)
+        rows = low + (high - low) * candidates
+        scores = np.array([plan.score(plan.constants.of(dict(zip(names, row.tolist()))), number) for row in rows])
+        method.tell(candidates, scores)
+        told = [{name: round(float(v), 5) for name, v in zip(names, values)}
+                for values in (low + (high - low) * method.mean, (high - low) * method.sd)]  # fmt: skip
+        found = Generation(number, told[0], told[1], float(scores.max()), float(scores.mean()), float(scores[0]),
+                           scores.tolist() if method.remembers else [])  # fmt: skip
         if journal is not None:
             with journal.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(found)) + "\n")
+                file.write(json.dumps(line_of(found)) + "\n")
+        if not method.remembers:
+            mean, sd = (np.array(list(values.values())) for values in told)
+            method.again(found, (mean - low) / (high - low), sd / (high - low))
         yield found
+
+
+def line_of(generation: Generation) -> dict[str, Any]:
+    """What stands in a journal of it."""
+    return {name: value for name, value in asdict(generation).items() if name != "scores" or value}
 
 
 def read_journal(plan: Search, journal: Path | None) -> list[Generation]:

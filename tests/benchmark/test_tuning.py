@@ -1,6 +1,8 @@
 """Tuning: one seeded procedure, which goes on where it was interrupted, and whose studies are those that the constants come from."""
 
 import json
+from dataclasses import replace
+from typing import NamedTuple
 
 import pytest
 from typer.testing import CliRunner
@@ -9,31 +11,64 @@ from cprm_gym.agents.goalie import RECKONED, goalie_net, reckoning_cprm
 from cprm_gym.agents.knowledge.players import DEFENDERS, PLAYERS, TEAMS, Player, player_of
 from cprm_gym.agents.knowledge.studies import studies
 from cprm_gym.agents.knowledge.tracker import Tracker, TrackerConstants
-from cprm_gym.agents.skills.constants import FIRST, STUDIES, GoalieConstants, last_mean
+from cprm_gym.agents.skills.constants import FIRST, STUDIES, FinderConstants, GoalieConstants, last_mean
 from cprm_gym.benchmark import tuning
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.tracking import TrackingPlan, error_of
-from cprm_gym.benchmark.tuning import Plan, study
+from cprm_gym.benchmark.tuning import METHODS, Plan, study
 from cprm_gym.cli import app
 from cprm_gym.envs.players.senses import Senses
 from cprm_gym.errors import CprmError, ParameterError, UnknownName
 
 SMALL = Plan(worlds=6, population=4, elite=2, generations=3, seed=1)
+CROSS = replace(SMALL, method="cross-entropy")
 
 
-def test_a_study_goes_on_where_it_was_interrupted_and_ends_the_same(tmp_path):
-    whole = list(study(SMALL, tmp_path / "whole.jsonl"))
+@pytest.mark.parametrize("plan", [SMALL, CROSS], ids=["cma-es", "cross-entropy"])
+def test_a_study_goes_on_where_it_was_interrupted_and_ends_the_same(plan, tmp_path):
+    whole = list(study(plan, tmp_path / "whole.jsonl"))
     assert [g.number for g in whole] == [0, 1, 2]
-    run = study(SMALL, tmp_path / "cut.jsonl")
+    run = study(plan, tmp_path / "cut.jsonl")
     next(run)
     run.close()
     text = (tmp_path / "cut.jsonl").read_text()
     assert len(text.splitlines()) == 2
     (tmp_path / "cut.jsonl").write_text(text + '{"number": 1, "mea')  # killed while it wrote
-    assert list(study(SMALL, tmp_path / "cut.jsonl")) == whole
+    assert list(study(plan, tmp_path / "cut.jsonl")) == whole
     assert (tmp_path / "cut.jsonl").read_text() == (tmp_path / "whole.jsonl").read_text()
-    assert list(study(SMALL)) == whole
+    assert list(study(plan)) == whole
     assert last_mean(tmp_path / "whole.jsonl") == whole[-1].mean
+
+
+class Bowl(NamedTuple):
+    """A search whose best constants are known."""
+
+    seed: int
+    method: str
+    population: int = 12
+    elite: int = 4
+    generations: int = 40
+    constants: type = FinderConstants
+
+    def score(self, constants, generation):
+        extents = self.constants.extents()
+        return -sum(((constants.to_dict()[k] - low) / (high - low) - 0.7) ** 2 for k, (low, high) in extents.items())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_both_methods_find_the_bottom_of_a_bowl(method):
+    for seed in range(3):
+        first, *_, last = study(Bowl(seed, method))
+        assert last.centre > 0.02 * first.centre, "nearer than a seventh of the way from the numbers set by hand"
+
+
+def test_a_journal_without_the_scores_of_its_candidates_is_refused(tmp_path):
+    journal = tmp_path / "x.jsonl"
+    next(study(SMALL, journal))
+    head, line = journal.read_text().splitlines()
+    journal.write_text(head + "\n" + json.dumps({**json.loads(line), "scores": [0.5]}) + "\n")
+    with pytest.raises(CprmError, match="does not tell the scores of its candidates"):
+        list(study(SMALL, journal))
 
 
 def test_a_journal_of_another_study_or_a_damaged_one_is_refused(tmp_path):
@@ -63,6 +98,8 @@ def test_plans_that_make_no_sense_are_refused():
         Plan(worlds=0)
     with pytest.raises(UnknownName, match="strong"):
         Plan(task="KickOffShot2v2", others="medium,stong")
+    with pytest.raises(UnknownName, match=r"method 'cmaes'.*cma-es"):
+        Plan(method="cmaes")
 
 
 def test_a_study_may_be_of_other_opponents_and_its_journal_says_so(tmp_path):
