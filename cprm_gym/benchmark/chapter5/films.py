@@ -70,7 +70,6 @@ UNFILMED = {
     "no better analysed": "it is of what analysis finds",
     "code opaque": "it is of what analysis finds",
     "cost": "it is of what making costs",
-    "learning": "it is of experience",
 }
 """Claim -> why there is no film of it."""
 
