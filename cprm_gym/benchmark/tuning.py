@@ -139,7 +139,7 @@ class Plan:
             raise unknown_name("tier", self.tier, player.tiers)
         if player.constants is None:
             raise ParameterError(f"tuning: the player of {self.task} has no constants")
-        check_search(self, worlds=1)
+        check_search(self, worlds=1, population=4 if self.method == "cma-es" else 2)
         SoccerCore(self.played())  # refuses policies that there are not
 
     def played(self) -> Task:

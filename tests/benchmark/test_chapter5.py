@@ -62,8 +62,8 @@ def test_every_cell_of_full_and_quick_names_tasks_conditions_and_players_that_th
 
 def test_a_cell_that_several_ask_for_is_played_once_with_the_most_episodes():
     cell = Cell("Goalie", "default", "fsm")
-    blocks = blocks_of([Wanted(cell, 20), Wanted(cell, 600), Wanted(Cell("3", "concurrency", "net"))], seed=4)
-    assert [(b.first, b.count) for b in blocks] == [(0, 250), (250, 250), (500, 100), (0, FACT)]
+    blocks = blocks_of([Wanted(cell, 20), Wanted(cell, 2400), Wanted(Cell("3", "concurrency", "net"))], seed=4)
+    assert [(b.first, b.count) for b in blocks] == [(0, 1000), (1000, 1000), (2000, 400), (0, FACT)]
     plan = Chapter5Plan.quick()
     keys = [(b.task, b.controller, b.first) for b in plan.blocks()]
     assert len(keys) == len(set(keys))

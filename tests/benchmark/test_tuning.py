@@ -94,6 +94,8 @@ def test_plans_that_make_no_sense_are_refused():
         Plan(task="KickOffShot")
     with pytest.raises(ParameterError, match="elite 9"):
         Plan(population=4, elite=9)
+    with pytest.raises(ParameterError, match="population: 3 given, a whole number of at least 4"):
+        Plan(population=3, elite=2)
     with pytest.raises(ParameterError, match="worlds"):
         Plan(worlds=0)
     with pytest.raises(UnknownName, match="strong"):
@@ -103,16 +105,16 @@ def test_plans_that_make_no_sense_are_refused():
 
 
 def test_a_study_may_be_of_other_opponents_and_its_journal_says_so(tmp_path):
-    plan = Plan(task="KickOffShot2v2", tier="state", worlds=2, population=2, elite=1, generations=1, others="hold,strong")
+    plan = Plan(task="KickOffShot2v2", tier="state", worlds=2, population=4, elite=1, generations=1, others="hold,strong")
     assert (plan.played().others, Plan(task="KickOffShot2v2").played().others) == (("hold", "strong"), ("medium", "weak"))
     next(study(plan, tmp_path / "x.jsonl"))
     assert json.loads((tmp_path / "x.jsonl").read_text().splitlines()[0])["others"] == "hold,strong"
-    next(study(Plan(worlds=2, population=2, elite=1, generations=1), tmp_path / "y.jsonl"))
+    next(study(Plan(worlds=2, population=4, elite=1, generations=1), tmp_path / "y.jsonl"))
     assert "others" not in json.loads((tmp_path / "y.jsonl").read_text().splitlines()[0])
 
 
 def test_a_study_may_be_of_those_who_defend_and_is_judged_by_what_they_are_paid(tmp_path):
-    sizes = {"worlds": 3, "population": 2, "elite": 1, "generations": 1}
+    sizes = {"worlds": 3, "population": 4, "elite": 1, "generations": 1}
     plan = Plan("Keepaway3v2", side="right", **sizes)
     assert (plan.played().controlled, plan.constants.whose) == ("right", "taker")
     (found,) = study(plan, tmp_path / "x.jsonl")
@@ -123,18 +125,21 @@ def test_a_study_may_be_of_those_who_defend_and_is_judged_by_what_they_are_paid(
         Plan("Keepaway3v2", side="rigth")
     with pytest.raises(UnknownName, match=r"defenders 'Goalie'.*Keepaway3v2"):
         Plan("Goalie", side="right")
-    assert CliRunner().invoke(app, ["tune", "--tracker", "--side", "right"]).exit_code == 1
+    refused = CliRunner().invoke(app, ["tune", "--tracker", "--side", "right"])
+    assert refused.exit_code == 2
+    assert "--side right: the tracker's own constants" in " ".join(refused.output.split())
 
 
 def test_what_was_found_is_played_beside_what_was_set_by_hand_in_other_worlds(tmp_path):
-    plan = Plan("Keepaway3v2", worlds=3, population=2, elite=1, generations=1)
+    plan = Plan("Keepaway3v2", worlds=3, population=4, elite=1, generations=1)
     same, other = (tuning.check(plan, {**plan.constants().to_dict(), **more}, 4) for more in ({}, {"pressed": 1.0}))
     assert same.found == same.by_hand == other.by_hand
     assert (same.difference, same.low, same.high) == (0.0, 0.0, 0.0)
-    assert other.low < other.difference == pytest.approx(other.found - other.by_hand) < other.high
+    assert other.difference == pytest.approx(other.found - other.by_hand)
+    assert other.low < other.difference < other.high
     with pytest.raises(ParameterError, match="check: 1 given"):
         tuning.check(plan, {}, 1)
-    command = ["tune", "--task", "Keepaway3v2", "--worlds", "3", "--population", "2", "--elite", "1", "--generations", "1", "--check", "2"]
+    command = ["tune", "--task", "Keepaway3v2", "--worlds", "3", "--population", "4", "--elite", "1", "--generations", "1", "--check", "2"]
     said = CliRunner().invoke(app, [*command, "--journal", str(tmp_path / "x.jsonl")])
     assert said.exit_code == 0
     assert "2 other worlds: found " in said.output

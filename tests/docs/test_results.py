@@ -195,7 +195,16 @@ def test_a_second_seed_beside_the_first_says_what_hangs_on_it(runs, page, tmp_pa
     monkeypatch.setattr(page, "draw", lambda report: None)
     monkeypatch.setattr(page.write, "__defaults__", (page.RESULTS,))
     monkeypatch.setattr(page.read, "__defaults__", (page.RESULTS,))
+    monkeypatch.setattr(page, "RUNS", tmp_path / "runs")
     page.main([str(runs / "more"), "--again", str(runs / "another")])
+    kept = [tmp_path / "runs" / "0", tmp_path / "runs" / "again" / "0"]
+    assert [Journal(folder / "episodes.jsonl").read() for folder in kept] == [
+        Journal(runs / name / "episodes.jsonl").read() for name in ("more", "another")
+    ]
+    page.keep([kept[0], runs / "more"], tmp_path / "runs")
+    assert sorted(path.name for path in (tmp_path / "runs").glob("[0-9]*")) == ["0", "1"]
+    page.keep([runs / "more"], tmp_path / "runs")
+    assert sorted(path.name for path in (tmp_path / "runs").glob("[0-9]*")) == ["0"]
     assert "Seed 1 gives the same verdict on 3 of the 3 claims" in page.PAGE.read_text(encoding="utf-8")
     assert "Another seed" in page.HTML.read_text(encoding="utf-8")
 
