@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from ..errors import CprmError
+from ..workers import check_workers
 from .configuration import ALGORITHMS
 
 if TYPE_CHECKING:
@@ -27,12 +28,14 @@ complaints = Console(stderr=True)
 def train(
     algorithm: Annotated[str | None, typer.Argument(help=f"Of {', '.join(ALGORITHMS)}.")] = None,
     task: Annotated[str | None, typer.Option(help="What is learned.", show_default="GoToBall")] = None,
-    seeds: Annotated[int | None, typer.Option(help="How many, one after the other.", show_default="5")] = None,
+    seeds: Annotated[int | None, typer.Option(help="How many.", show_default="5")] = None,
     seed: Annotated[int | None, typer.Option(help="The first of them.", show_default="0")] = None,
     config: Annotated[Path | None, typer.Option(help="TOML file with a table of the algorithm.", show_default="the project's")] = None,
     steps: Annotated[int | None, typer.Option(help="Agent-steps of each seed.", show_default="the configuration's")] = None,
     output: Annotated[Path, typer.Option(help="Folder in which one for this training is made.")] = Path("trained"),
     resume: Annotated[Path | None, typer.Option(help="Go on in this folder, as it was planned.")] = None,
+    workers: Annotated[int, typer.Option(help="Processes, each of which trains a seed; 1 trains one after the other.")] = 1,
+    ray: Annotated[str | None, typer.Option(help="Train on a Ray cluster at this address instead (local: one started here).")] = None,
     export: Annotated[Path | None, typer.Option(help="Write the best policy of a finished training there, without an ending.")] = None,
     convert: Annotated[Path | None, typer.Option(help="A model saved by stable-baselines3 (.zip), to --export, with --like.")] = None,
     like: Annotated[Path | None, typer.Option(help="Of --convert: a policy with the same inputs and actions.")] = None,
@@ -43,6 +46,7 @@ def train(
         return
     if like is not None:
         raise CprmError("--like goes with --convert")
+    check_workers(workers)
     folder, plan = _planned(algorithm, task, seeds, seed, config, steps, output, resume)
     from .report import Report
     from .training import train as run
@@ -56,13 +60,17 @@ def train(
     with bar:
         line = bar.add_task("starting", total=plan.seeds * plan.configuration.steps)
 
+        together, ended = workers > 1 or ray is not None, 0
+
         def tell(at: int, done: int, worth: float | None) -> None:
-            before = (at - plan.first) * plan.configuration.steps
+            nonlocal ended
+            before = (ended if together else at - plan.first) * plan.configuration.steps
+            ended += together
             told = "" if worth is None else f", {metric} {worth:.2f}"
             bar.update(line, completed=before + min(done, plan.configuration.steps), description=f"seed {at}{told}")
 
         try:
-            run(plan, folder, tell)
+            run(plan, folder, tell, workers, ray)
         except KeyboardInterrupt:
             interrupted = True
     report = Report.of(folder)
@@ -75,7 +83,8 @@ def train(
     for path in written:
         console.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if interrupted:
-        again = f"cprm-gym train --resume {shlex.quote(str(folder))}"
+        how = f" --ray {shlex.quote(ray)}" if ray is not None else f" --workers {workers}" * (workers > 1)
+        again = f"cprm-gym train --resume {shlex.quote(str(folder))}{how}"
         complaints.print(f"interrupted; go on with: {escape(again)}", highlight=False, soft_wrap=True)
         raise typer.Exit(130)
     if export is not None:

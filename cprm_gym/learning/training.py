@@ -1,4 +1,4 @@
-"""A training: seeds one after the other, each measured on the way, kept at every measurement, and taken up again where it was left.
+"""A training: seeds one after the other or at a time, each measured on the way, kept at every measurement, taken up where it was left.
 
 The folder of a training holds ``plan.json``, for each seed a folder ``seed_<k>`` with the state of the learner (`checkpoints`), the curve
 (``curve.jsonl``) and the best policy so far, and, when all seeds are done, what random choices reach (``random.json``) and the report
@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import json
 import shlex
+import signal
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -18,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import CprmError, FormatError, ParameterError
 from ..files import write_atomically
+from ..workers import results
 from .configuration import ALGORITHMS, Configuration, from_table, read_configuration
 from .policy import Description, Policy, load_policy, save_policy
 
@@ -348,8 +351,31 @@ def read_curve(folder: Path) -> list[Point]:
     return points
 
 
-def train(plan: Plan, folder: Path, tell: Tell | None = None) -> None:
+def _trained(plan: Plan, seed: int, folder: Path) -> int:
+    """One seed by a process of its own, which keeps its state when it is asked to end."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, stop)
+    train_seed(plan, seed, folder)
+    return seed
+
+
+def train(plan: Plan, folder: Path, tell: Tell | None = None, workers: int = 1, ray: str | None = None) -> None:
     """Train all seeds that are not done.
+
+    Parameters
+    ----------
+    plan : Plan
+    folder : Path
+        Where they are trained; every machine of a Ray cluster has to see it.
+    tell : callable, optional
+        Told of every measurement, or, where other processes train, of every seed that is done.
+    workers, ray : int, str, optional
+        Processes that train a seed each, or address of a Ray cluster (`cprm_gym.workers.results`). A process that is killed costs time
+        alone: its seed goes on from what was kept of it. What is learned does not depend on how many there are.
 
     Raises
     ------
@@ -365,8 +391,14 @@ def train(plan: Plan, folder: Path, tell: Tell | None = None) -> None:
     except Timeout:
         raise CprmError(f"{folder}: another process is training there") from None
     try:
-        for seed in range(plan.first, plan.first + plan.seeds):
-            train_seed(plan, seed, folder, tell)
+        seeds = range(plan.first, plan.first + plan.seeds)
+        if workers == 1 and ray is None:
+            for seed in seeds:
+                train_seed(plan, seed, folder, tell)
+        else:
+            for seed in results(_trained, [(plan, seed, folder.absolute()) for seed in seeds], workers, ray):
+                if tell is not None:
+                    tell(seed, plan.configuration.steps, None)
         if not (folder / FLOOR).exists():
             from .measuring import measure_random
             from .worlds import UNSEEN

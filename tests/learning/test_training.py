@@ -165,6 +165,36 @@ def test_an_interrupted_training_goes_on_where_it_was(tmp_path, algorithm, monke
     assert read_curve(own)[-1].steps >= 128
 
 
+def contents(folder):
+    """Curve and weights of every seed."""
+    found = {}
+    for own in sorted(folder.glob("seed_*")):
+        found[own.name, "curve"] = [(p.steps, p.drawn, p.likeliest) for p in read_curve(own)]
+        found[own.name, "weights"] = {name: values.tobytes() for name, values in load_policy(own / "best").arrays.items()}
+    return found
+
+
+def test_seeds_trained_by_two_processes_learn_the_same(tmp_path):
+    plan, told = Plan(small("ppo"), seeds=2), []
+    for name, workers in (("one", 1), ("two", 2)):
+        (tmp_path / name).mkdir()
+        plan.write(tmp_path / name)
+        train(plan, tmp_path / name, lambda *news: told.append(news), workers)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two") != {}
+    assert {(seed, steps, None) for seed, steps, worth in told[-2:]} == {(0, 128, None), (1, 128, None)}
+    assert Report.of(tmp_path / "two").complete
+
+
+def test_seeds_trained_by_a_ray_cluster_learn_the_same(tmp_path):
+    pytest.importorskip("ray")
+    plan = Plan(small("ppo"), seeds=2)
+    for name, address in (("here", None), ("there", "local")):
+        (tmp_path / name).mkdir()
+        plan.write(tmp_path / name)
+        train(plan, tmp_path / name, ray=address)
+    assert contents(tmp_path / "here") == contents(tmp_path / "there") != {}
+
+
 def test_time_outs_are_bootstrapped_and_ends_are_not():
     env = SoccerVecEnv("GoToBall", worlds=3, flatten=True, max_cycles=4, near=30.0, far=31.0)
     env.reset()
