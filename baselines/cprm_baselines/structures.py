@@ -1,11 +1,11 @@
 """Structure x knowledge: the same skills, the same worlds, other structures, other tiers of knowledge.
 
     python -m cprm_baselines.structures --task Goalie --senses "noise .5" --tiers memory,tracker,belief --episodes 400
-    python -m cprm_baselines.structures --task KickOffShot
+    python -m cprm_baselines.structures --task PassAndAdvance2v3 --others hold,medium --structures net --tiers memory,tracker,belief,state
 
-Every structure plays the same worlds with the same skills and numbers, so a row differs from the next in structure alone, a tier from
-the next in knowledge alone. ``net`` is the agents' own Petri net, on what the tier knows. The difference is paired, to the net on the
-same tier.
+Every structure plays the same worlds with the same skills and the numbers tuned for `memory`, so a row differs from the next in structure
+alone, a tier from the next in knowledge alone. ``net`` is the agents' own Petri net, on what the tier knows. Differences are paired: to the
+net on the same tier, and to the same structure on the first tier. Where the metric of a task is the duration, seconds are told.
 """
 
 from __future__ import annotations
@@ -19,18 +19,25 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from cprm_gym.agents.knowledge import informed
 from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.registry import BINS
 from cprm_gym.agents.registry import make_controller as cprm
 from cprm_gym.benchmark.arguments import at_least
+from cprm_gym.benchmark.chapter5.comparisons import Pair, interval
 from cprm_gym.benchmark.episodes import play_episodes
 from cprm_gym.benchmark.knowledge import SENSES
-from cprm_gym.benchmark.statistics import paired_difference, wilson_interval
+from cprm_gym.benchmark.statistics import wilson_interval
 from cprm_gym.envs.controller import Controller
 from cprm_gym.envs.tasks import Task, make_task
 from cprm_gym.errors import UnknownName, unknown_name
 
+SLOTS = 250
+"""Episodes played side by side."""
+SECONDS = 0.1
+"""Of a cycle."""
 STRUCTURES = ("net", "fsm", "subsumption", "behavior_tree", "code", "belief_region")
 
 
@@ -40,12 +47,15 @@ class Row(NamedTuple):
     structure: str
     tier: str
     success: float
+    """Share of episodes, or seconds that they last."""
     low: float
     high: float
     cycles: float
     """Mean length of an episode."""
     difference: tuple[float, float, float] | None
-    """Success less that of the net on the same tier, and its 95 % interval."""
+    """Less the net on the same tier, and its 95 % interval."""
+    knowledge: tuple[float, float, float] | None
+    """Less the same structure on the first tier, and its 95 % interval."""
     microseconds: float
     """CPU time of a cycle of one world, the world's own included."""
 
@@ -63,6 +73,11 @@ def maker(structure: str, task: str) -> Callable[[Task, str], Controller]:
     return partial(cprm, model=BINS)
 
 
+def less(task: str, ones: np.ndarray, others: np.ndarray) -> tuple[float, float, float]:
+    """Mean difference in the same worlds and its 95 % interval."""
+    return interval(Pair(task, "", "", "", "success" if make_task(task).metric == "success" else "seconds", ones, others), 0.05)
+
+
 def compare(
     task: str,
     senses: str = "default",
@@ -70,6 +85,7 @@ def compare(
     structures: Sequence[str] = STRUCTURES,
     episodes: int = 400,
     seed: int = 0,
+    others: str = "",
 ) -> list[Row]:
     """Play them.
 
@@ -79,6 +95,8 @@ def compare(
         Senses as the suite ``knowledge`` names them.
     tiers, structures : sequence of str
     episodes, seed : int
+    others : str
+        Policies of the scripted players, ``left,right``, if they are not those that the task's player is tuned against.
 
     Returns
     -------
@@ -92,8 +110,11 @@ def compare(
     """
     if senses not in SENSES:
         raise unknown_name("senses", senses, SENSES)
-    made = make_task(task, **(PLAYERS[task].options if task in PLAYERS else {}))
-    rows, net = [], {}
+    options = dict(PLAYERS[task].options) if task in PLAYERS else {}
+    made = make_task(task, **(options | {"others": tuple(others.split(","))} if others else options))
+    rows: list[Row] = []
+    net: dict[str, np.ndarray] = {}
+    first: dict[str, np.ndarray] = {}
     for tier in tiers:
         for structure in structures:
             make = maker(structure, task)
@@ -102,18 +123,20 @@ def compare(
             except UnknownName:
                 continue
             begin = time.process_time()
-            played = play_episodes(made, informed(make, tier, SENSES[senses]), episodes, seed, senses=SENSES[senses])
+            played = play_episodes(made, informed(make, tier, SENSES[senses]), episodes, seed, senses=SENSES[senses], slots=SLOTS)
             spent = time.process_time() - begin
+            if made.metric == "success":
+                worth, (low, high) = played.success, wilson_interval(int(played.success.sum()), episodes)
+            else:
+                worth = SECONDS * played.cycles
+                low, high = less(task, worth, np.zeros(episodes))[1:]
+            known = less(task, worth, first[structure]) if structure in first else None
+            first.setdefault(structure, worth)
+            other = less(task, worth, net[tier]) if tier in net and structure != "net" else None
             if structure == "net":
-                net[tier] = played.success
-            interval = wilson_interval(int(played.success.sum()), episodes)
-            other = paired_difference(played.success, net[tier]) if tier in net and structure != "net" else None
-            rows.append(
-                Row(
-                    structure, tier, float(played.success.mean()), interval.low, interval.high, float(played.cycles.mean()),
-                    None if other is None else (other.mean, other.low, other.high), 1e6 * spent / float(played.cycles.sum()),
-                )
-            )  # fmt: skip
+                net[tier] = worth
+            cost = 1e6 * spent / float(played.cycles.sum())
+            rows.append(Row(structure, tier, float(worth.mean()), low, high, float(played.cycles.mean()), other, known, cost))
     return rows
 
 
@@ -126,22 +149,27 @@ def main() -> None:
     parser.add_argument("--structures", default=",".join(STRUCTURES))
     parser.add_argument("--episodes", type=at_least(1), default=400)
     parser.add_argument("--seed", type=at_least(0), default=0)
+    parser.add_argument("--others", default="", help="policies of the scripted players, LEFT,RIGHT")
     parser.add_argument("--json", type=Path, help="add the rows to this file")
     given = parser.parse_args()
+    tiers, structures = given.tiers.split(","), given.structures.split(",")
     try:
-        rows = compare(given.task, given.senses, given.tiers.split(","), given.structures.split(","), given.episodes, given.seed)
+        rows = compare(given.task, given.senses, tiers, structures, given.episodes, given.seed, given.others)
     except UnknownName as error:
         parser.error(str(error))
     if not rows:
         parser.error(f"none of {given.structures} plays {given.task}")
     print(f"{given.task}, {given.senses}, {given.episodes} worlds of seed {given.seed}\n")
-    print("| structure | tier | success %, Wilson 95 % | less the net, paired 95 % | cycles | us a cycle |\n|---|---|---|---|---|---|")
+    lasts = make_task(given.task).metric == "duration"
+    what, scale = ("seconds, 95 %", 1.0) if lasts else ("success %, Wilson 95 %", 100.0)
+    print(f"| structure | tier | {what} | less the net, paired 95 % | less it on {tiers[0]} | cycles | us a cycle |")
+    print("|---|---|---|---|---|---|---|")
     for row in rows:
-        less = "" if row.difference is None else "{:+.1f} ({:+.1f}, {:+.1f})".format(*(100 * v for v in row.difference))
-        print(
-            f"| {row.structure} | {row.tier} | {100 * row.success:.1f} ({100 * row.low:.1f} - {100 * row.high:.1f}) | {less} | "
-            f"{row.cycles:.1f} | {row.microseconds:.0f} |"
+        net, known = (
+            "" if one is None else "{:+.1f} ({:+.1f}, {:+.1f})".format(*(scale * v for v in one)) for one in (row.difference, row.knowledge)
         )
+        worth = f"{scale * row.success:.1f} ({scale * row.low:.1f} - {scale * row.high:.1f})"
+        print(f"| {row.structure} | {row.tier} | {worth} | {net} | {known} | {row.cycles:.1f} | {row.microseconds:.0f} |")
     if given.json is not None:
         kept = json.loads(given.json.read_text(encoding="utf-8")) if given.json.exists() else []
         kept += [

@@ -322,7 +322,7 @@ def test_a_player_is_tuned_and_measured_where_his_options_say(monkeypatch):
 
 
 def test_in_half_fields_he_plays_with_the_numbers_of_the_study_for_the_task():
-    for name in (*half_field.STUDY, "HFO3v2"):
+    for name in (*half_field.STUDY, "HFO3v3"):
         studied = name in half_field.STUDY
         task, numbers = make_task(name), HalfFieldConstants.tuned("memory", half_field.STUDY[name]) if studied else HalfFieldConstants()
         assert half_field.make_controller(task, "left_1").cprm.net == attacker_net(0, Body.of(task), numbers), name

@@ -18,6 +18,7 @@ STUDY = {
     **dict.fromkeys(
         ("HFO1v0", "HFO1v1", "HFO2v1", "FrontGoalEmptyGoal", "FrontGoalBlockedShot", "FrontGoalSupportOption"), "attacker_one_defender"
     ),
+    **dict.fromkeys(("HFO2v2", "HFO3v2"), "attacker_two_defenders"),
     "FrontGoalPassingLane": "attacker_passing_lane",
     "FrontGoalCompactDefense": "attacker_compact_defence",
 }

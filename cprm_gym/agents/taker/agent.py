@@ -141,7 +141,7 @@ class TakerAgent(SoccerAgent):
 
 
 def make_controller(task: Task, agent: str, constants: TakerConstants | None = None) -> TakerAgent:
-    """A taker as a controller.
+    """A taker as a controller, with the numbers of the study if no others are given.
 
     Raises
     ------
@@ -150,4 +150,4 @@ def make_controller(task: Task, agent: str, constants: TakerConstants | None = N
     """
     if not isinstance(task, Keepaway) or not agent.startswith("right"):
         raise ParameterError(f"{task.name}: takers are on the right side of keepaway; {agent!r} is none")
-    return TakerAgent(task, constants)
+    return TakerAgent(task, constants or TakerConstants.tuned("memory"))
