@@ -102,8 +102,10 @@ def plays(controller: str, task: str, agent: str) -> bool:
 def cell(controller: str, family: Family) -> str:
     """``yes`` for all tasks, ``-`` for none, else which; those who play by tasks, not by families, are asked for each."""
     none = "-"
-    if controller == "policy":
+    if controller == "policy":  # was trained for the side that learns in the task
         none = "not trained"
+        if family.agent != "left_1":
+            return none
     asked = family.tasks if controller in ("policy", *ONE_TASK) else family.tasks[:1]
     played = [task for task in asked if plays(controller, task, family.agent)]
     if not played:

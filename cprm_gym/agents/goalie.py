@@ -439,26 +439,6 @@ GOALIE_NET = goalie_net(BELIEVED)
 """His net, with two opponents watched."""
 
 
-def check_goalie(task: Task, agent: str) -> None:
-    """Refuse a player who is no goalie.
-
-    Raises
-    ------
-    ParameterError
-        Naming the player and the task.
-    """
-    side, _, number = agent.partition("_")
-    if int(number) != (task.left_goalie if side == "left" else task.right_goalie):
-        raise ParameterError(f"{task.name}: {agent!r} is no goalie there")
-
-
 def make_controller(task: Task, agent: str, **options: Any) -> GoalieAgent:
-    """The goalie as a controller; options are those of `GoalieAgent` and `CPRMRunner`.
-
-    Raises
-    ------
-    ParameterError
-        For a player who is no goalie.
-    """
-    check_goalie(task, agent)
+    """The goalie as a controller; options are those of `GoalieAgent` and `CPRMRunner`."""
     return GoalieAgent(task.right if agent.startswith("left") else task.left, body=Body.of(task), **options)

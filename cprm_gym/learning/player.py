@@ -16,9 +16,9 @@ from ..envs.actions import (
     scaled,
 )
 from ..envs.controller import Action, Observation
-from ..envs.core import player_number, select_agents
+from ..envs.core import player_number
 from ..envs.others.luck import WorldLuck
-from ..envs.tasks import Task, make_task
+from ..envs.tasks.base import Task
 from ..envs.vectors.normalised import Columns
 from ..errors import CprmError, ParameterError, UnknownName, unknown_name
 from ..simulator.state import CommandKind
@@ -172,12 +172,6 @@ def columns_of(task: Task, agent: str) -> tuple[str, ...]:
     return Columns(own - 1, other, task.task_features).names
 
 
-def task_sides(name: str) -> set[str]:
-    """The sides that learn in a task."""
-    task = make_task(name)
-    return {agent.partition("_")[0] for agent in select_agents(task.controlled, task.left, task.right)}
-
-
 def _check_columns(described: Description, names: tuple[str, ...], agent: str) -> None:
     missing = [name for name in described.columns if name not in names]
     if missing or len(described.columns) != len(names):
@@ -203,7 +197,7 @@ def make_controller(task: Task, agent: str, name: str = "", drawn: bool = False)
     UnknownName
         When no such policy is there; the message lists those that are.
     FormatError, ParameterError
-        For a damaged one, one that does not fit the task, and one of the project's for a side that it was not trained for.
+        For a damaged one, and one that does not fit the task.
     """
     if not isinstance(drawn, bool):
         raise ParameterError(f"controller 'policy': drawn: {drawn!r} given; allowed are true and false")
@@ -214,8 +208,6 @@ def make_controller(task: Task, agent: str, name: str = "", drawn: bool = False)
             raise UnknownName(
                 f"controller 'policy': none of the project's policies is for {task.name}; there are {', '.join(there) or 'none'}"
             )
-        if agent.partition("_")[0] not in task_sides(task.name):
-            raise ParameterError(f"controller 'policy': in {task.name} policies were trained for the other side than that of {agent!r}")
         name = "-".join([task.name, "ppo"]) if f"{task.name}-ppo" in fitting else fitting[0]
     if name in there:
         return PolicyController(load_policy(SHIPPED / name), task, agent, drawn)

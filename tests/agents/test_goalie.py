@@ -7,7 +7,6 @@ from cprm_baselines.goalie_raw import RawGoalie
 from cprm_baselines.scripted import ScriptedController
 
 from cprm_gym.agents.goalie import GOALIE_NET, GoalieAgent, ReckoningGoalie, goalie_cprm, make_controller
-from cprm_gym.agents.knowledge.players import PLAYERS
 from cprm_gym.agents.passer import PasserAgent
 from cprm_gym.agents.skills.catch_ball import CATCH_BALL
 from cprm_gym.agents.skills.clear import CLEAR, PATIENCE
@@ -20,10 +19,8 @@ from cprm_gym.architecture.prm.inference.engines.projection import ProjectionEng
 from cprm_gym.envs.core import SoccerCore
 from cprm_gym.envs.observations import BodyFeature
 from cprm_gym.envs.players.senses import Senses
-from cprm_gym.envs.tasks import make_task
 from cprm_gym.envs.tasks.base import Status
 from cprm_gym.envs.tasks.goalie import Goalie
-from cprm_gym.errors import ParameterError
 from cprm_gym.simulator.state import CommandKind, PlayMode
 
 
@@ -311,12 +308,3 @@ def test_goalie_and_passer_infer_with_the_engine_that_they_are_given():
     for agent in (GoalieAgent(2, engine="anytime"), PasserAgent(engine="anytime")):
         assert agent.options["engine"] == "anytime"
     assert isinstance(GoalieAgent(2).options["engine"], ProjectionEngine)
-
-
-def test_who_is_no_goalie_is_refused():
-    task = make_task("Goalie2v1")
-    assert make_controller(task, "left_1").cprm.net.name == "goalie"
-    for make in (make_controller, lambda task, agent: PLAYERS["Goalie2v1"].on("memory")(task, agent)):
-        for agent in ("right_1", "left_2"):
-            with pytest.raises(ParameterError, match=f"Goalie2v1: '{agent}' is no goalie there"):
-                make(task, agent)

@@ -19,23 +19,23 @@ from cprm_gym.simulator.state import CommandKind, PlayMode
 CYCLES = 6000
 # the state after the match, by the arithmetic of the machine: C libraries round sin, cos, atan2 and pow differently in the last bit
 PINNED = {
-    "3eae854315ec": "2fb243df07546751b9f2056aaeb4bc8d30f07ac2d14f496d600d15ad1e41afb3",
+    "e0257e8d15f1": "6e010eaa036f9466312439ae315ef5c8b5d0b2c3c6213e7afe3b4dc757be99d0",
 }
 
 
 def arithmetic() -> str:
-    """What this machine's elementary functions round to, in a few letters."""
-    x = np.random.default_rng(0).uniform(-10, 10, 4000).tolist()
-    values = [f(v) for v in x for f in (math.sin, math.cos, lambda v: math.atan2(v, 1.7), lambda v: abs(v) ** 6.1)]
-    return hashlib.sha256(np.array(values).tobytes()).hexdigest()[:12]
+    """What this machine's elementary functions round to, in a few letters; numpy's own ones round as the widest instructions do."""
+    x = np.random.default_rng(0).uniform(-10, 10, 4000)
+    values = [f(v) for v in x.tolist() for f in (math.sin, math.cos, lambda v: math.atan2(v, 1.7), lambda v: abs(v) ** 6.1)]
+    return hashlib.sha256(np.array(values).tobytes() + np.arctan2(x, 1.7).tobytes()).hexdigest()[:12]
 
 
 def towards(simulator: Simulator, commands: np.ndarray, rng: np.random.Generator) -> None:
     """Everybody runs to the ball or wanders, kicks it towards the other goal when it is near, turns his neck, tackles, catches."""
     w = simulator.world
     offset = w["pos"][:, :1] - w["pos"][:, 1:]
-    distance = np.hypot(offset[..., 0], offset[..., 1])
-    bearing = np.degrees(np.arctan2(offset[..., 1], offset[..., 0]) - w["body"])
+    distance = np.array([[math.hypot(x, y) for x, y in world] for world in offset.tolist()])
+    bearing = np.degrees(np.array([[math.atan2(y, x) for x, y in world] for world in offset.tolist()]) - w["body"])
     bearing = (bearing + 180) % 360 - 180
     draw = rng.random(distance.shape)
     kinds = np.where(np.abs(bearing) > 20, CommandKind.TURN, CommandKind.DASH)
@@ -68,7 +68,8 @@ def match(cycles: int) -> tuple[Simulator, set[PlayMode]]:
 
 def test_a_match_of_6000_cycles_has_the_pinned_hash():
     simulator, modes = match(CYCLES)
-    assert {PlayMode.play_on, PlayMode.kick_in_l, PlayMode.kick_in_r, PlayMode.free_kick_l} <= modes
+    assert {PlayMode.play_on, PlayMode.kick_in_l, PlayMode.kick_in_r} <= modes
+    assert modes & {PlayMode.free_kick_l, PlayMode.free_kick_r}
     assert simulator.world["time"][0] > 3000
     key = arithmetic()
     expected = PINNED[key] if key in PINNED else match(CYCLES)[0].state_hash()

@@ -27,7 +27,7 @@ from ..attacker import half_field
 from ..attacker.constants import AttackerConstants, HalfFieldConstants, PairConstants
 from ..body import Body
 from ..finder.agent import make_controller as finder
-from ..goalie import ReckoningGoalie, check_goalie
+from ..goalie import ReckoningGoalie
 from ..keeper import agent as keeper
 from ..keeper.constants import KeeperConstants
 from ..match import agent as match
@@ -146,8 +146,7 @@ class Player:
 
 
 def goalie(task: Task, agent: str, constants: GoalieConstants) -> ReckoningGoalie:
-    """The goalie's net without a model; refuses a player who is no goalie, as `goalie.check_goalie`."""
-    check_goalie(task, agent)
+    """The goalie's net without a model."""
     return ReckoningGoalie(task.right if agent.startswith("left") else task.left, Body.of(task), constants)
 
 
