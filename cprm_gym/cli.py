@@ -392,6 +392,8 @@ def tune(
         if tracker and senses != "default":
             raise CprmError(f"--senses {senses}: the tracker's own constants are tuned for several senses; leave out --senses or --tracker")
         tier = "memory" if tier is None else tier
+        if check is not None and check < 2:  # before the study, not after it
+            raise CprmError(f"--check {check}: at least 2 worlds are needed")
         sizes = {"population": population, "elite": elite, "generations": generations, "seed": seed}
         sizes |= {} if worlds is None else {"worlds": worlds}
         for name, given in (("others", others), ("side", side if side != "left" else ""), ("check", str(check or ""))):

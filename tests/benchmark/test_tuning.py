@@ -140,6 +140,9 @@ def test_what_was_found_is_played_beside_what_was_set_by_hand_in_other_worlds(tm
     with pytest.raises(ParameterError, match="check: 1 given"):
         tuning.check(plan, {}, 1)
     command = ["tune", "--task", "Keepaway3v2", "--worlds", "3", "--population", "4", "--elite", "1", "--generations", "1", "--check", "2"]
+    refused = CliRunner().invoke(app, [*command[:-1], "1", "--journal", str(tmp_path / "y.jsonl")])
+    assert "--check 1: at least 2 worlds are needed" in refused.output
+    assert not (tmp_path / "y.jsonl").exists()
     said = CliRunner().invoke(app, [*command, "--journal", str(tmp_path / "x.jsonl")])
     assert said.exit_code == 0
     assert "2 other worlds: found " in said.output

@@ -22,7 +22,7 @@ STUDY = {
     "FrontGoalPassingLane": "attacker_passing_lane",
     "FrontGoalCompactDefense": "attacker_compact_defence",
 }
-"""Task -> folder of the study whose numbers he plays it with; in the others those set by hand are no worse."""
+"""Task -> folder of the study whose numbers he plays it with; in the others nothing better was found than what was set by hand."""
 
 
 def numbers_of(task: str) -> HalfFieldConstants:
