@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -25,7 +25,6 @@ from ..envs.tasks import make_task
 from ..errors import CprmError, ParameterError, unknown_name
 from ..files import write_atomically
 from .episodes import play_episodes
-from .journal import Journal, Planned
 from .plan import BLOCK, Block, BlockResult
 from .statistics import paired_difference, wilson_interval
 
@@ -154,8 +153,8 @@ class KnowledgePlan:
         return plan
 
 
-def play_block(block: Block) -> BlockResult:
-    """Play the episodes of one block."""
+def play_block(block: Block, _: float = math.inf) -> BlockResult:
+    """Play the episodes of one block; its players are ours, and no decision of theirs is timed."""
     senses_name, tier = block.controller.rsplit("/", 1)
     task, senses = make_task(block.task, **PLAYERS[block.task].options), SENSES[senses_name]
     begin, spent = time.perf_counter(), time.process_time()
@@ -165,30 +164,6 @@ def play_block(block: Block) -> BlockResult:
         block, found.success.tolist(), found.cycles.tolist(), found.success.astype(float).tolist(),
         wall_seconds=time.perf_counter() - begin, controller_seconds=time.process_time() - spent, decisions=played, played=played,
     )  # fmt: skip
-
-
-def run(
-    plan: Planned,
-    journal: Path | None = None,
-    on_result: Callable[[BlockResult, int, int], Any] | None = None,
-    play: Callable[[Block], BlockResult] = play_block,
-) -> Iterator[BlockResult]:
-    """Play all blocks that the journal does not hold yet; arguments as for `runner.run`, and how a block is played."""
-    blocks = plan.blocks()
-    kept = None if journal is None else Journal(journal, plan)
-    with nullcontext() if kept is None else kept.held():
-        if kept is not None:
-            kept.cut_torn_line()
-        finished = {} if kept is None else kept.read()
-        for done, block in enumerate(blocks, 1):
-            result = finished.get(block)
-            if result is None:
-                result = play(block)
-                if kept is not None:
-                    kept.append(result)
-            if on_result:
-                on_result(result, done, len(blocks))
-            yield result
 
 
 @dataclass(frozen=True)
@@ -248,7 +223,8 @@ class KnowledgeReport:
 def summarise(plan: KnowledgePlan, results: list[BlockResult]) -> KnowledgeReport:
     """The report of the results there are."""
     found: dict[tuple[str, str, str], list[BlockResult]] = {}
-    for result in results:
+    order = {block: k for k, block in enumerate(plan.blocks())}
+    for result in sorted(results, key=lambda result: order[result.block]):  # workers finish them in any order
         senses, tier = result.block.controller.rsplit("/", 1)
         found.setdefault((result.block.task, senses, tier), []).append(result)
     success = {

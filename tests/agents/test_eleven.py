@@ -9,7 +9,7 @@ from cprm_gym.agents.catalogue import shipped_net
 from cprm_gym.agents.eleven import Eleven, make_controller
 from cprm_gym.agents.goalie import GoalieAgent
 from cprm_gym.agents.kernels import outfield as kernels
-from cprm_gym.agents.outfielder.agent import DRIVEN, OUTFIELDER, OUTFIELDER_NET, PASS, QUICK, SET_PLAY, SHOT, OutfieldAgent
+from cprm_gym.agents.outfielder.agent import OUTFIELDER, OUTFIELDER_NET, OutfieldAgent
 from cprm_gym.agents.outfielder.model import OUTFIELD_MODEL
 from cprm_gym.agents.outfielder.percepts import outfield_attributes, outfield_percepts, terms
 from cprm_gym.agents.registry import WITH_MODEL
@@ -57,10 +57,6 @@ def decided(agent, observation, cycles=1, **change):
         action = agent.act(observation)
     executor = agent.controller.executor
     return executor, action
-
-
-def chosen(name, executor):
-    return int(executor.read(name)[0])
 
 
 def test_the_net_and_its_model_come_back_from_json_equal():
@@ -116,14 +112,12 @@ def test_a_rolling_ball_is_met_on_its_way_and_a_coming_one_received():
 def test_with_the_ball_he_shoots_in_range_passes_to_the_best_else_drives():
     at_goal = seen(me=(40.0, 0.0), ball=(40.7, 0.0))
     executor, _ = decided(OutfieldAgent(), at_goal)
-    assert chosen("option", executor) == SHOT
     assert executor.read("shoot.ongoing")[0] == 1
     free = {"mates": {5: (20.0, 2.0), 7: (22.0, -14.0)}, "opponents": {1: (50.0, 0.0), 2: (40.0, 0.0)}}
     executor, _ = decided(OutfieldAgent(), seen(me=(0.0, 0.0), ball=(0.7, 0.0), **free))
-    assert chosen("option", executor) == PASS
+    assert executor.read("passing.ongoing")[0] == 1
     assert executor.holds("receiver")[0] == 6
     executor, _ = decided(OutfieldAgent(), seen(me=(0.0, 0.0), ball=(0.7, 0.0), opponents={1: (50.0, 0.0), 2: (40.0, 0.0)}))
-    assert chosen("option", executor) == DRIVEN
     assert executor.read("drive.ongoing")[0] == 1
 
 
@@ -135,7 +129,8 @@ def test_pressed_he_passes_in_haste_and_offside_team_mates_get_no_pass():
     executor, _ = decided(attending, seen(ball=(1.4, 0.0), mates={7: (12.0, -12.0)}, opponents=press), cycles=3)
     attending.act(seen(ball=(0.7, 0.0), mates={7: (12.0, -12.0)}, opponents=press))
     assert executor.read("pressed")[0] == 1
-    assert chosen("choice", executor) == QUICK
+    assert executor.read("can_pass")[0] == 1
+    assert executor.read("unmolested")[0] == executor.read("can_shoot")[0] == 0
     executor, _ = decided(OutfieldAgent(), seen(ball=(0.7, 0.0), mates={7: (20.0, -12.0)}, opponents={2: (15.0, 3.0), 1: (50.0, 0.0)}))
     assert executor.holds("receiver")[0] == -1
 
@@ -153,7 +148,6 @@ def test_a_set_play_of_theirs_keeps_the_distance_and_one_of_ours_is_taken():
     away = np.hypot(executor.read("go_x") - 10.0, executor.read("go_y"))[0]
     assert away >= 9.15
     executor, action = decided(OutfieldAgent(), seen(ball=(0.7, 0.0), mates={7: (12.0, -12.0)}, mode=PlayMode.free_kick_l))
-    assert chosen("option", executor) == SET_PLAY
     assert action["params"][0, 0] > 0.1
     assert executor.read("taking.ongoing")[0] == 1
 

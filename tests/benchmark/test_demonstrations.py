@@ -12,6 +12,7 @@ from cprm_gym.benchmark import demonstrations, knowledge
 from cprm_gym.benchmark.demonstrations import ARMS, DEMONSTRATIONS, ArmSearch, DemonstrationPlan, play_block, summarise
 from cprm_gym.benchmark.demonstrations.learning import Log, calibration, foreseen, joined, learn, log_loss, logged
 from cprm_gym.benchmark.demonstrations.report import Row
+from cprm_gym.benchmark.runner import run
 from cprm_gym.benchmark.statistics import paired_difference
 from cprm_gym.benchmark.tuning import study
 from cprm_gym.cli import app
@@ -38,7 +39,7 @@ def test_all_play_with_the_same_numbers_where_nobody_was_tuned_for_the_senses():
 
 
 def test_differences_are_the_models_less_the_rivals_in_the_same_worlds():
-    results = list(knowledge.run(SMALL, play=play_block))
+    results = list(run(SMALL, play=play_block))
     report = summarise(SMALL, results)
     success = {r.block.controller.rsplit("/", 1)[1]: np.array(r.success) for r in results}
     rows = {row.arm: row for row in report.rows}
@@ -65,12 +66,12 @@ def test_a_floor_is_met_by_the_point_estimate_with_an_interval_beyond_0(differen
 
 def test_an_interrupted_run_goes_on_and_ends_the_same(tmp_path):
     plan = DemonstrationPlan(("E",), episodes=20, seed=6)
-    whole = summarise(plan, list(knowledge.run(plan, play=play_block)))
-    course = knowledge.run(plan, tmp_path / "episodes.jsonl", play=play_block)
+    whole = summarise(plan, list(run(plan, play=play_block)))
+    course = run(plan, journal=tmp_path / "episodes.jsonl", play=play_block)
     next(course)
     course.close()
     assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == 1
-    assert summarise(plan, list(knowledge.run(plan, tmp_path / "episodes.jsonl", play=play_block))) == whole
+    assert summarise(plan, list(run(plan, journal=tmp_path / "episodes.jsonl", play=play_block))) == whole
 
 
 def test_the_command(tmp_path, monkeypatch):

@@ -1,7 +1,7 @@
 """The suite ``knowledge``: the same worlds for all tiers, paired, resumable; its command and its plan."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -11,8 +11,9 @@ from cprm_gym.agents.knowledge import TIERS
 from cprm_gym.agents.knowledge.players import PLAYERS, Player
 from cprm_gym.benchmark import knowledge
 from cprm_gym.benchmark.episodes import play_episodes
-from cprm_gym.benchmark.knowledge import SENSES, KnowledgePlan, play_block, run, summarise
+from cprm_gym.benchmark.knowledge import SENSES, KnowledgePlan, play_block, summarise
 from cprm_gym.benchmark.plan import Block
+from cprm_gym.benchmark.runner import run
 from cprm_gym.benchmark.statistics import paired_difference
 from cprm_gym.cli import app
 from cprm_gym.envs.players.senses import Senses
@@ -23,7 +24,7 @@ SMALL = KnowledgePlan(("Goalie",), ("default", "noise 1"), ("frozen", "memory", 
 
 
 def test_all_tiers_play_the_same_worlds_and_differences_are_paired():
-    results = list(run(SMALL))
+    results = list(run(SMALL, play=play_block))
     report = summarise(SMALL, results)
     rows = {(r.senses, r.tier): r for r in report.rows}
     assert list(rows) == [(s, t) for s in SMALL.senses for t in SMALL.tiers]
@@ -38,8 +39,8 @@ def test_all_tiers_play_the_same_worlds_and_differences_are_paired():
 
 
 def test_an_interrupted_run_goes_on_and_ends_the_same(tmp_path):
-    whole = summarise(SMALL, list(run(SMALL)))
-    course = run(SMALL, tmp_path / "episodes.jsonl")
+    whole = summarise(SMALL, list(run(SMALL, play=play_block)))
+    course = run(SMALL, journal=tmp_path / "episodes.jsonl", play=play_block)
     for _ in range(3):
         next(course)
     course.close()
@@ -48,10 +49,18 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(tmp_path):
     with (tmp_path / "episodes.jsonl").open("a") as file:
         file.write(lines[0][:40])
     played = []
-    results = list(run(SMALL, tmp_path / "episodes.jsonl", lambda r, done, total: played.append((done, total))))
+    told = lambda r, done, total: played.append((done, total))  # noqa: E731
+    results = list(run(SMALL, journal=tmp_path / "episodes.jsonl", on_result=told, play=play_block))
     assert summarise(SMALL, results) == whole
     assert played[-1] == (6, 6)
     assert len((tmp_path / "episodes.jsonl").read_text().splitlines()) == 6
+
+
+def test_two_workers_give_the_same_rows_in_the_same_order(tmp_path):
+    few = replace(SMALL, senses=("default",), episodes=20)
+    alone, two = (summarise(few, list(run(few, workers=n, play=play_block))) for n in (1, 2))
+    assert two == alone
+    assert summarise(few, list(reversed(list(run(few, play=play_block))))) == alone, "in whatever order they are finished"
 
 
 def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypatch):
@@ -79,6 +88,8 @@ def test_the_command_writes_table_and_plot_and_takes_a_run_up(tmp_path, monkeypa
         (["--suite", "knowledge", "--tiers", "state,state"], "twice"),
         (["--suite", "knowledge", "--controllers", "fsm"], "--controllers"),
         (["--tiers", "memory"], "--suite"),
+        (["--suite", "knowledge", "--workers", "0"], "workers"),
+        (["--suite", "knowledge", "--timeout", "3"], "--timeout does not go with --suite"),
         (["--suite", "knowledge", "--resume", str(folder), "--quick"], "--quick"),
         (["--suite", "knowledge", "--resume", str(tmp_path)], "plan.json"),
     ):

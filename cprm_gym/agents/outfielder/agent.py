@@ -5,7 +5,10 @@
     decide --(else)--> walk (advance to his place in the formation, which shifts with the ball)
     with_ball --> shoot | passing | quick (a kick to the receiver) | boot (clear) | drive (dribble) --> decide
     with_ball --(own set play)--> taking (a kick to the receiver, or far ahead) --> hands_off --(the ball is gone)--> decide
-    the neck keeps the face on the ball beside all of it, or on the goal while the ball is at his feet
+    beside all of it his eyes: ahead of him while the ball is lost, on the goal while it is at his feet, else on the ball
+
+Legs and eyes are two strands of the net, each with one token. What he wants to do is chosen by transitions, the first of whose conditions
+holds; what is under way is left by an interrupt passed down when something more urgent comes up.
 
 Whose ball it is, to whom he passes, whom he marks and who presses him are object places: the best of a class in some respect, subject
 to a condition. The opponent nearest to the ball and the receiver are attended to in the model while the places hold them, and an
@@ -14,6 +17,7 @@ opponent at the ball possesses it. Where the ball was not seen for a while, the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,11 +76,6 @@ KEEP_OFF = CENTRE_RADIUS + 1.35
 FAR = 60.0
 """Where the attended opponent is while there is none, m."""
 
-WAIT, SEARCH, HAVE, EXPECT, MEET, FETCH, WALK, FACE = 8, 7, 6, 5, 4, 3, 2, 1
-"""What to do now: values of the place ``plan``."""
-SET_PLAY, SHOT, PASS, QUICK, BOOT, DRIVEN = 6, 5, 4, 3, 2, 1
-"""What to do with the ball: values of the place ``option``."""
-
 WORTH = "0.6 * {t}.ahead + min({t}.room, 4) + 0.7 * min({t}.free, 6) - 0.08 * {t}.distance + (4 if {t}.x > 30 else 0)"
 """What a pass to a team-mate is worth: metres gained, room on the way, room around him; more in front of the goal."""
 
@@ -134,7 +133,7 @@ def _situation(body: Body) -> tuple[AnyPlace, ...]:
         Math("leave", f"1 if not may or mine < -{YIELD} else 0"),
         Math("reach", f"1 if ball_distance < {body.within(AT_HAND)} and ball_age <= 2 and may else 0"),
         Math("coming", f"1 if approach > {COMING} and ball_age < 5 and ball_distance > 3 else 0"),
-        Math("gaze", "0 if lost else goal_direction if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else look_angle"),
+        Math("at_feet", "1 if ball_distance < 2.5 and ball_age <= 2 and passing.ongoing < 1 else 0"),
     )  # fmt: skip
 
 
@@ -160,9 +159,6 @@ def _formation() -> tuple[AnyPlace, ...]:
         Math("go_y", f"ball_y + {KEEP_OFF} * (home_y - ball_y) / home_gap if back else mark_y if marking else home_y"),
         Math("off_place", "hypot(go_x - me_x, go_y - me_y)"),
         Math("off_axis", "abs(look_angle)"),
-        Math("on_ball", f"{EXPECT} if coming else {MEET} if ball_speed >= {SLOW} and ball_distance >= 3 else {FETCH}"),
-        Math("off_ball", f"{WALK} if off_place >= {OFF_PLACE} else {FACE} if off_axis >= {OFF_AXIS} else 0"),
-        Math("plan", f"{WAIT} if waiting else {SEARCH} if lost else {HAVE} if reach else on_ball if chase else off_ball"),
     )  # fmt: skip
 
 
@@ -185,50 +181,60 @@ def _with_ball(body: Body) -> tuple[AnyPlace, ...]:
         Math("can_pass", "1 if worth > (-90 if ours else 5 if pressed else 9) else 0"),
         Math("must_clear", "1 if ours or (pressed and me_x < -25) else 0"),
         Math("unmolested", f"1 if pressure >= {FREE} else 0"),
-        Math("choice", f"{SHOT} if can_shoot else ({PASS} if unmolested else {QUICK}) if can_pass else {BOOT} if must_clear else {DRIVEN}"),
-        Math("option", f"0 if not may else {SET_PLAY} if ours else choice"),
-        Math("better", f"1 if not may or (reach and choice > {DRIVEN}) else 0"),
         Math("off_run", "1 if leave or ball_distance < 2.5 or ball_speed < 0.25 else 0"),
         Math("gone", f"1 if ball_distance >= {GONE} or ball_speed < 0.3 else 0"),
         Math("flank", "norm_deg(degrees(atan2(flank_y - me_y, flank_x - me_x)) - facing)"),
-        Continuous("softly", 1.0), Continuous("stride", 10.0),
+        Continuous("softly", 1.0), Continuous("stride", 10.0), Continuous("ahead_of_him", 0.0),
         Math("turn_moment", body.turn("look_angle")),
         Math("search_moment", body.turn("(look_angle if ball_age < 20 and abs(look_angle) > 40 else 60)")),
     )  # fmt: skip
 
 
-_DECISIONS = (
-    Transition("wait", ("decide",), ("setup.begin",), tests={"plan": WAIT}),
-    Transition("sweep", ("decide",), ("acted",), tests={"plan": SEARCH}, inhibitors={"plan": WAIT},
-               emits=Command("turn", moment="search_moment")),
-    Transition("have", ("decide",), ("with_ball",), tests={"plan": HAVE}, inhibitors={"plan": SEARCH}),
-    Transition("expect", ("decide",), ("receive.begin",), tests={"plan": EXPECT}, inhibitors={"plan": HAVE}),
-    Transition("meet", ("decide",), ("run.begin",), tests={"plan": MEET}, inhibitors={"plan": EXPECT}),
-    Transition("fetch", ("decide",), ("go.begin",), tests={"plan": FETCH}, inhibitors={"plan": MEET}),
-    Transition("to_place", ("decide",), ("walk.begin",), tests={"plan": WALK}, inhibitors={"plan": FETCH}),
-    Transition("face", ("decide",), ("acted",), tests={"plan": FACE}, inhibitors={"plan": WALK},
-               emits=Command("turn", moment="turn_moment")),
-    Transition("rest", ("decide",), ("acted",), inhibitors={"plan": FACE}),
+_LEGS = (
+    Transition("wait", ("decide",), ("setup.begin",), tests={"waiting": 1}, priority=8),
+    Transition("sweep", ("decide",), ("acted",), tests={"lost": 1}, emits=Command("turn", moment="search_moment"), priority=7),
+    Transition("have", ("decide",), ("with_ball",), tests={"reach": 1}, priority=6),
+    Transition("expect", ("decide",), ("receive.begin",), tests={"chase": 1, "coming": 1}, priority=5),
+    Transition("meet", ("decide",), ("run.begin",), tests={"chase": 1, "ball_speed": SLOW, "ball_distance": 3.0}, priority=4),
+    Transition("fetch", ("decide",), ("go.begin",), tests={"chase": 1}, priority=3),
+    Transition("to_place", ("decide",), ("walk.begin",), tests={"off_place": OFF_PLACE}, priority=2),
+    Transition("face", ("decide",), ("acted",), tests={"off_axis": OFF_AXIS}, emits=Command("turn", moment="turn_moment"), priority=1),
+    Transition("rest", ("decide",), ("acted",)),
     Transition("on", ("acted",), ("decide",), delay=1),
     # with the ball
-    Transition("take_it", ("with_ball",), ("taking.begin",), tests={"option": SET_PLAY}),
-    Transition("shoot_it", ("with_ball",), ("shoot.begin",), tests={"option": SHOT}, inhibitors={"option": SET_PLAY}),
-    Transition("pass_it", ("with_ball",), ("passing.begin",), tests={"option": PASS}, inhibitors={"option": SHOT}),
-    Transition("pass_fast", ("with_ball",), ("quick.begin",), tests={"option": QUICK}, inhibitors={"option": PASS}),
-    Transition("boot_it", ("with_ball",), ("boot.begin",), tests={"option": BOOT}, inhibitors={"option": QUICK}),
-    Transition("drive_it", ("with_ball",), ("drive.begin",), tests={"option": DRIVEN}, inhibitors={"option": BOOT}),
-    Transition("let_be", ("with_ball",), ("acted",), inhibitors={"option": DRIVEN}),
+    Transition("take_it", ("with_ball",), ("taking.begin",), tests={"ours": 1}, priority=6),
+    Transition("shoot_it", ("with_ball",), ("shoot.begin",), tests={"playing": 1, "can_shoot": 1}, priority=5),
+    Transition("pass_it", ("with_ball",), ("passing.begin",), tests={"playing": 1, "can_pass": 1, "unmolested": 1}, priority=4),
+    Transition("pass_fast", ("with_ball",), ("quick.begin",), tests={"playing": 1, "can_pass": 1}, priority=3),
+    Transition("boot_it", ("with_ball",), ("boot.begin",), tests={"playing": 1, "must_clear": 1}, priority=2),
+    Transition("drive_it", ("with_ball",), ("drive.begin",), tests={"playing": 1}, priority=1),
+    Transition("let_be", ("with_ball",), ("acted",)),
     # after a set play of his own somebody else must touch the ball next
     Transition("hands_on", ("hands_off",), ("acted",), tests={"gone": 1}),
-    # the neck
-    Transition("look", ("looking",), ("looking",), delay=1, emits=Command("look", direction="gaze")),
 )  # fmt: skip
-"""What to do now, and what to do with the ball."""
+"""What to do now, and what to do with the ball: the first that applies."""
 
+_EYES = (
+    Transition("look_ahead", ("looking",), ("looked",), tests={"lost": 1}, emits=Command("look", direction="ahead_of_him"), priority=2),
+    Transition("look_at_goal", ("looking",), ("looked",), tests={"at_feet": 1}, emits=Command("look", direction="goal_direction"),
+               priority=1),
+    Transition("look_at_ball", ("looking",), ("looked",), emits=Command("look", direction="look_angle")),
+    Transition("blink", ("looked",), ("looking",), delay=1),
+)  # fmt: skip
+"""Where he looks, whatever his legs do."""
+
+_LEAVES: tuple[tuple[str, str, Mapping[str, float], Mapping[str, float]], ...] = (
+    ("walk", "waiting", {"waiting": 1}, {}), ("walk", "lost", {"lost": 1}, {}), ("walk", "reach", {"reach": 1}, {}),
+    ("walk", "chase", {"chase": 1}, {}),
+    ("go", "to_another", {"leave": 1}, {}), ("run", "it_is_there", {"off_run": 1}, {}),
+    ("drive", "in_vain", {}, {"may": 1}), ("drive", "to_shoot", {"reach": 1, "can_shoot": 1}, {}),
+    ("drive", "to_pass", {"reach": 1, "can_pass": 1}, {}), ("drive", "to_clear", {"reach": 1, "must_clear": 1}, {}),
+)  # fmt: skip
+"""Module, why it is left, what has to hold and what must not."""
 _INTERRUPTS = tuple(
-    Transition(f"leave_{module}", outputs=(f"{module}.abort",), tests={f"{module}.ongoing": 1, **when},
-               inhibitors=(f"{module}.abort", f"{module}.begin"), priority=7)
-    for module, when in (("walk", {"plan": FETCH}), ("go", {"leave": 1}), ("run", {"off_run": 1}), ("drive", {"better": 1}))
+    Transition(f"leave_{module}_{why}", outputs=(f"{module}.abort",), tests={f"{module}.ongoing": 1, **when},
+               inhibitors={f"{module}.abort": 1, f"{module}.begin": 1, **unless}, priority=9)
+    for module, why, when, unless in _LEAVES
 )  # fmt: skip
 """Aborts passed down: something else is to be done, or a team-mate is nearer to the ball."""
 
@@ -257,8 +263,8 @@ def outfielder_net(body: Body) -> PetriNet:
     return PetriNet(
         "outfielder",
         places=(
-            Place("looking", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
-            *(Place(name, capacity=1) for name in ("acted", "with_ball", "hands_off")),
+            Place("looked", capacity=1, tokens=1), Place("decide", capacity=1, tokens=1),
+            *(Place(name, capacity=1) for name in ("looking", "acted", "with_ball", "hands_off")),
             *(Input(name, observes=observes) for name, observes in _INPUTS.items()),
             *_objects(body), *_BELIEFS, *_situation(body), *_formation(), *_with_ball(body),
         ),
@@ -274,7 +280,7 @@ def outfielder_net(body: Body) -> PetriNet:
             "boot.ball_distance": "ball_distance", "boot.flank": "flank", "drive.way_distance": "stride",
             "drive.way_direction": "way_direction",
         },
-        transitions=(*_DECISIONS, *_INTERRUPTS, *_OUTCOMES),
+        transitions=(*_LEGS, *_EYES, *_INTERRUPTS, *_OUTCOMES),
     )  # fmt: skip
 
 

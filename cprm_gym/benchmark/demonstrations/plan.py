@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -211,8 +212,8 @@ COSTS = {"slow": 15.0, "slow, no reflexes": 15.0, "at once": 8.0, "memory": 2.5,
 """CPU seconds of 1000 episodes, about; of the model's arms 5."""
 
 
-def play_block(block: Block) -> BlockResult:
-    """Play the episodes of one block."""
+def play_block(block: Block, _: float = math.inf) -> BlockResult:
+    """Play the episodes of one block; its players are ours, and no decision of theirs is timed."""
     name, arm = block.controller.rsplit("/", 1)
     one = DEMONSTRATIONS[name]
     senses = SENSES[one.senses]

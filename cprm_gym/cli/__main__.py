@@ -1,0 +1,5 @@
+"""``python -m cprm_gym.cli``."""
+
+from . import app
+
+app()
