@@ -45,7 +45,7 @@ def test_timing_is_that_of_the_controllers_of_the_architecture():
     ("line", "said"),
     [
         (["benchmark", "--tasks", "Goalie", "--controllers", "fsm", "--t-b", "5"], "of the controller 'cprm'"),
-        (["benchmark", "--suite", "knowledge", "--t-b", "5"], "do not go with --suite"),
+        (["benchmark", "--suite", "knowledge", "--t-b", "5"], "--t-b does not go with --suite"),
         (["play", "--task", "Goalie", "--t-b", "5"], "of the controller 'cprm'; named are none"),
         (["play", "--task", "Goalie", "--controller", "cprm:model=bins", "--t-b", "0"], "t_b: 0 given"),
         (["play", "--task", "Goalie", "--controller", "cprm", "--t-b", "5"], "write model=bins"),
