@@ -60,9 +60,10 @@ CLAIMS: dict[str, Claim] = {
     ),
     "recovery": Claim("4, 5.2", "The recovery machinery brings the behaviours back from whatever interrupts them.", "disturbances"),
     "transfer": Claim("-", "What holds on the standard tasks holds in worlds for which nobody was tuned.", "transfer"),
-    "cost": Claim("-", "A structured behaviour is cheap to make: lines, numbers to tune, episodes.", "making"),
+    "cost": Claim("-", "A net is no longer to write than another structure that plays the same.", "making"),
+    "learning": Claim("-", "Nobody has to write it: a learner does as well.", "making"),
 }  # fmt: skip
-"""Key -> claim; the last two are questions that a reader asks, not claims of the text."""
+"""Key -> claim; the last three are questions that a reader asks, not claims of the text."""
 
 
 def tally(verdicts: Mapping[str, str]) -> str:

@@ -70,6 +70,7 @@ UNFILMED = {
     "no better analysed": "it is of what analysis finds",
     "code opaque": "it is of what analysis finds",
     "cost": "it is of what making costs",
+    "learning": "it is of what making costs",
 }
 """Claim -> why there is no film of it."""
 

@@ -39,7 +39,7 @@ def wanted(size: Size) -> list[Wanted]:
 
 def tell(results: Results, size: Size) -> Told:
     """Three tables; of learners, when they were as good as the CPRM."""
-    rows, lines = [], dict.fromkeys(STRUCTURES, 0)
+    rows, lines, findings = [], dict.fromkeys(STRUCTURES, 0), []
     for task in _tasks(size):
         for name in STRUCTURES:
             fact = results.fact(SIZE, task, name)
@@ -74,13 +74,13 @@ def tell(results: Results, size: Size) -> Told:
         Table("Size for a task", ("task", "player", "lines", "made of"), tuple(rows)),
         Table("Episodes of tuning, by tier", ("task", "numbers tuned", "tier, episodes"), tuple(tuning)),
     )  # fmt: skip
-    findings = []
-    if rows:
+    if lines["cprm"]:
         said = ", ".join(f"{name} {count}" for name, count in lines.items() if count)
         ours, others = lines["cprm"], [count for name, count in lines.items() if name != "cprm" and count]
         verdict = HOLDS if ours <= min(others, default=ours) else IN_PART if ours <= max(others) else FAILS
-        figure = f"Lines for {len(_tasks(size))} tasks: {said}.{_said(results, size)}"
-        findings = [Finding("cost", verdict, figure, "The CPRM's files also hold the formulas that the others read from them.")]
+        figure = f"Lines for {len(_tasks(size))} tasks: {said}."
+        findings.append(Finding("cost", verdict, figure, "The CPRM's files also hold the formulas that the others read from them."))
+    findings += _as_good(results, size)
     return Told("making", TITLE, QUESTION, tables, (), (), tuple(findings), notes)
 
 
@@ -105,7 +105,8 @@ def _learning(results: Results, size: Size) -> list[tuple[str, ...]]:
     return rows
 
 
-def _said(results: Results, size: Size) -> str:
+def _as_good(results: Results, size: Size) -> list[Finding]:
+    """Where a learner is as good as the CPRM, and where not within its training; nothing when no task was measured."""
     good, never = [], []
     for task in _learned(size):
         fact: dict[str, Any] | None = results.fact(TRAINING, task, LEARNED)
@@ -118,5 +119,9 @@ def _said(results: Results, size: Size) -> str:
             never.append(f"{task} ({rates}; trained for {int(fact['curve'][-1][0]):,})")
         else:
             good.append(f"{task} after {steps:,} agent-steps ({rates})")
-    said = f" A learner is as good as the CPRM in {listed(good)}." if good else ""
-    return said + (f" Never within its training in {listed(never)}." if never else "")
+    if not (good or never):
+        return []
+    said = [f"A learner is as good as the CPRM in {listed(good)}."] * bool(good)
+    said += [f"Never within its training in {listed(never)}."] * bool(never)
+    verdict = HOLDS if not never else IN_PART if good else FAILS
+    return [Finding("learning", verdict, " ".join(said), "Of the tasks for which a policy comes with the project.")]
