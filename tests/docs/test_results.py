@@ -86,6 +86,10 @@ def test_rates_of_the_tables_are_those_of_the_cells(data):
                 cell = cells[row[head.index("task")] if "task" in head else "Hike", "default", row[head.index("player")]]
                 if int(row[head.index("n")]) != cell["n"]:  # of a cell with more episodes than the others of its task
                     continue
+                if " goals (" in row[rates[0]]:
+                    assert row[rates[0]].startswith(f"{cell['reward']:+.2f} goals (")
+                    checked += 1
+                    continue
                 low, high = wilson_interval(cell["successes"], cell["n"])
                 assert row[rates[0]] == f"{100 * (cell['successes'] / cell['n']):.1f} ({100 * low:.1f} - {100 * high:.1f})"
                 checked += 1
