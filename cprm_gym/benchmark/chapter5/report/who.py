@@ -5,8 +5,8 @@ from __future__ import annotations
 WHO: dict[str, str] = {
     "cprm": "The architecture: a Petri net that acts; in some tasks with a probabilistic relational model that tells it what it does not "
             "see.",
-    "net": "The same net without the model. It knows what the environment reckons from what was last seen (dead reckoning), as the next "
-           "five do.",
+    "net": "The same net without the model. It knows what the environment reckons from what was last seen (dead reckoning), as "
+           "do fsm, subsumption, behavior_tree, code and belief_region.",
     "net on tracker": "The same net on Kalman filters of the ball and of everybody, which know how large the noise is.",
     "fsm": "A state machine: in one state at a time.",
     "subsumption": "Small machines side by side, of which a higher one overrules a lower one.",
