@@ -26,7 +26,8 @@ from .saying import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from ..benchmark.plan import Plan
+    from ..benchmark.journal import Planned
+    from ..benchmark.plan import BlockResult, Plan
 
 
 def benchmark(
@@ -100,9 +101,9 @@ def _controllers(
     resume: Path | None,
 ) -> None:  # fmt: skip
     """Play tasks and controllers that are named, or their defaults."""
-    from ..benchmark.plan import BlockResult, Plan
+    from ..benchmark.plan import Plan
     from ..benchmark.report import summarise
-    from ..benchmark.runner import again_with, run
+    from ..benchmark.runner import again_with
     from ..client.remote import check_trainer
     from ..envs.others.registry import with_options
     from ..workers import check_workers
@@ -123,16 +124,7 @@ def _controllers(
     if folder is None:
         folder = new_folder(output)
         plan.write(folder)
-    results: list[BlockResult] = []
-    interrupted = False
-    with progress() as bar:
-        line = bar.add_task("starting", total=len(plan.blocks()))
-        try:
-            for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", timeout=timeout, told=said, ray=ray):
-                results.append(result)
-                bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
-        except KeyboardInterrupt:
-            interrupted = True
+    results, interrupted = _played(plan, folder, workers=workers, timeout=timeout, ray=ray)
     report = summarise(plan, results)
     written = report.write(folder)
     console.print(report.to_table())
@@ -145,6 +137,22 @@ def _controllers(
         go_on(f"cprm-gym benchmark --resume {shlex.quote(str(folder))}{again_with(workers, ray)}")
     if report.errors:
         raise typer.Exit(1)
+
+
+def _played(plan: Planned, folder: Path, **how: Any) -> tuple[list[BlockResult], bool]:
+    """What a run has by its end, shown on the way, and whether it was interrupted; options as for `runner.run`."""
+    from ..benchmark.runner import run
+
+    results: list[BlockResult] = []
+    with progress() as bar:
+        line = bar.add_task("starting", total=len(plan.blocks()))
+        try:
+            for result in run(plan, journal=folder / "episodes.jsonl", told=said, **how):
+                results.append(result)
+                bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
+        except KeyboardInterrupt:
+            return results, True
+    return results, False
 
 
 def _chapter5(
@@ -182,7 +190,7 @@ def _suite(
 
     from ..benchmark import demonstrations, knowledge
     from ..benchmark.demonstrations import report as demonstrated
-    from ..benchmark.runner import again_with, run
+    from ..benchmark.runner import again_with
     from ..workers import check_workers
 
     if suite is None:
@@ -207,15 +215,7 @@ def _suite(
         plan.write(folder)
         episodes = sum(block.count for block in plan.blocks())
         complaints.print(f"{episodes:,} episodes, about {duration(plan.seconds)} of CPU time", highlight=False)
-    results, interrupted = [], False
-    with progress() as bar:
-        line = bar.add_task("starting", total=len(plan.blocks()))
-        try:
-            for result in run(plan, workers=workers, journal=folder / "episodes.jsonl", play=play, told=said, ray=ray):
-                results.append(result)
-                bar.update(line, advance=1, description=f"{result.block.task} {result.block.controller}")
-        except KeyboardInterrupt:
-            interrupted = True
+    results, interrupted = _played(plan, folder, workers=workers, play=play, ray=ray)
     report = summarise(plan, results)
     table = Table(*head, box=None, padding=(0, 1))
     for row in report.rows:
