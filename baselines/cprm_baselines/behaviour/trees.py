@@ -23,7 +23,7 @@ class Leaf(Behaviour):
     """A leaf that knows its world.
 
     `tick` and `stop` are the library's, less the texts that it makes for its log at every step, whether or not anybody reads them: they
-    took a third of the time of a tree.
+    took a fifth of the time of a tree.
     """
 
     def __init__(self, name: str, moment: Moment, world: int) -> None:
